@@ -4,6 +4,7 @@
 //! used again until a sample is missing. The smoother is that of the disturbances (Koopman 1993; Durbin & Koopman 2012
 //! §4.6) over stretches that are filtered a second time, so that its memory is that of the series.
 
+pub mod stamped;
 mod system;
 
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -10,6 +10,12 @@ from allanite.axes import Characterization as Characterization
 from allanite.axes import characterize as characterize
 from allanite.calibration import ThermalCalibration as ThermalCalibration
 from allanite.calibration import thermal as thermal
+from allanite.clocks import ClockDeviation as ClockDeviation
+from allanite.clocks import Clocks as Clocks
+from allanite.clocks import Timing as Timing
+from allanite.clocks import Timings as Timings
+from allanite.clocks import three_cornered_hat as three_cornered_hat
+from allanite.clocks import timing as timing
 from allanite.common.errors import AllaniteError as AllaniteError
 from allanite.common.errors import InputError as InputError
 from allanite.common.errors import TooShortError as TooShortError
@@ -89,6 +95,9 @@ from allanite.suggestion import Check as Check
 from allanite.suggestion import Suggestion as Suggestion
 from allanite.summary import Summary as Summary
 from allanite.summary import summarise as summarise
+from allanite.trends import Trend as Trend
+from allanite.trends import Trends as Trends
+from allanite.trends import trend as trend
 
 __version__: str
 

@@ -226,6 +226,14 @@ def kalman_smooth(
     r: float,
     p0: NDArray[np.float64],
 ) -> NDArray[np.float64]: ...
+def stamped_filter(
+    times: NDArray[np.float64],
+    there: NDArray[np.bool_],
+    columns: NDArray[np.float64],
+    lags: Sequence[tuple[float, float, bool]],
+    walk: float,
+    white: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 
 # -- lstsq
 def gls_nonnegative(

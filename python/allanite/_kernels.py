@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from allanite import _core
 from allanite.common.memory import forget
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
 
 __all__ = [
     "Accumulator",
@@ -39,6 +47,7 @@ __all__ = [
     "read_text",
     "simulate",
     "squares",
+    "stamped_filter",
     "steps",
     "trim",
     "version",
@@ -125,6 +134,22 @@ Likelihood = _core.Likelihood
 # -- kalman
 kalman_filter = _core.kalman_filter
 kalman_smooth = _core.kalman_smooth
+
+
+def stamped_filter(
+    times: NDArray[np.float64],
+    there: NDArray[np.bool_],
+    columns: NDArray[np.float64],
+    lags: Sequence[tuple[float, float, bool]],
+    walk: float,
+    white: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return innovations of columns (k, n) at times (n,) under lags, a random walk and white noise, and their variances.
+
+    Lags are (variance, rate in 1/s, whether the integral is seen). Where `there` is False nothing is observed.
+    """
+    return _core.stamped_filter(times, there, columns, lags, walk, white)
+
 
 # -- lstsq
 gls_nonnegative = _core.gls_nonnegative

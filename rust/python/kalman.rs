@@ -1,11 +1,12 @@
 //! Bindings of the Kalman filter.
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::errors::to_python;
 use super::gil::run;
-use crate::kalman::{self, System};
+use crate::kalman::stamped::{Lag, Noise};
+use crate::kalman::{self, System, stamped};
 
 type Matrix<'py> = PyReadonlyArray2<'py, f64>;
 type Vector<'py> = PyReadonlyArray1<'py, f64>;
@@ -46,4 +47,26 @@ pub fn kalman_smooth<'py>(
     let system = system(&f, &q, &h, r, &p0)?;
     let view = samples.as_slice()?;
     Ok(run(py, |stop| kalman::smooth(&system, view, stop))?.into_pyarray(py))
+}
+
+/// `kalman::stamped::filter`: innovations (k, n) of columns at times, and their variances (n,).
+///
+/// Lags are (variance, rate in 1/s, whether its integral is seen).
+#[pyfunction]
+pub fn stamped_filter<'py>(
+    py: Python<'py>,
+    times: Vector<'py>,
+    there: PyReadonlyArray1<'py, bool>,
+    columns: Matrix<'py>,
+    lags: Vec<(f64, f64, bool)>,
+    walk: f64,
+    white: f64,
+) -> PyResult<(Bound<'py, PyArray2<f64>>, Series<'py>)> {
+    let lags =
+        lags.into_iter().map(|(variance, rate, integrated)| Lag { variance, rate, integrated }).collect();
+    let noise = Noise { lags, walk, white };
+    let shape = columns.as_array().dim();
+    let (times, there, columns) = (times.as_slice()?, there.as_slice()?, columns.as_slice()?);
+    let (values, variances) = run(py, |stop| stamped::filter(&noise, times, there, columns, stop))?;
+    Ok((values.into_pyarray(py).reshape(shape)?, variances.into_pyarray(py)))
 }

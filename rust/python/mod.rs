@@ -74,7 +74,7 @@ mod _core {
     use super::likelihood::Likelihood;
     // kalman
     #[pymodule_export]
-    use super::kalman::{kalman_filter, kalman_smooth};
+    use super::kalman::{kalman_filter, kalman_smooth, stamped_filter};
 
     // lstsq
     #[pymodule_export]

@@ -39,6 +39,8 @@ COMMANDS = {
     "export": "Parameters of a model for a filter or simulator.",
     "predict": "Growth of the error of angle, velocity, position or phase since the last fix.",
     "thermal": "Law of temperature of every axis, with a band; parameters for PX4, ArduPilot, C.",
+    "trend": "Rate of a series (heights, sea level, gravity, phase) with its uncertainty under the fitted noise.",
+    "timing": "Clocks and time servers: time error, ITU-T masks, jumps, noise and holdover.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",
     "fleet": "Every axis of every log of a folder: one table, and which units deviate.",
@@ -120,6 +122,10 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.simulate import command
         case "demo":
             from allanite.cli.commands.demo import command
+        case "timing":
+            from allanite.cli.commands.timing import command
+        case "trend":
+            from allanite.cli.commands.trend import command
         case "predict":
             from allanite.cli.commands.predict import command
         case "fleet":

@@ -31,6 +31,7 @@ from allanite.effects.files import as_model as as_model
 from allanite.effects.files import model_from_dict as model_from_dict
 from allanite.effects.files import model_to_dict as model_to_dict
 from allanite.effects.files import parse_model as parse_model
+from allanite.effects.flicker_phase import FlickerPhase as FlickerPhase
 from allanite.effects.gauss_markov import GaussMarkov as GaussMarkov
 from allanite.effects.high_pass import HighPass as HighPass
 from allanite.effects.hysteresis import Hysteresis as Hysteresis
@@ -77,6 +78,7 @@ CATALOGUE.begin(
     Resonance,
     ModulatedVibration,
     DriftingResonance,
+    FlickerPhase,
     PowerLaw,
     Unexplained,
     Covariate,

@@ -112,10 +112,16 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     second = max(exponent - 1.0, -2.0)
     top = np.array([reference // 2, reference])
     scaled_top = exact(top) * top ** (1.0 + exponent)
-    bend = (scaled_top[0] - scaled_top[1]) / (float(top[0]) ** second - float(top[1]) ** second)
-    limit = scaled_top[1] - bend * float(top[1]) ** second
+
+    def bent(k: Array) -> Array:
+        # Two equal powers are one, and one with a logarithm (flicker PM).
+        return np.log(k) if second == 0.0 else k**second
+
+    ends = bent(top.astype(float))
+    bend = (scaled_top[0] - scaled_top[1]) / (ends[0] - ends[1])
+    limit = scaled_top[1] - bend * ends[1]
     large = ~small
-    out[large] = (limit + bend * m[large] ** second) * m[large] ** (-1.0 - exponent)
+    out[large] = (limit + bend * bent(m[large])) * m[large] ** (-1.0 - exponent)
     return out
 
 

@@ -15,7 +15,7 @@ from allanite.common.validation import moment, positive_rate
 from allanite.recording import samples as arrays
 from allanite.recording.findings import of_stamps
 from allanite.recording.samples import column_names, find_column, group_means, index_of, locked, own
-from allanite.recording.timebase import Stamps, fill_gaps, read_stamps
+from allanite.recording.timebase import Stamps, epoch_of, fill_gaps, read_stamps, uneven_times
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -96,6 +96,8 @@ class Recording:
     'outliers'
     >>> gx.with_rows(np.arange(6000) % 2 == 0, 50.0).duration, gx.with_samples(2 * gx.samples).n
     (60.0, 6000)
+    >>> recording.seconds()[:3]
+    array([0.  , 0.01, 0.02])
     >>> figure = recording.plot("samples.svg")
     """
 
@@ -108,6 +110,8 @@ class Recording:
     covariate_units: Mapping[str, str]
     path: str | None
     stamps: Stamps | None
+    epoch: float | None
+    times: NDArray[np.float64] | None
     told: tuple[Finding, ...]
     log_columns: tuple[LogColumn, ...]
     _audit: list[Finding] | None
@@ -145,12 +149,13 @@ class Recording:
                 name: arrays.covariate_of(name, values, n)
                 for name, values in (covariates or {}).items()
             }
-            stamps = None
+            stamps, epoch, times = None, None, None
             time = index if time is None else time
             if time is not None:
                 stamps = read_stamps(time, time_unit, rate, piece)
                 if stamps.n != n:
                     raise InputError(f"{stamps.n} time stamps for {n} samples")
+                epoch, times = epoch_of(time, stamps), uneven_times(time, stamps)
                 array = fill_gaps(array, stamps)
                 extra = {k: np.asarray(fill_gaps(v, stamps), float) for k, v in extra.items()}
             if rate is None:
@@ -175,6 +180,8 @@ class Recording:
                 covariate_units=MappingProxyType(dict(covariate_units or {})),
                 path=None if path is None else str(path),
                 stamps=stamps,
+                epoch=epoch,
+                times=None if times is None else locked(times),
                 told=(),
                 log_columns=(),
                 _audit=None,
@@ -282,6 +289,10 @@ class Recording:
                 found._fix(_measured=True)
         return self._measured if isinstance(self._measured, Recording) else self
 
+    def seconds(self) -> NDArray[np.float64]:
+        """Time of each sample, s from the first, shape (n,): the stamps where these are unevenly spaced, else the grid."""
+        return np.arange(self.n) / self.rate if self.times is None else self.times
+
     def with_samples(self, samples: NDArray[Any]) -> Recording:
         """Return the recording with other samples of the same shape."""
         return self._with(samples=locked(samples))
@@ -290,7 +301,9 @@ class Recording:
         """Return the rows of a mask as a recording with this sampling rate; its time stamps are left out."""
         extra = {name: locked(values[rows]) for name, values in self.covariates.items()}
         kept = locked(self.samples[rows])
-        return self._with(samples=kept, rate=rate, stamps=None, covariates=MappingProxyType(extra))
+        times = None if self.times is None else locked(self.times[rows])
+        columns = MappingProxyType(extra)
+        return self._with(samples=kept, rate=rate, stamps=None, times=times, covariates=columns)
 
     # -- parts of it -----------------------------------------------------------------------------
 
@@ -346,7 +359,14 @@ class Recording:
 
     def _rows(self, rows: slice) -> Recording:
         extra = {name: values[rows] for name, values in self.covariates.items()}
-        return self._with(samples=self.samples[rows], covariates=MappingProxyType(extra))
+        first = rows.start or 0
+        times, begin = None, first / self.rate
+        if self.times is not None:
+            begin = float(self.times[first])
+            times = locked(self.times[rows] - begin)
+        epoch = None if self.epoch is None else self.epoch + begin
+        parts = {"samples": self.samples[rows], "times": times, "epoch": epoch}
+        return self._with(**parts, covariates=MappingProxyType(extra))
 
     def decimate(self, k: int) -> Recording:
         """Averages of k samples (sums of increments, every k-th angle); covariates are averaged.
@@ -364,7 +384,7 @@ class Recording:
         extra = {name: locked(group_means(values, k)) for name, values in self.covariates.items()}
         # The stamps are those of the samples that were averaged, and what they tell is of their rate.
         told = () if self.stamps is None else tuple(of_stamps(self.stamps, self.rate))
-        new = {"samples": locked(samples), "rate": self.rate / k, "stamps": None}
+        new = {"samples": locked(samples), "rate": self.rate / k, "stamps": None, "times": None}
         return self._with(**new, told=(*self.told, *told), covariates=MappingProxyType(extra))
 
     def called(self, path: str) -> Recording:
@@ -489,6 +509,7 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 def _restore(state: dict[str, Any]) -> Recording:
     recording = object.__new__(Recording)
     state = aligned(state)
+    state = {"epoch": None, "times": None, **state}
     locked(state["samples"])
     state["covariates"] = MappingProxyType({k: locked(v) for k, v in state["covariates"].items()})
     state["covariate_units"] = MappingProxyType(state["covariate_units"])

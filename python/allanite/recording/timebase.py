@@ -15,12 +15,17 @@ from allanite.recording.steps import Steps
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["TIME_UNITS", "Stamps", "pieces_of", "read_stamps"]
+__all__ = ["TIME_UNITS", "Stamps", "epoch_of", "pieces_of", "read_stamps", "uneven_times"]
 
 #: Missing samples to each sample that is there, above which a record is no longer one piece.
 FILL = 4
 #: Gaps of fewer samples part nothing: a record of which every tenth sample is there is sparse.
 SPARSE = 64
+#: Standard deviation of the spacing over the interval, above which each sample keeps its own time: a random walk, of which
+#: the step grows with the spacing, then differs by 1 % from one on a grid.
+UNEVEN = 0.01
+#: Samples above which times of their own are not kept.
+MOST_TIMES = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,3 +259,34 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
     rows = np.repeat([after + 1 - first for after, _ in gaps], [count for _, count in gaps])
     with np.errstate(invalid="ignore"):  # a NaN that signals is one like others
         return np.insert(array.astype(np.float64), rows, np.nan, axis=0)
+
+
+def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
+    """Return the time of each row of the regular grid, s from its first, if the stamps are unevenly spaced; else None.
+
+    Rows of missing samples have times between those of their neighbors. Stamps that run back have no such times.
+    """
+    first, end = stamps.rows
+    if stamps.jitter * stamps.rate <= UNEVEN or end - first > MOST_TIMES or stamps.seams:
+        return None
+    t, _ = numbers_of(time, stamps.unit)
+    seconds = (t[first:end] - t[first]).astype(np.float64) * TIME_UNITS[stamps.unit]
+    if (np.diff(seconds) < 0.0).any():
+        return None
+    missing = np.zeros(end - first, dtype=np.int64)
+    for after, count in stamps.inside:
+        missing[after + 1 - first] += count
+    rows = np.arange(end - first) + np.cumsum(missing)
+    return np.interp(np.arange(rows[-1] + 1), rows, seconds)
+
+
+def epoch_of(time: ArrayLike, stamps: Stamps) -> float | None:
+    """Return the time of the first row used, s since 1970, if the stamps are date-times or decimal years."""
+    kind = np.asarray(time).dtype.kind
+    t, _ = numbers_of(time, stamps.unit)
+    first = float(t[stamps.rows[0]])
+    if kind in "OUSMT":
+        return first * 1e-9
+    if stamps.unit == "y" and 1900.0 <= first <= 2200.0:
+        return (first - 1970.0) * TIME_UNITS["y"]
+    return None

@@ -23,6 +23,7 @@ from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
 from allanite.common.validation import positive_rate
 from allanite.effects import as_model
+from allanite.recording.recording import QUANTITIES
 from allanite.scale.bets import Bets
 from allanite.summary import Summary
 from allanite.summary.stretch import Stretch
@@ -95,6 +96,8 @@ class Watch:
         Of the samples.
     tolerance : float
         Relative deviation of the noise within which the model holds.
+    quantity : {"rate", "increment", "angle"}
+        What the samples are: the rate, its integral over one sample, or from the start (the phase of a clock).
 
     Attributes
     ----------
@@ -144,8 +147,14 @@ class Watch:
         rate: float,
         unit: str = "1",
         tolerance: float = TOLERANCE,
+        quantity: str = "rate",
     ) -> None:
         model = as_model(model)
+        if quantity not in QUANTITIES:
+            raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+        self.quantity = quantity
+        #: Last angle: its difference from the next one is a sample of the rate.
+        self._angle: float | None = None
         self.model, self.rate, self.unit = model, positive_rate(rate), unit
         self.tolerance = tolerance
         for effect in model.stochastic:
@@ -203,11 +212,19 @@ class Watch:
         if infinite.any():
             place = self.taken + int(np.argmax(infinite)) + 1
             raise InputError(f"sample {place} is infinite: mark missing samples with NaN")
+        angle = float(x[-1])
+        if self.quantity == "increment":
+            x = x * self.rate
+        elif self.quantity == "angle":
+            angles = x if self._angle is None else np.concatenate([[self._angle], x])
+            x = np.diff(angles) * self.rate
         # Of a watch that was killed between its two files the summary is ahead of the state, and has some of these.
         fresh = x[max(0, self._stretch.stop - self.taken) :]
         if fresh.size:
             self._stretch.update([np.clip(fresh, -LARGEST_IN_SUMMARY, LARGEST_IN_SUMMARY)])
         self.taken += x.size
+        if self.quantity == "angle":
+            self._angle = angle
         before = self.alarm
         joined = np.concatenate([self._rest, x])
         judged = self._rest.size // SEGMENT * SEGMENT
@@ -223,6 +240,8 @@ class Watch:
     def interrupt(self) -> None:
         """Say that the next sample does not follow the last: a segment with samples from both sides decides nothing."""
         self._rest[self._rest.size // SEGMENT * SEGMENT :] = np.nan
+        if self._angle is not None:
+            self._angle = np.nan
 
     def _raise(self) -> None:
         bets = self._bets[int(np.argmax(self._capitals()))]
@@ -273,6 +292,7 @@ class Watch:
             "taken": self.taken,
             "alarm": None if self.alarm is None else self.alarm.to_dict(),
             "position": self.position,
+            "angle": None if self._angle is None or math.isnan(self._angle) else self._angle,
             # JSON has no NaN.
             "rest": [None if math.isnan(x) else x for x in self._rest.tolist()],
             "bets": [bets.state() for bets in self._bets],
@@ -320,6 +340,9 @@ class Watch:
         # None becomes NaN.
         self.taken, self._rest = int(state["taken"]), np.array(state["rest"], dtype=np.float64)
         self.position = _position(state["position"])
+        if self.quantity == "angle":
+            last = state.get("angle")
+            self._angle = math.nan if last is None else float(last)
         self.alarm = None if state["alarm"] is None else Alarm(**state["alarm"])
 
 

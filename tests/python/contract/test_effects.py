@@ -58,6 +58,7 @@ VALUES = [
         {"frequency": 4.0, "damping": 0.01, "rms": 0.8, "modulation": 0.7, "depth": 0.9},
     ),
     ("DRES", {"course": (4.0, 3.5, 3.4), "damping": 0.05, "rms": 0.8}),
+    ("F", {"F": 0.05}),
     ("PL", {"exponent": -1.4, "level": 0.3}),
     ("PL", {"exponent": -0.5, "level": 0.3}),
     ("PL", {"exponent": 0.6, "level": 0.3}),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["MJD_OF_1970", "date_times", "first_lines", "rewritten"]
+__all__ = ["MJD_OF_1970", "date_times", "first_lines", "rewritten", "spacing_notes"]
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
@@ -37,6 +37,18 @@ def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
     whole = np.floor(found)
     ns = whole.astype(np.int64) * 10**9 + np.rint((found - whole) * 1e9).astype(np.int64)
     return ns.astype("datetime64[ns]")
+
+
+def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
+    """Return a remark on the spacing of the lines of a time server, if they are not all as far apart.
+
+    A server writes a line when a packet arrives.
+    """
+    steps = np.diff(seconds)
+    if steps.size == 0 or steps.min() == steps.max():
+        return []
+    usual = float(np.median(steps))
+    return [f"lines are {usual:.6g} s apart, from {steps.min():.6g} to {steps.max():.6g} s"]
 
 
 @contextmanager

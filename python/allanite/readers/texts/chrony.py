@@ -11,6 +11,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._table import Table
+from allanite.readers.texts._lines import spacing_notes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -86,10 +87,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         if others:
             notes.append(f"sources not read: {', '.join(others)}; cut the file to read one")
     numbers = np.array([values for _, values in found])
+    moments = np.array([row[0] for row in found])
+    notes += spacing_notes((moments - moments[0]) / np.timedelta64(1, "s"))
     return Table(
         tuple(name for name, _, _ in fields),
         tuple(numbers.T),
         tuple(unit for _, unit, _ in fields),
-        time=np.array([row[0] for row in found]),
+        time=moments,
         notes=tuple(notes),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,10 +16,11 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read", "recognizes"]
+__all__ = ["offsets_of", "read", "recognizes"]
 
 # Source: Hector user manual, "mom format": "# sampling period 1.0" (days), lines of "# offset" and other events, then MJD,
 # the observation and, if one was estimated, the model.
+_OFFSET = re.compile(r"^#\s*offset\s+(?P<day>[0-9.]+)", re.IGNORECASE)
 _PERIOD = re.compile(rb"^#\s*sampling\s+period\s+[0-9.]+", re.IGNORECASE | re.MULTILINE)
 
 
@@ -52,3 +54,18 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
         time=date_times(86400.0 * (table[0] - MJD_OF_1970)),
         notes=("the unit of the observations is that of the file, often 1 mm",),
     )
+
+
+def offsets_of(path: Path) -> list[str]:
+    """Return the dates of the lines ``# offset MJD`` of a series of Hector; none of any other file."""
+    found: list[str] = []
+    with suppress(OSError), path.open("rb") as stream:
+        head = stream.read(8192)
+        if not recognizes(head):
+            return found
+        for line in head.decode("utf-8", "replace").splitlines():
+            match = _OFFSET.match(line.strip())
+            if match is not None:
+                [moment] = date_times([86400.0 * (float(match["day"]) - MJD_OF_1970)])
+                found.append(str(moment.astype("datetime64[s]")))
+    return found

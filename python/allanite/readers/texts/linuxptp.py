@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import date_times, first_lines
+from allanite.readers.texts._lines import date_times, first_lines, spacing_notes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -101,6 +101,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     if locked.any() and not locked.all():
         notes.append(f"the servo was not locked at {np.count_nonzero(~locked)} later samples")
     time, offset, _, frequency, delay = values.T
+    notes += spacing_notes(time)
     return Table(
         ("offset", "frequency", "delay"),
         (offset * 1e-9, frequency, delay * 1e-9),

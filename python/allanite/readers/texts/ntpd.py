@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines
+from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines, spacing_notes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -73,6 +73,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     if others:
         notes.append(f"peers not read: {', '.join(others)}; cut the file to read one")
     time, offset, beside_it = np.array(rows[chosen]).T
+    notes += spacing_notes(time)
     name, unit = ("frequency", "ppm") if form is _LOOP else ("delay", "s")
     return Table(
         ("offset", name),

@@ -125,3 +125,41 @@ def test_a_binary_log_is_refused(run, tmp_path, model):
     assert (code, out, len(err.splitlines())) == (2, "", 1)
     assert "binary" in err
     assert "log.npz" in err
+
+
+@pytest.mark.parametrize("louder", [1, 3])
+def test_a_phase_is_watched_by_its_differences(run, tmp_path, louder):
+    model = tmp_path / "clock.json"
+    clock = al.AngleRandomWalk(N=1e-11)
+    al.fit_model(clock.simulate(n=20000, rate=1.0, seed=1, unit="1"), "N").save(model)
+    phase = np.cumsum(louder * clock.simulate(n=6000, rate=1.0, seed=2, unit="1").samples)
+    log, state = tmp_path / "phase.csv", tmp_path / "state.json"
+    rows = [f"{value:.15e}\n" for value in phase]
+    # The second call continues with the difference from the last phase of the first.
+    for some in (rows[:3000], rows):
+        log.write_text("phase [s]\n" + "".join(some))
+        code, out, err = run(
+            "watch", log, "--model", model, "--quantity", "angle", "--state", state
+        )
+        assert code == 0, err
+    document = last(out)
+    assert document["samples"] == 5999
+    assert document["holds"] == (louder == 1)
+
+
+def test_a_watch_of_increments_and_angles_is_one_of_rates():
+    x = al.AngleRandomWalk(N=N).simulate(n=5000, rate=RATE, seed=3).samples
+    values = []
+    for quantity, samples in (
+        ("rate", x),
+        ("increment", x / RATE),
+        ("angle", np.concatenate([[0.0], np.cumsum(x)]) / RATE),
+    ):
+        watch = al.Watch(al.AngleRandomWalk(N=N), RATE, quantity=quantity)
+        watch.update(samples[:1000])
+        watch.update(samples[1000:])
+        values.append((watch.taken, watch.e_value))
+    assert values[1] == (5000, pytest.approx(values[0][1], rel=1e-9))
+    assert values[2] == (5000, pytest.approx(values[0][1], rel=1e-6))
+    with pytest.raises(al.InputError, match="one of rate"):
+        al.Watch(al.AngleRandomWalk(N=N), RATE, quantity="phase")

@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 @click.option("--rate", type=float, metavar="HZ", help="Sampling rate; default the model file's.")
 @click.option("--unit", metavar="UNIT", help="Unit of the samples; default the model file's.")
 @click.option(
+    "--quantity",
+    type=click.Choice(["rate", "increment", "angle"]),
+    default="rate",
+    show_default=True,
+    help="What the samples are; angle is also the phase of a clock, in s.",
+)
+@click.option(
     "--column",
     metavar="NAME",
     help="Column, or its number from 0; default the model file's, else the first that is no time.",
@@ -39,6 +46,7 @@ def command(
     model: str,
     rate: float | None,
     unit: str | None,
+    quantity: str,
     column: str | None,
     state: str | None,
     prometheus: str | None,
@@ -71,8 +79,11 @@ def command(
     if rate is None:
         raise InputError("no sampling rate: give --rate HZ beside --model")
     with about("--unit"):
-        unit = rate_unit(unit or chosen.unit or "1", "rate").name
-    watch = Watch(chosen.model, rate, unit)
+        # A model file has the unit of the rate.
+        unit = (
+            rate_unit(chosen.unit or "1", "rate") if unit is None else rate_unit(unit, quantity)
+        ).name
+    watch = Watch(chosen.model, rate, unit, quantity=quantity)
     if state is not None and Path(state).is_file():
         watch.restore(state)
         if not is_file(source):

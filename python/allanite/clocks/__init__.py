@@ -1,0 +1,20 @@
+"""Clocks and time servers: time error, ITU-T masks, jumps, noise, holdover, and the noise of each of several clocks."""
+
+from __future__ import annotations
+
+from allanite.clocks.hat import ClockDeviation, Clocks, three_cornered_hat
+from allanite.clocks.masks import MASKS, Mask, mask_named
+from allanite.clocks.timing import AFTER, Timing, Timings, timing
+
+__all__ = [
+    "AFTER",
+    "MASKS",
+    "ClockDeviation",
+    "Clocks",
+    "Mask",
+    "Timing",
+    "Timings",
+    "mask_named",
+    "three_cornered_hat",
+    "timing",
+]

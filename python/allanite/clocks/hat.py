@@ -1,0 +1,354 @@
+"""The noise of each of three or more clocks, from their differences.
+
+With z the Allan differences of the mean frequencies over τ, that of a clock i against j is z_i − z_j. The clocks are
+independent, so that E (z_i − z_j)(z_i − z_k) is the variance of z_i alone (Groslambert, Fest, Olivier & Gagnepain 1981). If
+one counter measures all clocks at once this is the three-cornered hat (Gray & Allan 1974); with a counter for each pair
+the noise of the counters cancels.
+
+The intervals are those of the variances that make the measured covariances likely: a Wishart distribution whose degrees of
+freedom are those of the overlapping Allan variance at this τ (Vernotte & Lantz 2017, Metrologia 54, 264).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.common.errors import InputError
+from allanite.common.threads import go_on
+from allanite.common.validation import recorded
+from allanite.deviation import oadev
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
+
+__all__ = ["ClockDeviation", "Clocks", "three_cornered_hat"]
+
+Array = NDArray[np.float64]
+#: Chains of the sampler, steps that are left out, and steps that are used: quantiles are known to 1 % of the interval.
+CHAINS, WARM, STEPS = 64, 200, 400
+#: Fewer degrees of freedom say nothing about three clocks.
+LEAST_EDF = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class ClockDeviation:
+    """Allan deviation of one clock.
+
+    Attributes
+    ----------
+    name : str
+    tau : ndarray, shape (k,)
+        s.
+    variance : ndarray, shape (k,)
+        Groslambert covariance: an unbiased estimate, negative where the clock is too quiet beside the others.
+    deviation : ndarray, shape (k,)
+        Its root; NaN where it is negative.
+    low, high : ndarray, shape (k,)
+        95 % interval of the deviation; where `detected` is false low is 0 and high is the 95 % limit.
+    detected : ndarray of bool, shape (k,)
+    edf : ndarray, shape (k,)
+        Degrees of freedom.
+
+    Examples
+    --------
+    >>> x = np.cumsum(np.random.default_rng(1).standard_normal((500, 3)), axis=0)
+    >>> log = al.Recording(x, rate=1.0, quantity="angle", columns=["a", "b", "c"])
+    >>> one = al.three_cornered_hat(log)["b"]
+    >>> one.name, one.tau[:3], one.to_dict()["points"][0]["detected"]
+    ('b', array([1., 2., 4.]), True)
+    """
+
+    name: str
+    tau: Array
+    variance: Array
+    deviation: Array
+    low: Array
+    high: Array
+    detected: NDArray[np.bool_]
+    edf: Array
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as JSON; null for what is not known."""
+        rows = zip(
+            self.tau, self.variance, self.deviation, self.low, self.high, self.detected, self.edf,
+            strict=True,
+        )  # fmt: skip
+        return {
+            "clock": self.name,
+            "points": [
+                {
+                    "tau_s": float(t),
+                    "variance": float(v),
+                    "deviation": float(d) if np.isfinite(d) else None,
+                    "low": float(lo),
+                    "high": float(hi),
+                    "detected": bool(seen),
+                    "edf": float(e),
+                }
+                for t, v, d, lo, hi, seen, e in rows
+            ],
+        }
+
+
+class Clocks(Mapping[str, ClockDeviation]):
+    """Allan deviations of the clocks by name.
+
+    Examples
+    --------
+    >>> x = np.cumsum(np.random.default_rng(1).standard_normal((500, 3)), axis=0)
+    >>> found = al.three_cornered_hat(al.Recording(x, rate=1.0, quantity="angle"))
+    >>> list(found), found.to_dict()["schema"]
+    (['x0', 'x1', 'x2'], 'allanite/hat/1')
+    """
+
+    def __init__(self, clocks: list[ClockDeviation]) -> None:
+        self._clocks = {one.name: one for one in clocks}
+
+    def __getitem__(self, name: str) -> ClockDeviation:
+        return self._clocks[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._clocks)
+
+    def __len__(self) -> int:
+        return len(self._clocks)
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/hat/1``."""
+        return {
+            "schema": "allanite/hat/1",
+            "version": _kernels.version(),
+            "clocks": [one.to_dict() for one in self.values()],
+        }
+
+    def __str__(self) -> str:
+        lines = []
+        for one in self.values():
+            lines.append(f"{one.name}: Allan deviation, 95 % interval")
+            for t, d, lo, hi, seen in zip(
+                one.tau, one.deviation, one.low, one.high, one.detected, strict=True
+            ):
+                value = (
+                    f"{d:12.4e} {lo:12.4e} {hi:12.4e}"
+                    if seen
+                    else f"not detected (95 % limit {hi:.3e})"
+                )
+                lines.append(f"{t:12.6g} {value}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+def three_cornered_hat(
+    recording: Recording, pairs: list[tuple[str, str]] | None = None, seed: int = 0
+) -> Clocks:
+    """Allan deviation of each of three or more independent clocks, with intervals.
+
+    Parameters
+    ----------
+    recording : Recording
+        Three or more columns: the phase (or frequency) of each clock against one reference, at the same times. It
+        cancels. With `pairs`, the differences of the clocks.
+    pairs : list of (str, str), optional
+        What each column measures: ``("a", "b")`` is a − b. All pairs of the clocks, each by its own counter or not.
+    seed : int
+        Of the sampler of the intervals.
+
+    Returns
+    -------
+    Clocks
+        A mapping from the name of a clock to its `ClockDeviation`.
+
+    Raises
+    ------
+    InputError
+        Fewer than three clocks, or a pair that is not measured.
+
+    References
+    ----------
+    Gray, J. E. & Allan, D. W. (1974). 28th Frequency Control Symposium, 243. Groslambert, J. et al. (1981). 35th, 458.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> x = np.cumsum(rng.standard_normal((20000, 3)) * [1e-9, 2e-9, 3e-9], axis=0)
+    >>> found = al.three_cornered_hat(al.Recording(x, rate=1.0, quantity="angle", columns=["a", "b", "c"]))
+    >>> [bool(one.low[0] < true < one.high[0]) for one, true in zip(found.values(), [1e-9, 2e-9, 3e-9])]
+    [True, True, True]
+    """
+    recorded(recording)
+    names, differences = _differences(recording, pairs)
+    curves = {pair: oadev(one) for pair, one in differences.items()}
+    factors = next(iter(curves.values())).factors
+    for curve in curves.values():
+        factors = np.intersect1d(factors, curve.factors)
+    rng = np.random.default_rng(seed)
+    rows: dict[str, list[tuple[float, float, float, float, bool, float]]] = {n: [] for n in names}
+    tau: list[float] = []
+    phases = {pair: _phase(one) for pair, one in differences.items()}
+    for m in factors.tolist():
+        go_on()
+        edf = min(float(c.edf[np.flatnonzero(c.factors == m)[0]]) for c in curves.values())
+        if not edf >= LEAST_EDF:
+            continue
+        allan = {
+            pair: _allan_differences(phase, m, recording.rate) for pair, phase in phases.items()
+        }
+        variance = _covariances(names, allan)
+        if variance is None:
+            continue
+        tau.append(m / recording.rate)
+        # Differences against the first clock hold all that is known if one counter measures all.
+        own = np.array([_between(allan, names[i], names[0]) for i in range(1, len(names))])
+        good = ~np.isnan(own).any(axis=0)
+        scatter = 0.5 * own[:, good] @ own[:, good].T / np.count_nonzero(good)
+        low, high, seen = _intervals(scatter, edf, variance, rng)
+        for i, name in enumerate(names):
+            rows[name].append((variance[i], low[i], high[i], high[i], bool(seen[i]), edf))
+    if not tau:
+        raise InputError(
+            "the record is too short for three clocks: no averaging time has two degrees of freedom"
+        )
+    out = []
+    for name in names:
+        values = np.array([row[0] for row in rows[name]])
+        with np.errstate(invalid="ignore"):
+            deviation = np.sqrt(values)
+        out.append(
+            ClockDeviation(
+                name,
+                np.array(tau),
+                values,
+                deviation,
+                np.array([row[1] for row in rows[name]]),
+                np.array([row[2] for row in rows[name]]),
+                np.array([row[4] for row in rows[name]]),
+                np.array([row[5] for row in rows[name]]),
+            )
+        )
+    return Clocks(out)
+
+
+def _differences(
+    recording: Recording, pairs: list[tuple[str, str]] | None
+) -> tuple[list[str], dict[tuple[str, str], Recording]]:
+    """Names of the clocks, and the recording of each pair."""
+    if pairs is None:
+        names = list(recording.columns)
+        if len(names) < 3:
+            raise InputError(f"{len(names)} clocks ({', '.join(names)}): three or more are needed")
+        samples = np.asarray(recording.samples, dtype=np.float64)
+        first = recording.column(0)
+        return names, {
+            (names[i], names[j]): first.with_samples(samples[:, i] - samples[:, j])
+            for i, j in combinations(range(len(names)), 2)
+        }
+    if len(pairs) != len(recording.columns):
+        raise InputError(
+            f"{len(pairs)} pairs for {len(recording.columns)} columns: one for each is needed"
+        )
+    names = list(dict.fromkeys(name for pair in pairs for name in pair))
+    measured = {(a, b): one for (a, b), one in zip(pairs, recording, strict=True)}
+    for a, b in combinations(names, 2):
+        if (a, b) not in measured and (b, a) not in measured:
+            raise InputError(
+                f"the pair {a} and {b} is not measured: every pair of clocks is needed"
+            )
+    if len(names) < 3:
+        raise InputError(f"{len(names)} clocks: three or more are needed")
+    return names, measured
+
+
+def _phase(one: Recording) -> Array:
+    if one.quantity == "angle":
+        return np.asarray(one.samples, dtype=np.float64)
+    y = np.asarray(one.rate_samples(), dtype=np.float64) / one.rate
+    total = np.cumsum(np.where(np.isnan(y), 0.0, y))
+    return np.concatenate([[0.0], np.where(np.isnan(y), np.nan, total)])
+
+
+def _allan_differences(phase: Array, m: int, rate: float) -> Array:
+    """Differences of adjacent mean frequencies over m samples, at every row."""
+    return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
+
+
+def _between(allan: dict[tuple[str, str], Array], a: str, b: str) -> Array:
+    return allan[a, b] if (a, b) in allan else -allan[b, a]
+
+
+def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
+    """Variance of each clock: the mean of its Groslambert covariances over all pairs of others."""
+    out = []
+    for own in names:
+        found = []
+        for a, b in combinations([n for n in names if n != own], 2):
+            product = _between(allan, own, a) * _between(allan, own, b)
+            product = product[~np.isnan(product)]
+            if product.size == 0:
+                return None
+            found.append(0.5 * float(product.mean()))
+        out.append(float(np.mean(found)))
+    return np.array(out)
+
+
+def _intervals(
+    scatter: Array, edf: float, variance: Array, rng: np.random.Generator
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """95 % intervals of deviations under a Wishart distribution; whether each clock is seen.
+
+    The prior of a variance v is 1/(v + e), e the standard error of its estimate at 0: it does not matter in which unit v is
+    written where it is seen, and v = 0 is possible where it is not.
+    """
+    size = float(np.trace(scatter)) / len(scatter)
+    s = scatter / size
+    k = len(variance)
+    # Standard error at 0: the product of the differences to two others, in squares.
+    others = (np.trace(s) / len(s)) / np.sqrt(edf)
+    floor = np.full(k, others)
+    place = np.log(np.maximum(variance / size, 0.3 * floor))
+    place = place + 0.3 * rng.standard_normal((CHAINS, k))
+
+    def height(log_v: Array) -> Array:
+        v = np.exp(log_v)
+        inverse = 1.0 / v[:, 1:]
+        whole = 1.0 / v[:, 0] + inverse.sum(axis=1)
+        # Σ = diag(v₁ …) + v₀: determinant and inverse by Sherman and Morrison.
+        determinant = log_v.sum(axis=1) + np.log(whole)
+        own = (inverse * s.diagonal()).sum(axis=1)
+        cross = np.einsum("ci,ij,cj->c", inverse, s, inverse) / whole
+        likelihood = -0.5 * edf * (determinant + own - cross)
+        prior = (log_v - np.log(v + floor)).sum(axis=1)
+        return np.asarray(likelihood + prior)
+
+    at = height(place)
+    step = np.full(k, 2.4 / np.sqrt(k) * min(1.0, np.sqrt(4.0 / edf)))
+    kept = []
+    for turn in range(WARM + STEPS):
+        # Steps along the difference of two other chains: as wide as the chains are, in every direction.
+        a, b = rng.integers(CHAINS, size=(2, CHAINS))
+        width = 2.38 / np.sqrt(2.0 * k) if turn % 10 else 1.0
+        move = width * (place[a] - place[b]) + 1e-3 * step * rng.standard_normal((CHAINS, k))
+        tried = place + move
+        new = height(tried)
+        taken = np.log(rng.random(CHAINS)) < new - at
+        place = np.where(taken[:, None], tried, place)
+        at = np.where(taken, new, at)
+        if turn >= WARM:
+            kept.append(place.copy())
+    v = np.exp(np.concatenate(kept)) * size
+    low, high, limit = np.quantile(v, [0.025, 0.975, 0.95], axis=0)
+    # Seen: 0.1 of the standard error at 0 is improbable.
+    seen = np.quantile(v, 0.025, axis=0) > 0.1 * floor * size
+    return (
+        np.sqrt(np.where(seen, low, 0.0)),
+        np.sqrt(np.where(seen, high, limit)),
+        np.asarray(seen),
+    )

@@ -1,0 +1,262 @@
+"""Limits of ITU-T on MTIE and TDEV of clocks, as tables with their sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError
+
+__all__ = ["MASKS", "Limit", "Mask", "Piece", "mask_named"]
+
+Array = NDArray[np.float64]
+NS = 1e-9
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A limit for low < τ ≤ high, in s: Σ coefficient · τ^power, in ns.
+
+    Examples
+    --------
+    >>> from allanite.clocks.masks import Piece
+    >>> Piece(9.0, 400.0, ((8.0, 0.5),)).at(100.0)
+    80.0
+    """
+
+    low: float
+    high: float
+    sum: tuple[tuple[float, float], ...]
+
+    def at(self, tau: float) -> float:
+        """Return the limit at τ, ns."""
+        return float(sum(coefficient * tau**power for coefficient, power in self.sum))
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit on one deviation.
+
+    Attributes
+    ----------
+    pieces : tuple of Piece
+        In ascending order, each from where the last one ends.
+    source : str
+        Recommendation, edition and clause or table.
+    """
+
+    pieces: tuple[Piece, ...]
+    source: str
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Where the limit begins (exclusive) and ends (inclusive), s."""
+        return self.pieces[0].low, self.pieces[-1].high
+
+    def at(self, tau: Array) -> Array:
+        """Return the limit at averaging times, s, shape of `tau`; NaN where there is none."""
+        flat = np.atleast_1d(np.asarray(tau, dtype=float))
+        out = np.full(flat.shape, np.nan)
+        for piece in self.pieces:
+            inside = (flat > piece.low) & (flat <= piece.high)
+            out[inside] = [NS * piece.at(t) for t in flat[inside].tolist()]
+        return out.reshape(np.shape(tau))
+
+
+@dataclass(frozen=True)
+class Mask:
+    """Limits of one kind of clock.
+
+    Attributes
+    ----------
+    name : str
+    title : str
+    limits : mapping of str to Limit
+        ``mtie``, ``tdev``.
+    filter_hz : float or None
+        First-order low-pass filter of the time error before MTIE and TDEV.
+    time_error : float or None
+        Limit of |time error|, s.
+    constant : float or None
+        Limit of the |constant time error| of any 1000 s, s.
+    source : str
+        Of the limits of the time error.
+    """
+
+    name: str
+    title: str
+    limits: Mapping[str, Limit]
+    filter_hz: float | None = None
+    time_error: float | None = None
+    constant: float | None = None
+    source: str = ""
+
+
+def _limit(source: str, *pieces: tuple[float, float, tuple[tuple[float, float], ...]]) -> Limit:
+    return Limit(tuple(Piece(low, high, terms) for low, high, terms in pieces), source)
+
+
+def _mask(
+    name: str,
+    title: str,
+    mtie: Limit | None,
+    tdev: Limit | None,
+    filter_hz: float | None = None,
+    time_error: float | None = None,
+    constant: float | None = None,
+    source: str = "",
+) -> Mask:
+    limits = {kind: limit for kind, limit in (("mtie", mtie), ("tdev", tdev)) if limit is not None}
+    return Mask(name, title, MappingProxyType(limits), filter_hz, time_error, constant, source)
+
+
+_PRIMARY = ((0.275, 1.0), (25.0, 0.0))  # 0.275e-3 τ + 0.025 µs
+_SSU_2 = _limit(
+    "G.812 (06/2004) clause 8.1, types II and III",
+    (0.1, 2.5, ((3.2, -0.5),)),
+    (2.5, 40.0, ((2.0, 0.0),)),
+    (40.0, 1e3, ((0.32, 0.5),)),
+    (1e3, 1e4, ((10.0, 0.0),)),
+)
+_MASKS = (
+    _mask(
+        "G.811",
+        "primary reference clock",
+        _limit(
+            "G.811 (09/1997) clause 6.1, figure 1",
+            (0.1, 1e3, _PRIMARY),
+            (1e3, np.inf, ((0.01, 1.0), (290.0, 0.0))),
+        ),
+        _limit(
+            "G.811 (09/1997) clause 6.1, figure 2",
+            (0.1, 100.0, ((3.0, 0.0),)),
+            (100.0, 1e3, ((0.03, 1.0),)),
+            (1e3, 1e4, ((30.0, 0.0),)),
+        ),
+    ),
+    _mask(
+        "G.812-I",
+        "node clock of type I, locked",
+        _limit(
+            "G.812 (06/2004) clause 8.1, type I",
+            (0.1, 9.0, ((24.0, 0.0),)),
+            (9.0, 400.0, ((8.0, 0.5),)),
+            (400.0, 1e4, ((160.0, 0.0),)),
+        ),
+        _limit(
+            "G.812 (06/2004) clause 8.1, type I",
+            (0.1, 25.0, ((3.0, 0.0),)),
+            (25.0, 100.0, ((0.12, 1.0),)),
+            (100.0, 1e4, ((12.0, 0.0),)),
+        ),
+    ),
+    _mask(
+        "G.812-II",
+        "node clock of type II or III, locked",
+        _limit(
+            "G.812 (06/2004) clause 8.1, types II and III",
+            (0.1, 1.0, ((40.0, 0.0),)),
+            (1.0, 10.0, ((40.0, 0.4),)),
+            (10.0, 1e3, ((100.0, 0.0),)),
+        ),
+        _SSU_2,
+    ),
+    _mask(
+        "G.8262-1",
+        "Ethernet equipment clock, option 1, constant temperature",
+        _limit(
+            "G.8262 (07/2010) table 1",
+            (0.1, 1.0, ((40.0, 0.0),)),
+            (1.0, 100.0, ((40.0, 0.1),)),
+            (100.0, 1e3, ((25.25, 0.2),)),
+        ),
+        _limit(
+            "G.8262 (07/2010) table 3",
+            (0.1, 25.0, ((3.2, 0.0),)),
+            (25.0, 100.0, ((0.64, 0.5),)),
+            (100.0, 1e3, ((6.4, 0.0),)),
+        ),
+    ),
+    _mask(
+        "G.8262-2",
+        "Ethernet equipment clock, option 2, constant temperature",
+        _limit(
+            "G.8262 (07/2010) table 4",
+            (0.1, 1.0, ((20.0, 0.0),)),
+            (1.0, 10.0, ((20.0, 0.48),)),
+            (10.0, 1e3, ((60.0, 0.0),)),
+        ),
+        Limit(_SSU_2.pieces, "G.8262 (07/2010) table 5"),
+    ),
+    _mask(
+        "G.8272-A",
+        "primary reference time clock, class A",
+        _limit(
+            "G.8272 (11/2018) table 1",
+            (0.1, 273.0, _PRIMARY),
+            (273.0, 1e5, ((100.0, 0.0),)),
+        ),
+        _limit(
+            "G.8272 (11/2018) table 3",
+            (0.1, 100.0, ((3.0, 0.0),)),
+            (100.0, 1e3, ((0.03, 1.0),)),
+            (1e3, 1e4, ((30.0, 0.0),)),
+        ),
+        time_error=100.0 * NS,
+        source="G.8272 (11/2018) clause 6.1",
+    ),
+    _mask(
+        "G.8272-B",
+        "primary reference time clock, class B",
+        _limit(
+            "G.8272 (11/2018) table 2",
+            (0.1, 54.5, _PRIMARY),
+            (54.5, 1e5, ((40.0, 0.0),)),
+        ),
+        _limit(
+            "G.8272 (11/2018) table 4",
+            (0.1, 100.0, ((1.0, 0.0),)),
+            (100.0, 500.0, ((0.01, 1.0),)),
+            (500.0, 1e5, ((5.0, 0.0),)),
+        ),
+        time_error=40.0 * NS,
+        source="G.8272 (11/2018) clause 6.1",
+    ),
+    *(
+        _mask(
+            f"G.8273.2-{grade}",
+            f"telecom boundary or time slave clock, class {grade}, constant temperature",
+            _limit("G.8273.2 (06/2023) table 7-4", (0.0, 1e3, ((mtie, 0.0),))),
+            _limit("G.8273.2 (06/2023) table 7-5", (0.0, 1e3, ((tdev, 0.0),))),
+            filter_hz=0.1,
+            time_error=largest * NS,
+            constant=constant * NS,
+            source="G.8273.2 (06/2023) clause 7.1",
+        )
+        for grade, mtie, tdev, largest, constant in (
+            ("A", 40.0, 4.0, 100.0, 50.0),
+            ("B", 40.0, 4.0, 70.0, 20.0),
+            ("C", 10.0, 2.0, 30.0, 10.0),
+        )
+    ),
+)
+#: Name → mask.
+MASKS: Mapping[str, Mask] = MappingProxyType({mask.name: mask for mask in _MASKS})
+
+
+def mask_named(name: str) -> Mask:
+    """Return a mask by its name, whatever the case of its letters.
+
+    Raises
+    ------
+    InputError
+        There is none of that name; the names are listed.
+    """
+    found = next((mask for key, mask in MASKS.items() if key.lower() == name.strip().lower()), None)
+    if found is None:
+        raise InputError(f"mask {name!r} is unknown: one of {', '.join(MASKS)}")
+    return found

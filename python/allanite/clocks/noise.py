@@ -1,0 +1,87 @@
+"""The noise of a clock's phase: white and flicker PM, white, flicker and random-walk FM, chosen by evidence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects import (
+    AngleRandomWalk,
+    BiasInstability,
+    FlickerPhase,
+    Quantization,
+    RateRandomWalk,
+    Stochastic,
+)
+from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
+from allanite.fit.stamped.noise import integrated_noise
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.fit.stamped.likelihood import StampedSeries
+
+__all__ = ["EFFECTS", "clock_noise", "thinned"]
+
+#: White PM, flicker PM, white FM, flicker FM, random-walk FM: from the steepest density of the frequency to the other end.
+EFFECTS: tuple[Stochastic, ...] = (
+    Quantization(),
+    FlickerPhase(),
+    AngleRandomWalk(),
+    BiasInstability(),
+    RateRandomWalk(),
+)
+#: Samples that are kept of each stretch of the record: the last ones, every second one of the stretch before, and so on.
+KEPT = 512
+
+
+def thinned(n: int) -> NDArray[np.int64]:
+    """Return rows of n: the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those …
+
+    The likelihood takes samples at any times. Close samples at the end tell of fast noise and where the clock is now;
+    the samples before them tell of slow noise.
+    """
+    rows: list[NDArray[np.int64]] = []
+    end, stride = n, 1
+    while end > 0:
+        first = max(end - KEPT * stride * (2 if stride == 1 else 1), 0)
+        some = np.arange(end - 1, first - 1, -stride, dtype=np.int64)
+        rows.append(some)
+        end = int(some[-1]) if some.size and int(some[-1]) > 0 else 0
+        stride *= 2
+    return np.unique(np.concatenate(rows))
+
+
+def clock_noise(
+    series: StampedSeries, rate: float, progress: Callable[[int], None] | None = None
+) -> list[FittedNoise]:
+    """Return fits of sums of the five noises, best first.
+
+    From the best single noise on, the noise that raises the evidence most is added, until none does; then noises are left
+    out that the evidence does not need.
+    """
+    fits: dict[tuple[int, ...], FittedNoise] = {}
+
+    def fit(places: tuple[int, ...], start: FittedNoise | None = None) -> FittedNoise:
+        if places not in fits:
+            candidate = Candidate(tuple(EFFECTS[i] for i in places))
+            fits[places] = fit_noise(series, candidate, rate, integrated_noise, start)
+            if progress is not None:
+                progress(len(fits))
+        return fits[places]
+
+    every = range(len(EFFECTS))
+    best = max(((i,) for i in every), key=lambda one: fit(one).evidence)
+    while True:
+        more = [tuple(sorted((*best, i))) for i in every if i not in best]
+        fewer = [tuple(p for p in best if p != i) for i in best if len(best) > 1]
+        around = [*more, *fewer]
+        if not around:
+            break
+        better = max(around, key=lambda one: fit(one, fits[best]).evidence)
+        if fits[better].evidence <= fits[best].evidence:
+            break
+        best = better
+    return sorted(fits.values(), key=lambda f: -f.evidence)

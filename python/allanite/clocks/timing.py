@@ -1,0 +1,531 @@
+"""What the log of a clock or time server says: time error, masks, jumps, frequency and drift, noise, and holdover."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels, deviation
+from allanite.clocks.holdover import Holdover, holdover_of
+from allanite.clocks.jumps import Jump, jumps_of
+from allanite.clocks.masks import Mask, mask_named
+from allanite.clocks.noise import clock_noise, thinned
+from allanite.clocks.verdicts import Verdict, averages, verdicts
+from allanite.clocks.words import span_text, time_text
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.parameters import Estimate
+from allanite.common.validation import positive, recorded
+from allanite.fit.stamped.likelihood import StampedSeries
+from allanite.fit.stamped.uncertainty import with_noise
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.deviation import Deviation
+    from allanite.effects import Model
+    from allanite.fit.stamped.candidates import FittedNoise
+    from allanite.recording import Recording
+
+__all__ = ["Timing", "Timings", "timing"]
+
+Array = NDArray[np.float64]
+#: Samples from which a noise and a frequency can be fitted.
+LEAST = 32
+#: Jumps that are named and taken out of the noise: more are the noise.
+MOST_JUMPS = 32
+#: Times after the last sample for which holdover is predicted, s.
+AFTER = (3600.0, 86400.0)
+#: Deviations in the result, and averaging times of each.
+KINDS = ("tdev", "mdev", "mtie")
+#: Words of columns that are temperatures.
+TEMPERATURE = ("temp", "temperature")
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """One clock.
+
+    Attributes
+    ----------
+    column : str
+    n, missing : int
+        Samples, and rows of the grid without one.
+    duration : float
+        s.
+    spacing : (float, float, float)
+        Usual, smallest and largest distance of two samples, s.
+    uneven : bool
+        Whether noise and holdover use the samples at uneven times; deviations take each at its row of the grid.
+    mean, largest, spread : float
+        Mean time error, largest |time error|, and its range, s.
+    constant : float or None
+        Largest |mean| of 1000 s, s; None of a shorter record.
+    constant_error : float or None
+        Standard error of the mean under the fitted noise, s; None where the phase wanders.
+    frequency, drift : Estimate
+        Fractional frequency at the end of the record and its change per day. `drift` is not detected where the record does
+        not ask for one; the frequency is then that of the whole record.
+    noise : Model
+        Of the fractional frequency: Q white PM, F flicker PM, N white FM, B flicker FM, K random-walk FM.
+    candidates : tuple of (str, float)
+        Noise models that were compared, and ln of their evidence under that of the best.
+    deviations : mapping of str to Deviation
+    verdicts : tuple of Verdict
+    jumps : tuple of Jump
+    holdover : tuple of Holdover
+    temperature : Estimate or None
+        Fractional frequency for 1 unit of the logged temperature.
+    steered : str or None
+        Column of the servo's frequency, which was taken out for noise, frequency and holdover.
+
+    Examples
+    --------
+    >>> clock = al.parse_model("Q(Q=1e-9)+N(N=1e-10)").simulate(n=4000, rate=1.0, seed=1, unit="1")
+    >>> phase = np.concatenate([[0.0], np.cumsum(clock.samples)])
+    >>> found = al.timing(al.Recording(phase, rate=1.0, quantity="angle"), masks=["G.8272-A"])
+    >>> found.noise.name, [v.result for v in found.verdicts if v.kind == "tdev"]
+    ('Q+N', ['undecided'])
+    >>> hour = found.holdover[0]
+    >>> bool(hour.low < hour.expected < hour.high), found.to_dict()["schema"]
+    (True, 'allanite/timing/1')
+    """
+
+    column: str
+    path: str | None
+    n: int
+    missing: int
+    duration: float
+    spacing: tuple[float, float, float]
+    uneven: bool
+    mean: float
+    largest: float
+    spread: float
+    constant: float | None
+    constant_error: float | None
+    frequency: Estimate
+    drift: Estimate
+    noise: Model
+    candidates: tuple[tuple[str, float], ...]
+    deviations: Mapping[str, Deviation]
+    verdicts: tuple[Verdict, ...]
+    jumps: tuple[Jump, ...]
+    holdover: tuple[Holdover, ...]
+    temperature: Estimate | None
+    steered: str | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/timing/1``."""
+        return {
+            "schema": "allanite/timing/1",
+            "version": _kernels.version(),
+            "path": self.path,
+            "column": self.column,
+            "n": self.n,
+            "missing": self.missing,
+            "duration_s": self.duration,
+            "spacing_s": list(self.spacing),
+            "uneven": self.uneven,
+            "time_error": {
+                "mean_s": self.mean,
+                "largest_s": self.largest,
+                "range_s": self.spread,
+                "constant_s": self.constant,
+                "mean_std_error_s": self.constant_error,
+            },
+            "frequency": self.frequency.to_dict(),
+            "drift": self.drift.to_dict(),
+            "temperature": None if self.temperature is None else self.temperature.to_dict(),
+            "steered": self.steered,
+            "noise": {
+                "model": str(self.noise),
+                "candidates": [
+                    {"model": name, "log_evidence": value} for name, value in self.candidates
+                ],
+            },
+            "deviations": [curve.to_dict() for curve in self.deviations.values()],
+            "masks": [verdict.to_dict() for verdict in self.verdicts],
+            "jumps": [
+                {"time_s": j.time, "height_s": j.height, "stays": j.stays} for j in self.jumps
+            ],
+            "holdover": [one.to_dict() for one in self.holdover],
+        }
+
+    def __str__(self) -> str:
+        usual, least, most = self.spacing
+        apart = f"{usual:.4g} s apart ({least:.4g} to {most:.4g} s)"
+        lines = [
+            f"{self.column}: {self.n} samples in {span_text(self.duration)}, {self.missing} missing; {apart}"
+        ]
+        if self.uneven:
+            lines.append(
+                "  uneven times: noise and holdover use them; TDEV, MDEV and MTIE take each sample at its row of the grid"
+            )
+        mean = time_text(self.mean)
+        if self.constant_error is not None:
+            mean += f" ± {time_text(self.constant_error)}"
+        lines.append(
+            f"  time error: mean {mean}, largest {time_text(self.largest)}, range {time_text(self.spread)}"
+            + (
+                ""
+                if self.constant is None
+                else f", constant (1000 s) up to {time_text(self.constant)}"
+            )
+        )
+        of = "" if self.steered is None else f" without the servo's {self.steered}"
+        lines.append(
+            f"  frequency{of}: {_parts(self.frequency)}; drift {_parts(self.drift)} per day"
+        )
+        if self.temperature is not None:
+            lines.append(f"  temperature: {_parts(self.temperature)} for 1 unit")
+        lines.append(f"  noise: {_named(self.noise)}")
+        lines += [
+            f"  {'jump' if jump.stays else 'single sample off'} of {time_text(jump.height)} at {jump.time:.6g} s"
+            for jump in self.jumps[:5]
+        ]
+        if len(self.jumps) > 5:
+            lines.append(f"  {len(self.jumps) - 5} more jumps")
+        lines += [f"  {_sentence(verdict, self.duration)}" for verdict in self.verdicts]
+        lines += [f"  {one}" for one in self.holdover]
+        curve = self.deviations["tdev"]
+        lines.append(f"  {'τ / s':>10}" + "".join(f"{kind:>14}" for kind in self.deviations))
+        for i, (tau, factor) in enumerate(zip(curve.tau, curve.factors, strict=True)):
+            if np.log2(factor) % 1.0 == 0.0:
+                cells = [
+                    f"{c.deviation[i]:14.4e}" if i < len(c) else " " * 14
+                    for c in self.deviations.values()
+                ]
+                lines.append(f"  {tau:10.6g}" + "".join(cells))
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+class Timings(Mapping[str, Timing]):
+    """Several clocks by the name of their column.
+
+    Examples
+    --------
+    >>> x = np.cumsum(np.random.default_rng(1).standard_normal((200, 2)), axis=0) * 1e-9
+    >>> log = al.Recording(x, rate=1.0, quantity="angle", columns=["a", "b"])
+    >>> found = al.timing(log)
+    >>> list(found), len(found.to_dict()["columns"])
+    (['a', 'b'], 2)
+    """
+
+    def __init__(self, timings: Sequence[Timing]) -> None:
+        self._timings = {one.column: one for one in timings}
+
+    def __getitem__(self, name: str) -> Timing:
+        return self._timings[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._timings)
+
+    def __len__(self) -> int:
+        return len(self._timings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a document for each clock."""
+        return {"schema": "allanite/timing/1", "columns": [one.to_dict() for one in self.values()]}
+
+    def __str__(self) -> str:
+        return "\n\n".join(map(str, self.values()))
+
+
+def timing(
+    recording: Recording,
+    *,
+    masks: Sequence[str | Mask] = (),
+    after: Sequence[float] = AFTER,
+    steering: tuple[str, float] | None = None,
+    progress: Callable[[str, int], None] | None = None,
+) -> Timing | Timings:
+    """Time error, masks, jumps, frequency, drift, noise and holdover of a clock.
+
+    Parameters
+    ----------
+    recording : Recording
+        Phase in s, with ``quantity="angle"``; of several columns each.
+    masks : sequence of str or Mask
+        Names such as ``G.8272-A``; `allanite.clocks.MASKS` has all.
+    after : sequence of float
+        Times after the last sample for which holdover is predicted, s.
+    steering : (str, float), optional
+        Name of a covariate with the frequency that a servo set, and the phase in s that 1 of it adds in 1 s. The integral
+        is taken out of the phase for noise, frequency and holdover, which are then those of the free clock.
+    progress : callable, optional
+        Called with a column and the number of noise models fitted.
+
+    Returns
+    -------
+    Timing
+        Of one column; `Timings`, a mapping by column, of several.
+
+    Raises
+    ------
+    InputError
+        Samples that are no phase, an unknown mask or column.
+    TooShortError
+        Fewer than 32 samples.
+
+    References
+    ----------
+    ITU-T G.810 (08/1996): time interval error, time deviation.
+
+    Examples
+    --------
+    >>> x = np.cumsum(np.random.default_rng(1).standard_normal(1500)) * 1e-10
+    >>> x[700:] += 5e-9
+    >>> found = al.timing(al.Recording(x, rate=1.0, quantity="angle"), after=[60.0])
+    >>> found.noise.name, [jump.time for jump in found.jumps], found.holdover[0].std < 2e-9
+    ('N', [700.0], True)
+    """
+    recorded(recording)
+    if recording.quantity != "angle":
+        raise InputError(
+            "timing needs the phase of a clock in s",
+            missing="quantity",
+            remedy=": give {quantity} angle",
+        )
+    chosen = [mask if isinstance(mask, Mask) else mask_named(mask) for mask in masks]
+    times = [positive(t, "after", "s", "give times after the last sample") for t in after]
+    found = []
+    for column in recording:
+        name = column.columns[0]
+
+        def report(done: int, name: str = name) -> None:
+            if progress is not None:
+                progress(name, done)
+
+        found.append(_timing(column, chosen, times, steering, report))
+    return found[0] if len(found) == 1 else Timings(found)
+
+
+def _timing(
+    column: Recording,
+    masks: Sequence[Mask],
+    after: Sequence[float],
+    steering: tuple[str, float] | None,
+    report: Callable[[int], None],
+) -> Timing:
+    name = column.columns[0]
+    # Integers are counts of the unit; units of frequency are multiples of 1.
+    from allanite.common.units import parse_unit
+
+    scale = parse_unit(column.unit).scale
+    phase = np.asarray(column.samples, dtype=np.float64) * scale
+    there = np.isfinite(phase)
+    if np.count_nonzero(there) < LEAST:
+        raise TooShortError(
+            f"{name}: {np.count_nonzero(there)} samples are too few: at least {LEAST} are needed"
+        )
+    times = column.seconds()
+    jumps = jumps_of(times[there], phase[there])
+    free = (
+        phase if steering is None else phase - steering[1] * _integral(column, steering[0], times)
+    )
+    temperature = next((k for k in column.covariates if k.lower() in TEMPERATURE), None)
+    warmth = None if temperature is None else np.asarray(column.covariates[temperature], float)
+    fitted = _Fitted.of(times, free, there, jumps, warmth, column.rate, report)
+    curves = {
+        kind: getattr(deviation, kind)(phase, rate=column.rate, quantity="angle") for kind in KINDS
+    }
+    steps = np.diff(times[there])
+    constant = averages(phase, column.rate)
+    values = phase[there]
+    return Timing(
+        column=name,
+        path=column.path,
+        n=int(np.count_nonzero(there)),
+        missing=int(np.count_nonzero(~there)),
+        duration=column.duration,
+        spacing=(float(np.median(steps)), float(steps.min()), float(steps.max())),
+        uneven=column.times is not None,
+        mean=float(values.mean()),
+        largest=float(np.abs(values).max()),
+        spread=float(np.ptp(values)),
+        constant=float(np.abs(constant).max()) if constant.size else None,
+        # The mean of a steered phase is that of the servo, not of the free clock's noise.
+        constant_error=None if steering is not None else fitted.constant_error(),
+        frequency=fitted.frequency(),
+        drift=fitted.drift(),
+        noise=fitted.best.model,
+        candidates=tuple(
+            (f.candidate.name, f.evidence - fitted.best.evidence) for f in fitted.fits
+        ),
+        deviations=curves,
+        verdicts=tuple(v for mask in masks for v in verdicts(mask, phase, column.rate)),
+        jumps=tuple(jumps),
+        holdover=tuple(fitted.holdover(t) for t in after),
+        temperature=fitted.temperature(),
+        steered=None if steering is None else steering[0],
+    )
+
+
+def _integral(column: Recording, name: str, times: Array) -> Array:
+    """Phase that a servo added: the integral of its frequency, each value held until the next sample."""
+    if name not in column.covariates:
+        raise InputError(
+            f"no column {name!r} beside the phase: there are {', '.join(column.covariates) or 'none'}"
+        )
+    values = np.asarray(column.covariates[name], dtype=np.float64)
+    there = np.isfinite(values)
+    if not there.any():
+        raise InputError(f"column {name} has no values")
+    # Between two samples the servo keeps the frequency of the first.
+    last = np.maximum.accumulate(np.where(there, np.arange(values.size), 0))
+    held = np.where(there[last], values[last], values[there][0])
+    return np.concatenate([[0.0], np.cumsum(held[:-1] * np.diff(times))])
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """Noise and known functions of a phase: offset, frequency, drift, temperature, jumps."""
+
+    series: StampedSeries
+    fits: list[FittedNoise]
+    names: tuple[str, ...]
+    origin: float
+    warmth: float
+    errors: Array
+    freedom: Array
+
+    @property
+    def best(self) -> FittedNoise:
+        return self.fits[0]
+
+    @classmethod
+    def of(
+        cls,
+        times: Array,
+        phase: Array,
+        there: NDArray[np.bool_],
+        jumps: Sequence[Jump],
+        warmth: Array | None,
+        rate: float,
+        report: Callable[[int], None],
+    ) -> _Fitted:
+        own, values = times[there], phase[there].copy()
+        for jump in jumps:
+            if not jump.stays:
+                values[jump.row] = np.nan
+        kept = np.flatnonzero(np.isfinite(values))
+        rows = kept[thinned(kept.size)]
+        origin = float(own[-1])
+        at = own[rows] - origin
+        functions = {"offset": np.ones(at.size), "frequency": at}
+        mean = 0.0
+        if warmth is not None:
+            good = np.isfinite(warmth)
+            filled = np.interp(times, times[good], warmth[good]) if good.any() else None
+            if filled is not None and np.ptp(filled) > 0.0:
+                tail = max(1, int(0.1 * filled.size))
+                mean = float(filled[-tail:].mean())
+                step = np.diff(times) * (0.5 * (filled[1:] + filled[:-1]) - mean)
+                integral = np.concatenate([[0.0], np.cumsum(step)])
+                functions["temperature"] = (integral - integral[-1])[there][rows]
+        for i, jump in enumerate([j for j in jumps if j.stays][:MOST_JUMPS]):
+            step = (own[rows] >= jump.time).astype(float)
+            if 0.0 < step.mean() < 1.0:
+                functions[f"jump {i}"] = step
+        without = _series(at, values[rows], functions)
+        fits = clock_noise(without, rate, report)
+        # A drift changes the phase by half of its square; it stays where its evidence pays ½ ln n.
+        drifting = {**functions, "drift": 0.5 * at**2}
+        with_drift = _series(at, values[rows], drifting)
+        found = with_drift.regressed(fits[0].noise)
+        i = list(drifting).index("drift")
+        square = found.amplitudes[i] ** 2 / found.covariance[i, i]
+        if square > np.log(at.size):
+            fits, without, functions = clock_noise(with_drift, rate, report), with_drift, drifting
+        errors, freedom = with_noise(fits[0])
+        return cls(without, fits, tuple(functions), origin, mean, errors, freedom)
+
+    def _estimate(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
+        from scipy.special import stdtrit
+
+        if name not in self.names:
+            return None
+        i = self.names.index(name)
+        value = factor * float(self.best.regressed.amplitudes[i])
+        error = factor * float(self.errors[i])
+        half = float(stdtrit(self.freedom[i], 0.975)) * error
+        return Estimate(value, error, (value - half, value + half), unit, True, name)
+
+    def frequency(self) -> Estimate:
+        found = self._estimate("frequency", "1")
+        assert found is not None
+        return found
+
+    def temperature(self) -> Estimate | None:
+        return self._estimate("temperature", "1")
+
+    def drift(self) -> Estimate:
+        """Drift per day; of a record that does not ask for one, what a drift would be if fitted."""
+        found = self._estimate("drift", "1/d", 86400.0)
+        if found is not None:
+            return found
+        design = np.vstack([self.series.design, 0.5 * self.series.times**2])
+        regressed = StampedSeries(self.series.times, self.series.values, design).regressed(
+            self.best.noise
+        )
+        value = 86400.0 * float(regressed.amplitudes[-1])
+        error = 86400.0 * float(np.sqrt(regressed.covariance[-1, -1]))
+        half = 1.959964 * error
+        return Estimate(value, error, (value - half, value + half), "1/d", False, "drift")
+
+    def constant_error(self) -> float | None:
+        """Standard error of the mean of the phase; None where the noise has no mean."""
+        if self.best.noise.walk > 0.0 or any(summed for _, _, summed in self.best.noise.lags):
+            return None
+        alone = StampedSeries(self.series.times, self.series.values, self.series.design[:1])
+        return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
+
+    def holdover(self, after: float) -> Holdover:
+        """Phase at a time after the last sample, at the temperature of the last tenth of the record."""
+        design = np.zeros((len(self.names), 1))
+        for i, name in enumerate(self.names):
+            known = {"offset": 1.0, "frequency": after, "drift": 0.5 * after**2, "temperature": 0.0}
+            design[i, 0] = known.get(name, 1.0)
+        return holdover_of(self.best, self.series, after, design)
+
+
+def _series(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:
+    return StampedSeries(times, values, np.array(list(functions.values())))
+
+
+def _sentence(verdict: Verdict, duration: float) -> str:
+    head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
+    if verdict.measured is None or verdict.limit is None:
+        return f"{head}: the mask asks for a record of {span_text(verdict.needs)}"
+    at = "" if verdict.tau is None else f" at τ = {verdict.tau:.4g} s"
+    text = f"{head}: {time_text(verdict.measured)}{at}, limit {time_text(verdict.limit)}"
+    if verdict.high is not None and verdict.low is not None:
+        text += f" (95 %: {time_text(verdict.low)} to {time_text(verdict.high)})"
+    if verdict.result == "undecided" and duration < verdict.needs:
+        text += f"; the mask asks for a record of {span_text(verdict.needs)}"
+    return text
+
+
+def _named(model: Model) -> str:
+    names = {
+        "quantization": "white PM",
+        "flicker_phase": "flicker PM",
+        "angle_random_walk": "white FM",
+    }
+    names |= {"bias_instability": "flicker FM", "rate_random_walk": "random-walk FM"}
+    return ", ".join(
+        f"{names[e.kind]} {e.short} {getattr(e, e.coefficient):.3g}" for e in model.stochastic
+    )
+
+
+def _parts(estimate: Estimate) -> str:
+    low, high = estimate.interval or (np.nan, np.nan)
+    if not estimate.detected:
+        return f"not detected ({low:.2g} to {high:.2g})"
+    return f"{estimate.value:.4g} ± {estimate.std_error or np.nan:.2g}"

@@ -1,0 +1,203 @@
+"""Whether a clock meets the limits of a mask, and how long a record has to be to tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import deviation
+from allanite.common.errors import TooShortError
+
+if TYPE_CHECKING:
+    from allanite.clocks.masks import Limit, Mask
+    from allanite.deviation import Deviation
+
+__all__ = ["Verdict", "averages", "low_passed", "verdicts"]
+
+Array = NDArray[np.float64]
+#: A record has to be so many times as long as τ for a time deviation (ITU-T O.172), and for an interval error.
+LENGTHS = {"tdev": 12.0, "mtie": 1.0}
+#: Time over which a constant time error is averaged, s (G.8273.2 clause 7.1.2).
+AVERAGED = 1000.0
+#: Averaging times a decade, beside the corners of the limits.
+PER_DECADE = 10
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One limit of a mask.
+
+    Attributes
+    ----------
+    mask, kind : str
+        Name of the mask; ``mtie``, ``tdev``, ``time error`` or ``constant time error``.
+    result : str
+        ``passes``, ``fails`` or ``undecided``.
+    tau : float or None
+        Averaging time at which the measured value comes nearest to its limit, or exceeds it most, s.
+    measured, limit : float or None
+        There, s.
+    low, high : float or None
+        95 % interval of a time deviation, s.
+    checked : (float, float) or None
+        Averaging times that were checked, s.
+    needs : float
+        Length of the record that the mask asks for, s.
+    source : str
+    """
+
+    mask: str
+    kind: str
+    result: str
+    tau: float | None
+    measured: float | None
+    limit: float | None
+    low: float | None
+    high: float | None
+    checked: tuple[float, float] | None
+    needs: float
+    source: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as JSON."""
+        return {
+            "mask": self.mask,
+            "kind": self.kind,
+            "result": self.result,
+            "tau_s": self.tau,
+            "measured_s": self.measured,
+            "limit_s": self.limit,
+            "low_s": self.low,
+            "high_s": self.high,
+            "checked_s": None if self.checked is None else list(self.checked),
+            "needs_s": self.needs,
+            "source": self.source,
+        }
+
+
+def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
+    """Return a verdict for each limit of a mask.
+
+    Parameters
+    ----------
+    mask : Mask
+    phase : ndarray, shape (n,)
+        Time error in s on a regular grid, NaN where missing.
+    rate : float
+        Hz.
+    """
+    duration = phase.size / rate
+    out = []
+    filtered = phase if mask.filter_hz is None else low_passed(phase, rate, mask.filter_hz)
+    for kind, limit in mask.limits.items():
+        out.append(_of_limit(mask.name, kind, limit, filtered, rate))
+    if mask.time_error is not None:
+        largest = float(np.nanmax(np.abs(phase)))
+        out.append(_of_value(mask, "time error", largest, mask.time_error, duration))
+    if mask.constant is not None:
+        constant = averages(phase, rate)
+        value = None if constant.size == 0 else float(np.abs(constant).max())
+        out.append(_of_value(mask, "constant time error", value, mask.constant, duration))
+    return out
+
+
+def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration: float) -> Verdict:
+    result = "undecided"
+    if value is not None and value > limit:
+        result = "fails"
+    elif value is not None and duration >= AVERAGED:
+        result = "passes"
+    return Verdict(
+        mask.name, kind, result, None, value, limit, None, None, None, AVERAGED, mask.source
+    )
+
+
+def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
+    _, high_tau = limit.span
+    last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
+    needs = LENGTHS[kind] * last
+    try:
+        found = _measured(kind, limit, phase, rate)
+    except TooShortError:
+        return Verdict(
+            mask, kind, "undecided", None, None, None, None, None, None, needs, limit.source
+        )
+    bounds = limit.at(found.tau)
+    usable = np.isfinite(bounds) & np.isfinite(found.deviation)
+    if not usable.any():
+        return Verdict(
+            mask, kind, "undecided", None, None, None, None, None, None, needs, limit.source
+        )
+    tau, bounds, value = found.tau[usable], bounds[usable], found.deviation[usable]
+    known = found.has_interval
+    low = np.where(np.isfinite(found.low[usable]), found.low[usable], 0.0) if known else value
+    high = np.where(np.isfinite(found.high[usable]), found.high[usable], np.inf) if known else value
+    if (low > bounds).any():
+        result, at = "fails", int(np.argmax(low / bounds))
+    else:
+        # Intervals of the longest averaging times say little: what counts is where the record is long enough.
+        inside = tau * LENGTHS[kind] <= phase.size / rate
+        whole = phase.size / rate >= needs
+        result = "passes" if whole and (high[inside] <= bounds[inside]).all() else "undecided"
+        at = int(np.argmax(np.where(inside, high / bounds, -1.0))) if inside.any() else 0
+    return Verdict(
+        mask,
+        kind,
+        result,
+        float(tau[at]),
+        float(value[at]),
+        float(bounds[at]),
+        float(low[at]) if known else None,
+        float(high[at]) if known and np.isfinite(high[at]) else None,
+        (float(tau[0]), float(tau[-1])),
+        needs,
+        limit.source,
+    )
+
+
+def _measured(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
+    """Return a deviation at averaging times spread over the limit, and at its corners."""
+    estimator = getattr(deviation, kind)
+    low, high = limit.span
+    longest = phase.size / (3.0 if kind == "tdev" else 1.0)
+    top = min(high * rate, longest)
+    first = max(1.0, low * rate)
+    if top < first:
+        raise TooShortError("no averaging time of the limit fits into the record")
+    count = max(2, int(PER_DECADE * np.log10(top / first)) + 1)
+    corners = [piece.high * rate for piece in limit.pieces if piece.high * rate <= top]
+    factors = np.unique(np.floor([*np.geomspace(first, top, count), *corners]).astype(np.int64))
+    most = phase.size // 3 if kind == "tdev" else phase.size - 1
+    factors = factors[(factors >= 1) & (factors <= most)]
+    if factors.size == 0:
+        raise TooShortError("no averaging time of the limit fits into the record")
+    found: Deviation = estimator(phase, rate=rate, quantity="angle", factors=factors)
+    return found
+
+
+def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
+    """Return a phase behind a first-order low-pass filter; across missing samples it follows straight lines."""
+    from scipy.signal import lfilter
+
+    there = np.isfinite(phase)
+    rows = np.arange(phase.size)
+    whole = np.interp(rows, rows[there], phase[there])
+    keep = float(np.exp(-2.0 * np.pi * cutoff / rate))
+    out, _ = lfilter([1.0 - keep], [1.0, -keep], whole, zi=[keep * whole[0]])
+    return np.where(there, out, np.nan)
+
+
+def averages(phase: Array, rate: float, length: float = AVERAGED) -> Array:
+    """Return means over every window of a length, s, of which at least half of the samples are there; shape (k,)."""
+    m = round(length * rate)
+    if m < 1 or m > phase.size:
+        return np.zeros(0)
+    there = np.isfinite(phase)
+    total = np.concatenate([[0.0], np.cumsum(np.where(there, phase, 0.0))])
+    count = np.concatenate([[0], np.cumsum(there)])
+    some = count[m:] - count[:-m]
+    sums = total[m:] - total[:-m]
+    return np.asarray(sums[2 * some >= m] / some[2 * some >= m])

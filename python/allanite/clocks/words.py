@@ -1,0 +1,21 @@
+"""Times as people read them."""
+
+from __future__ import annotations
+
+__all__ = ["span_text", "time_text"]
+
+
+def time_text(seconds: float) -> str:
+    """Return a time error with three digits, in s, ms, µs, ns or ps."""
+    for name, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
+        if abs(seconds) >= size:
+            return f"{seconds / size:.3g} {name}"
+    return f"{seconds / 1e-12:.3g} ps"
+
+
+def span_text(seconds: float) -> str:
+    """Return a duration with three digits, in days, hours, minutes or seconds."""
+    for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.3g} {name}"
+    return f"{seconds:.3g} s"

@@ -1,0 +1,54 @@
+"""Flicker phase noise F: flicker noise of the integral, flicker PM of a clock (IEEE 1139-2008)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from allanite.effects._base import Parameter, Stochastic
+from allanite.effects.terms import PowerLaw as PowerLawTerm
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class FlickerPhase(Stochastic):
+    """S(f) = F² 2πf: differences of a phase with the density F²/(2πf); h₁ = 4πF².
+
+    References
+    ----------
+    IEEE 1139-2008, annex B. Discrete form: Kasdin, N. J. (1995). Proc. IEEE 83, 802.
+
+    Examples
+    --------
+    >>> phase = al.effects.FlickerPhase(F=1e-9)
+    >>> print((phase.psd([0.02], rate=100) / phase.psd([0.01], rate=100)).round(3))
+    [2.]
+    """
+
+    F: float | None = None
+
+    kind: ClassVar[str] = "flicker_phase"
+    short: ClassVar[str] = "F"
+    title: ClassVar[str] = "flicker phase noise"
+    titles: ClassVar[dict[str, str]] = {"fractional frequency": "flicker PM"}
+    family: ClassVar[str] = "coefficient"
+    screened: ClassVar[str] = "none"
+    coefficient: ClassVar[str] = "F"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("F", 1.0, "root of the density of the phase at 2πf = 1/s"),
+    )
+    single: ClassVar[bool] = True
+    physics: ClassVar[str] = (
+        "1/f noise of amplifiers, dividers and cables behind an oscillator, which shifts its phase"
+    )
+    looks_like: ClassVar[str] = (
+        "a slope of −1 of the Allan deviation as of white PM, and of −1 of the modified one (white PM: −3/2)"
+    )
+    check_by: ClassVar[str] = (
+        "measure the same clock through another amplifier, or two outputs of one distribution against each other"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("quantization", "power_law")
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """A power law of exponent 1."""
+        return (PowerLawTerm(1.0, rate**2),)

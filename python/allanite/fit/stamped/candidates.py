@@ -1,0 +1,260 @@
+"""The noise of a stamped series: sums of white noise and power laws, fitted, and chosen by evidence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.threads import go_on
+from allanite.effects import Model
+from allanite.fit.stamped.noise import StampedNoise, added
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from allanite.effects import Stochastic
+    from allanite.effects.terms import Term
+    from allanite.fit.stamped.likelihood import Regressed, StampedSeries
+
+__all__ = ["STEP", "Candidate", "FittedNoise", "fit_noise"]
+
+Array = NDArray[np.float64]
+#: A part of less than e^−16 of the variance of another cannot be seen.
+FAINTEST = 16.0
+#: Precision of a logarithm of a variance, or of an exponent, at which the climb ends: logL changes by 1e-4 at most where
+#: the number is known to 10 % of itself.
+CLOSE = 1e-3
+#: Step of numerical second derivatives, in the same units.
+STEP = 0.1
+#: Step of numerical first derivatives, and most steps of a climb.
+SLIGHT, MOST = 1e-4, 50
+#: Least curvature of the likelihood in a logarithm of a variance: a standard deviation of 3 e-folds.
+LEAST_CURVATURE = 0.1
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A sum of effects whose sizes are fitted, one of which may have an exponent that is fitted.
+
+    Attributes
+    ----------
+    effects : tuple of Stochastic
+        Without sizes.
+    exponents : (float, float) or None
+        Range of the exponent of the last effect, if it is free.
+    """
+
+    effects: tuple[Stochastic, ...]
+    exponents: tuple[float, float] | None = None
+
+    @property
+    def name(self) -> str:
+        """Short names with plus signs."""
+        return "+".join(effect.short for effect in self.effects)
+
+    @property
+    def numbers(self) -> int:
+        """Fitted numbers."""
+        return len(self.effects) + (self.exponents is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedNoise:
+    """The most likely noise of a candidate, and how well it is known.
+
+    Attributes
+    ----------
+    candidate : Candidate
+    model : Model
+        With sizes.
+    noise : StampedNoise
+    regressed : Regressed
+        The known functions under that noise.
+    price : float
+        ½ ln n for each fitted number: what the candidate costs in the evidence (Schwarz 1978).
+    """
+
+    candidate: Candidate
+    model: Model
+    noise: StampedNoise
+    regressed: Regressed
+    price: float
+    _place: Array
+    _at: Callable[[Array], StampedNoise]
+    _series: StampedSeries
+
+    @property
+    def evidence(self) -> float:
+        """Log-likelihood less the price of the numbers."""
+        return self.regressed.log_likelihood - self.price
+
+    def noise_at(self, number: int, sign: float) -> StampedNoise:
+        """Return the noise one `STEP` of a number away from the best place: a log of a variance, or an exponent."""
+        place = self._place.copy()
+        place[number] += sign * STEP
+        return self._at(place)
+
+    @cached_property
+    def beside(self) -> list[tuple[Regressed, Regressed]]:
+        """Regressions one `STEP` below and above the best place, for each number."""
+        return [
+            (
+                self._series.regressed(self.noise_at(i, -1.0)),
+                self._series.regressed(self.noise_at(i, 1.0)),
+            )
+            for i in range(self._place.size)
+        ]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the logarithms of the variances, and of the exponent: the inverse curvature of the likelihood."""
+        k = self._place.size
+        middle = self.regressed.log_likelihood
+        sides = [sum(r.log_likelihood for r in pair) for pair in self.beside]
+        curvature = np.diag([2.0 * middle - both for both in sides])
+        for i in range(k):
+            for j in range(i):
+                both = 0.0
+                for sign in (-1.0, 1.0):
+                    place = self._place.copy()
+                    place[[i, j]] += sign * STEP
+                    both += self._series.regressed(self._at(place)).log_likelihood
+                cross = 0.5 * (sides[i] + sides[j] - both - 2.0 * middle)
+                curvature[i, j] = curvature[j, i] = cross
+        values, vectors = np.linalg.eigh(curvature / STEP**2)
+        # What the likelihood hardly curves in is known to some e-folds at least.
+        values = np.maximum(values, LEAST_CURVATURE)
+        return np.asarray((vectors / values) @ vectors.T)
+
+
+def fit_noise(
+    series: StampedSeries,
+    candidate: Candidate,
+    rate: float,
+    form: Callable[[Term, float, int], StampedNoise],
+    start: FittedNoise | None = None,
+) -> FittedNoise:
+    """Return the most likely sizes (and exponent) of a candidate.
+
+    Parameters
+    ----------
+    series : StampedSeries
+    candidate : Candidate
+    rate : float
+        Samples a second to which the sizes of effects refer.
+    form : callable
+        `sampled_noise` or `integrated_noise`.
+    start : FittedNoise, optional
+        A fit of some of its effects, from which to look first.
+    """
+    from scipy.optimize import minimize, minimize_scalar
+
+    length = float(series.times[-1] - series.times[0])
+    n = max(16, int(np.ceil(length * rate)) + 1)
+    sizes = len(candidate.effects)
+    fixed = [
+        added([form(term, rate, n) for term in effect.unit_terms(rate)])
+        for effect in candidate.effects[: sizes - (candidate.exponents is not None)]
+    ]
+    # Each unit part is measured by the scatter that it adds to the samples, so that ratios near 1 matter.
+    weights = [1.0 / _scatter(part, length) for part in fixed]
+
+    def last(exponent: float) -> StampedNoise:
+        effect: Any = candidate.effects[-1].with_values(exponent=float(exponent))
+        part = added([form(term, rate, n) for term in effect.unit_terms(rate)])
+        return part.scaled(1.0 / _scatter(part, length))
+
+    def at(place: Array) -> StampedNoise:
+        parts = [
+            part.scaled(weight * float(np.exp(v)))
+            for part, weight, v in zip(fixed, weights, place, strict=False)
+        ]
+        if candidate.exponents is not None:
+            parts.append(last(place[-1]).scaled(float(np.exp(place[-2]))))
+        return added(parts)
+
+    def whole(free: Array) -> Array:
+        return np.concatenate([[0.0], free])
+
+    def loss(free: Array) -> float:
+        go_on()
+        return -series.regressed(at(whole(np.asarray(free, dtype=float)))).profiled
+
+    if sizes == 1 and candidate.exponents is None:
+        free = np.zeros(0)
+    elif sizes == 2 and candidate.exponents is None:
+        ratio = minimize_scalar(
+            lambda v: loss(np.array([v])),
+            bounds=(-FAINTEST, FAINTEST),
+            method="bounded",
+            options={"xatol": CLOSE},
+        )
+        free = np.array([ratio.x])
+    else:
+        limits = [(-FAINTEST, FAINTEST)] * (sizes - 1)
+        limits += [] if candidate.exponents is None else [candidate.exponents]
+        first = _first(candidate, start, limits)
+        found = minimize(
+            loss,
+            first,
+            method="L-BFGS-B",
+            bounds=limits,
+            options={"eps": SLIGHT, "ftol": 1e-7, "gtol": 1e-2, "maxiter": MOST},
+        )
+        free = np.asarray(found.x)
+    place = whole(free)
+    scale = series.regressed(at(place)).scale
+    place[:sizes] += np.log(scale)
+    noise = at(place)
+    regressed = series.regressed(noise)
+    effects: list[Stochastic] = []
+    for i, effect in enumerate(candidate.effects):
+        if i == len(fixed):
+            effect = effect.with_values(exponent=float(place[-1]))
+            part = added([form(term, rate, n) for term in effect.unit_terms(rate)])
+            weight = 1.0 / _scatter(part, length)
+        else:
+            weight = weights[i]
+        size = float(np.sqrt(weight * np.exp(place[i])))
+        effects.append(effect.with_values(**{effect.coefficient: size}))
+    price = 0.5 * candidate.numbers * float(np.log(max(series.n, 2)))
+    return FittedNoise(candidate, Model(tuple(effects)), noise, regressed, price, place, at, series)
+
+
+def _scatter(noise: StampedNoise, length: float) -> float:
+    """Variance of a noise over a length, s: of what it does between its ends."""
+    total = noise.white + noise.walk * length
+    for variance, rate, summed in noise.lags:
+        s = rate * length
+        grown = 2.0 * (s + np.expm1(-s)) / rate**2 if summed else -2.0 * np.expm1(-s)
+        total += variance * float(grown)
+    return total
+
+
+def _first(
+    candidate: Candidate, start: FittedNoise | None, limits: Sequence[tuple[float, float]]
+) -> Array:
+    """Where a climb begins: at the sizes of a start, with what is new at a tenth of the largest; else in the middle."""
+    first = np.zeros(len(limits))
+    sizes = len(candidate.effects)
+    if candidate.exponents is not None:
+        first[-1] = np.mean(candidate.exponents)
+    if start is not None:
+        known = dict(zip(start.candidate.effects, start._place.tolist(), strict=False))
+        new = max(known.values()) - 2.3
+        places = np.array([known.get(effect, new) for effect in candidate.effects])
+        first[: sizes - 1] = (places - places[0])[1:]
+        if candidate.exponents is not None:
+            last = start.candidate.effects[-1].kind
+            exponent = {"bias_instability": -1.0, "rate_random_walk": -1.8}.get(last)
+            if start.candidate.exponents is not None:
+                exponent = float(start._place[-1])
+            first[-1] = first[-1] if exponent is None else exponent
+            if sizes > 1 and len(start.candidate.effects) == sizes:
+                first[sizes - 2] = float(start._place[sizes - 1] - start._place[0])
+    low, high = np.array(limits).T
+    return np.clip(first, low, high)

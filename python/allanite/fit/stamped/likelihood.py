@@ -1,0 +1,145 @@
+"""Restricted likelihood of samples at any times, and generalized least squares, by one Kalman filter.
+
+The filter whitens the samples and the known functions together (`rust/kalman/stamped.rs`), in a time that grows linearly
+with the number of samples. The likelihood is that of everything the known functions leave undetermined (Patterson &
+Thompson 1971), so that estimated amplitudes do not make the noise look smaller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+
+if TYPE_CHECKING:
+    from allanite.fit.stamped.noise import StampedNoise
+
+__all__ = ["Regressed", "StampedSeries", "whitened"]
+
+Array = NDArray[np.float64]
+#: Rate of a lag that stands for a constant, over that of the record.
+CONSTANT = 1e-9
+
+
+def whitened(
+    noise: StampedNoise, times: Array, there: NDArray[np.bool_], columns: Array
+) -> tuple[Array, Array]:
+    """Return innovations of columns, shape (k, n), and their variances, shape (n,).
+
+    Noise that begins at 0 at the first time leaves the first sample without variance. Known functions that have a
+    constant take one of any variance out again, so that it is added to such noise.
+    """
+    lags = noise.lags
+    if noise.white == 0.0 and all(summed for _, _, summed in lags):
+        step = (times[-1] - times[0]) / max(times.size - 1, 1)
+        variance = noise.walk * step + sum(v * step**2 for v, _, _ in lags)
+        lags = (*lags, (variance, CONSTANT / (times[-1] - times[0]), False))
+    return _kernels.stamped_filter(times, there, columns, lags, noise.walk, noise.white)
+
+
+@dataclass(frozen=True, eq=False)
+class Regressed:
+    """Generalized least squares under one noise.
+
+    Attributes
+    ----------
+    log_likelihood : float
+        Restricted log-likelihood, nats.
+    amplitudes : ndarray, shape (k,)
+    covariance : ndarray, shape (k, k)
+        Under the noise as given.
+    squares : float
+        Sum of the squared innovations over their variances; its expectation is n − k.
+    freedom : int
+        n − k.
+    """
+
+    log_likelihood: float
+    amplitudes: Array
+    covariance: Array
+    squares: float
+    freedom: int
+
+    @property
+    def scale(self) -> float:
+        """Factor on the variance of the noise at which the likelihood is largest."""
+        return self.squares / self.freedom
+
+    @property
+    def profiled(self) -> float:
+        """Log-likelihood at that factor."""
+        return self.log_likelihood + 0.5 * (
+            self.squares - self.freedom - self.freedom * float(np.log(self.scale))
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StampedSeries:
+    """Samples at times, and known functions of time.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        s, not decreasing.
+    values : ndarray, shape (n,)
+    design : ndarray, shape (k, n)
+        Known functions, the constant among them.
+    """
+
+    times: Array
+    values: Array
+    design: Array
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return self.times.size
+
+    def regressed(self, noise: StampedNoise) -> Regressed:
+        """Return amplitudes, covariance and restricted likelihood under a noise."""
+        columns = np.vstack([self.values, self.design])
+        found, variances = whitened(noise, self.times, np.ones(self.n, dtype=bool), columns)
+        found = found / np.sqrt(variances)
+        white, functions = found[0], found[1:]
+        # Of functions of size 1: a Cholesky factor of their products takes a tenth of the time of an orthogonalization.
+        size = np.linalg.norm(functions, axis=1)
+        unit = functions / size[:, None]
+        lower = np.linalg.cholesky(unit @ unit.T)
+        inverse = np.linalg.inv(lower) / size
+        covariance = inverse.T @ inverse
+        amplitudes = covariance @ (functions @ white)
+        squares = float(np.sum((white - amplitudes @ functions) ** 2))
+        determinant = float(np.log(lower.diagonal()).sum() + np.log(size).sum())
+        freedom = self.n - len(self.design)
+        likelihood = -0.5 * (freedom * np.log(2.0 * np.pi) + np.log(variances).sum() + squares)
+        return Regressed(likelihood - determinant, amplitudes, covariance, squares, freedom)
+
+    def predicted(
+        self, noise: StampedNoise, regressed: Regressed, times: Array, design: Array
+    ) -> tuple[Array, Array]:
+        """Return mean and variance at later times, shape (m,) each.
+
+        Parameters
+        ----------
+        noise : StampedNoise
+        regressed : Regressed
+            Of these samples under this noise.
+        times : ndarray, shape (m,)
+            Behind the last sample, ascending.
+        design : ndarray, shape (k, m)
+            The known functions there.
+        """
+        n, m = self.n, times.size
+        columns = np.zeros((1 + len(self.design), n + m))
+        columns[0, :n] = self.values
+        columns[1:, :n], columns[1:, n:] = self.design, design
+        there = np.arange(n + m) < n
+        found, variances = whitened(noise, np.concatenate([self.times, times]), there, columns)
+        unexplained = found[1:, n:]
+        mean = regressed.amplitudes @ unexplained - found[0, n:]
+        more = np.einsum("im,ij,jm->m", unexplained, regressed.covariance, unexplained)
+        return mean, variances[n:] + more

@@ -1,0 +1,56 @@
+"""What the uncertainty of the noise adds to amplitudes and predictions.
+
+The variance under the fitted noise, plus twice that of the value over the noise; degrees of freedom from the variance of
+that variance (Kenward & Roger 1997, Satterthwaite 1946).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fit.stamped.candidates import STEP
+
+if TYPE_CHECKING:
+    from allanite.fit.stamped.candidates import FittedNoise
+    from allanite.fit.stamped.likelihood import StampedSeries
+
+__all__ = ["predicted_with_noise", "with_noise"]
+
+Array = NDArray[np.float64]
+
+
+def with_noise(best: FittedNoise) -> tuple[Array, Array]:
+    """Return standard errors of the amplitudes and their degrees of freedom, shape (k,) each."""
+    beside = [(low.amplitudes, low.covariance.diagonal()) for pair in best.beside for low in pair]
+    return _combined(best, beside, best.regressed.covariance.diagonal())
+
+
+def predicted_with_noise(
+    best: FittedNoise, series: StampedSeries, times: Array, design: Array
+) -> tuple[Array, Array, Array]:
+    """Return mean, standard deviation and degrees of freedom at later times, shape (m,) each.
+
+    Parameters are those of `StampedSeries.predicted`.
+    """
+    mean, variance = series.predicted(best.noise, best.regressed, times, design)
+    beside = []
+    for i, pair in enumerate(best.beside):
+        for sign, regressed in zip((-1.0, 1.0), pair, strict=True):
+            beside.append(series.predicted(best.noise_at(i, sign), regressed, times, design))
+    std, freedom = _combined(best, beside, variance)
+    return mean, std, freedom
+
+
+def _combined(
+    best: FittedNoise, beside: list[tuple[Array, Array]], variance: Array
+) -> tuple[Array, Array]:
+    moved = np.array([b[0] - a[0] for a, b in zip(beside[::2], beside[1::2], strict=True)])
+    changed = np.array([b[1] - a[1] for a, b in zip(beside[::2], beside[1::2], strict=True)])
+    moved, changed = moved * (0.5 / STEP), changed * (0.5 / STEP)
+    more = np.einsum("ki,kl,li->i", moved, best.covariance, moved)
+    scatter = np.einsum("ki,kl,li->i", changed, best.covariance, changed)
+    freedom = 2.0 * variance**2 / np.maximum(scatter, 1e-300)
+    return np.sqrt(variance + 2.0 * more), np.maximum(freedom, 1.0)

@@ -1,0 +1,105 @@
+"""Known functions of a trend: offset, rate, steps, annual and semi-annual terms; and times of steps as text."""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError
+
+__all__ = ["PER", "YEAR", "Functions", "seconds_of"]
+
+Array = NDArray[np.float64]
+#: Julian year, s.
+YEAR = 31557600.0
+#: Times to which a rate may refer, s.
+PER = {"year": YEAR, "day": 86400.0, "hour": 3600.0, "second": 1.0}
+_SPAN = re.compile(r"\+?(?P<number>\d+(?:\.\d*)?|\.\d+)\s*(?P<unit>s|h|d|y|yr)")
+_SPANS = {"s": 1.0, "h": 3600.0, "d": 86400.0, "y": YEAR, "yr": YEAR}
+_DECIMAL = re.compile(r"(?:19|20|21)\d\d(?:\.\d*)?")
+
+
+@dataclass(frozen=True)
+class Functions:
+    """What is fitted beside the noise.
+
+    Attributes
+    ----------
+    middle : float
+        Time at which the rate leaves the offset alone, s.
+    per : float
+        Time to which the rate refers, s.
+    steps : tuple of float
+        s.
+    periods : tuple of float
+        s.
+    origin : float
+        Time of phase 0 of the periodic terms, s.
+    """
+
+    middle: float
+    per: float
+    steps: tuple[float, ...]
+    periods: tuple[float, ...]
+    origin: float = 0.0
+
+    def at(self, times: Array) -> Array:
+        """Return the functions at times (n,), s: shape (2 + steps + 2 · periods, n)."""
+        rows = [np.ones(times.size), (times - self.middle) / self.per]
+        rows += [(times >= step).astype(float) for step in self.steps]
+        for period in self.periods:
+            turn = 2.0 * np.pi * (times - self.origin) / period
+            rows += [np.cos(turn), np.sin(turn)]
+        return np.array(rows)
+
+
+def seconds_of(text: str, epoch: float | None) -> float:
+    """Return a time in s from the first sample: ``2012-03-04``, ``2012.17``, ``120d``, ``3.5yr``, ``86400s``.
+
+    Parameters
+    ----------
+    text : str
+    epoch : float or None
+        Time of the first sample, s since 1970, if the log has dates.
+
+    Raises
+    ------
+    InputError
+        Text that is no time, or a date for a log without dates.
+    """
+    text = text.strip()
+    span = _SPAN.fullmatch(text)
+    if span is not None:
+        return float(span["number"]) * _SPANS[span["unit"]]
+    if _DECIMAL.fullmatch(text):
+        date = (float(text) - 2000.0) * YEAR + 946728000.0  # J2000.0
+    else:
+        try:
+            moment = dt.datetime.fromisoformat(text)
+        except ValueError:
+            raise InputError(
+                f"step {text!r}: give a date (2012-03-04), a decimal year (2012.17), or the time since the first sample"
+                " (120d, 3.5yr)"
+            ) from None
+        if moment.tzinfo is None:
+            moment = moment.replace(tzinfo=dt.UTC)
+        date = moment.timestamp()
+    if epoch is None:
+        raise InputError(
+            f"step {text}: this log has no dates; give the time since the first sample (120d, 3.5yr)"
+        )
+    return date - epoch
+
+
+def date_of(seconds: float, epoch: float | None) -> str:
+    """Return a date, or the time since the first sample in days of a log without dates."""
+    if epoch is None or not math.isfinite(epoch):
+        return f"{seconds / 86400.0:.6g} d"
+    whole = np.datetime64(round(epoch + seconds), "s")
+    text = str(whole)
+    return text[:10] if text.endswith("T00:00:00") else text

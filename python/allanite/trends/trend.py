@@ -1,0 +1,600 @@
+"""Rate, offset, steps and periodic terms of a series, by generalized least squares under the noise that fits it.
+
+The noise is white, flicker, a random walk, a power law, or white noise with these, chosen by evidence. Likelihood and least
+squares are exact at the times of the samples: missing days and uneven spacing cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.parameters import Estimate
+from allanite.common.threads import go_on
+from allanite.common.validation import recorded
+from allanite.effects import (
+    AngleRandomWalk,
+    BiasInstability,
+    Model,
+    PowerLaw,
+    RateRandomWalk,
+)
+from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
+from allanite.fit.stamped.likelihood import StampedSeries
+from allanite.fit.stamped.noise import sampled_noise
+from allanite.fit.stamped.uncertainty import with_noise
+from allanite.trends.design import PER, YEAR, Functions, date_of, seconds_of
+from allanite.trends.steps import best_step
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.recording import Recording
+
+__all__ = ["Step", "Trend", "Trends", "Wave", "trend"]
+
+Array = NDArray[np.float64]
+#: Annual and semi-annual terms, s.
+PERIODS = (YEAR, 0.5 * YEAR)
+#: Periodic terms are fitted to a record of at least so many of their periods.
+LEAST_PERIODS = 1.0
+#: Samples beyond those of the known functions from which a noise can be fitted.
+LEAST = 16
+#: False-alarm probability of a step that is found, over all samples.
+FALSE_ALARM = 0.01
+#: Steps found at most.
+MOST_STEPS = 50
+#: Times of the length of the record for which the uncertainty is predicted.
+LONGER = (1.0, 2.0, 4.0)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the series.
+
+    Attributes
+    ----------
+    time : float
+        s from the first sample.
+    date : str
+        Date, or days from the first sample.
+    height : Estimate
+    found : bool
+        Whether the step was found, not given.
+    """
+
+    time: float
+    date: str
+    height: Estimate
+    found: bool = False
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A periodic term: cosine · cos(2πt/period) + sine · sin(2πt/period), t from the origin of `Trend.origin`.
+
+    Attributes
+    ----------
+    period : float
+        s.
+    cosine, sine : Estimate
+    amplitude : Estimate
+    """
+
+    period: float
+    cosine: Estimate
+    sine: Estimate
+    amplitude: Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class Trend:
+    """The rate of a series and what was fitted with it.
+
+    Attributes
+    ----------
+    column : str
+    unit : str
+        Unit of the series.
+    per : str
+        Time to which the rate refers: year, day, hour or second.
+    rate : Estimate
+        With the uncertainty of the noise in its standard error and interval.
+    offset : Estimate
+        At the middle of the record.
+    steps : tuple of Step
+    waves : tuple of Wave
+        Annual and semi-annual terms.
+    noise : Model
+        In s and the unit of the series.
+    parts : tuple of (str, float, str)
+        Each part of the noise: name, size, unit in years.
+    candidates : tuple of (str, float)
+        Noise models that were compared, and ln of the evidence of each under the best.
+    residual : float
+        Standard deviation of the series without the known functions.
+    n, missing : int
+        Samples, and rows of the grid without one.
+    duration : float
+        s.
+    uneven : bool
+        Whether the samples were used at uneven times.
+    longer : tuple of (float, float)
+        Duration in s and standard error of the rate, for this record and longer ones.
+    epoch : float or None
+        Time of the first sample, s since 1970.
+    origin : str
+        Date, or time, at which the periodic terms have phase 0.
+
+    Examples
+    --------
+    >>> day = 86400.0
+    >>> x = al.AngleRandomWalk(N=300.0).simulate(duration=2000 * day, rate=1 / day, seed=1, unit="1")
+    >>> heights = x.samples + 2.0 * np.arange(2000) / 365.25
+    >>> found = al.trend(al.Recording(heights, rate=1 / day), unit="mm")
+    >>> print(round(found.rate.value, 1), found.rate.unit, found.noise.name)
+    2.0 mm/year N
+    >>> bool(found.predicted(4.0) < 0.2 * found.rate.std_error)
+    True
+    >>> found.signal([0.0]).shape, found.to_dict()["unit"]
+    ((1,), 'mm')
+    """
+
+    column: str
+    unit: str
+    per: str
+    rate: Estimate
+    offset: Estimate
+    steps: tuple[Step, ...]
+    waves: tuple[Wave, ...]
+    noise: Model
+    parts: tuple[tuple[str, float, str], ...]
+    candidates: tuple[tuple[str, float], ...]
+    residual: float
+    n: int
+    missing: int
+    duration: float
+    uneven: bool
+    longer: tuple[tuple[float, float], ...]
+    epoch: float | None
+    origin: str
+    _series: StampedSeries
+    _fitted: FittedNoise
+    _functions: Functions
+
+    def predicted(self, times: float) -> float:
+        """Return the standard error of the rate that a record of so many times this length would have.
+
+        The noise and the sampling interval are taken to go on, with the periodic terms and steps of this record.
+        """
+        return _after(self._fitted, self._series, self._functions, times)
+
+    def signal(self, times: ArrayLike) -> Array:
+        """Return the known functions at times (n,), s from the first sample: offset, rate, steps, periodic terms."""
+        return np.asarray(
+            self._fitted.regressed.amplitudes @ self._functions.at(np.asarray(times, dtype=float))
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as JSON."""
+        return {
+            "column": self.column,
+            "unit": self.unit,
+            "per": self.per,
+            "n": self.n,
+            "missing": self.missing,
+            "duration_s": self.duration,
+            "uneven": self.uneven,
+            "epoch_s": self.epoch,
+            "rate": self.rate.to_dict(),
+            "offset": self.offset.to_dict(),
+            "steps": [
+                {"time_s": s.time, "date": s.date, "found": s.found, "height": s.height.to_dict()}
+                for s in self.steps
+            ],
+            "waves": [
+                {
+                    "period_s": w.period,
+                    "amplitude": w.amplitude.to_dict(),
+                    "cosine": w.cosine.to_dict(),
+                    "sine": w.sine.to_dict(),
+                }
+                for w in self.waves
+            ],
+            "origin": self.origin,
+            "noise": {
+                "model": str(self.noise),
+                "parts": [
+                    {"name": name, "size": size, "unit": unit} for name, size, unit in self.parts
+                ],
+                "candidates": [
+                    {"model": name, "log_evidence": value} for name, value in self.candidates
+                ],
+            },
+            "residual": self.residual,
+            "longer": [
+                {"duration_s": duration, "std_error": error} for duration, error in self.longer
+            ],
+        }
+
+    def __str__(self) -> str:
+        low, high = self.rate.interval or (np.nan, np.nan)
+        noise = ", ".join(f"{name} {size:.3g} {unit}" for name, size, unit in self.parts)
+        record = f"{_span(self.duration)}{', uneven times' if self.uneven else ''}"
+        lines = [
+            f"{self.column}: rate {self.rate} (95 %: {low:.4g} to {high:.4g}) under {noise}",
+            f"  offset {self.offset} at the middle; {self.n} samples, {self.missing} missing, {record}",
+        ]
+        lines += [f"  step {s.date}: {s.height}{' (found)' if s.found else ''}" for s in self.steps]
+        lines += [
+            f"  period {w.period / 86400.0:.6g} d: amplitude {w.amplitude}" for w in self.waves
+        ]
+        others = [f"{name} ({value:.1f})" for name, value in self.candidates[1:4]]
+        if others:
+            lines.append(
+                f"  noise {self.candidates[0][0]}; ln evidence of others: {', '.join(others)}"
+            )
+        lines.append(
+            "  standard error with record length: "
+            + ", ".join(f"{_span(duration)} {error:.2g}" for duration, error in self.longer)
+        )
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+class Trends(Mapping[str, Trend]):
+    """Trends of several columns by name.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).standard_normal((500, 2))
+    >>> found = al.trend(al.Recording(x, rate=1 / 86400, columns=["north", "up"]), unit="mm")
+    >>> list(found), found["up"].column, found.to_dict()["schema"]
+    (['north', 'up'], 'up', 'allanite/trend/1')
+    """
+
+    def __init__(self, trends: Sequence[Trend], path: str | None = None) -> None:
+        self._trends = {one.column: one for one in trends}
+        self.path = path
+
+    def __getitem__(self, name: str) -> Trend:
+        return self._trends[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._trends)
+
+    def __len__(self) -> int:
+        return len(self._trends)
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/trend/1``."""
+        return {
+            "schema": "allanite/trend/1",
+            "version": _kernels.version(),
+            "path": self.path,
+            "columns": [one.to_dict() for one in self.values()],
+        }
+
+    def __str__(self) -> str:
+        return "\n\n".join(map(str, self.values()))
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+def trend(
+    recording: Recording,
+    *,
+    unit: str | None = None,
+    per: str = "year",
+    steps: Sequence[float | str] = (),
+    find_steps: bool = False,
+    periods: Sequence[float] | None = None,
+    model: str | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Trend | Trends:
+    """Rate of a series with steps, annual and semi-annual terms, under the noise that fits it.
+
+    Parameters
+    ----------
+    recording : Recording
+        One column, or several. Missing samples are NaN.
+    unit : str, optional
+        Unit of the series, any text; by default the recording's.
+    per : {"year", "day", "hour", "second"}
+        Time to which the rate refers; a year has 365.25 days.
+    steps : sequence of float or str
+        Times at which the series may step: s from the first sample, or text such as ``2012-03-04``, ``2012.17``, ``120d``.
+    find_steps : bool
+        Whether steps at other times are looked for, with a false-alarm probability of 1 % for the whole record.
+    periods : sequence of float, optional
+        Periods in s; by default one year and half a year, if the record is at least one year long.
+    model : str, optional
+        Noise to use instead of a choice by evidence: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL``, ``N+PL``.
+    progress : callable, optional
+        Called with a column, a number of fits done and the number of all.
+
+    Returns
+    -------
+    Trend
+        Of one column; `Trends`, a mapping by column, of several.
+
+    Raises
+    ------
+    InputError
+        An unknown noise or `per`, or a step outside the record or at the same sample as another.
+    TooShortError
+        Too few samples for the known functions and the noise.
+
+    References
+    ----------
+    Bos, M. S., Fernandes, R. M. S., Williams, S. D. P. & Bastos, L. (2013). Fast error analysis of continuous GNSS
+    observations with missing data. J. Geod. 87, 351. Kenward, M. G. & Roger, J. H. (1997). Biometrics 53, 983: the
+    uncertainty of the noise.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).standard_normal(1500) + np.where(np.arange(1500) < 700, 0.0, 5.0)
+    >>> found = al.trend(al.Recording(x, rate=1 / 86400), unit="mm", steps=["700d"])
+    >>> print(round(found.steps[0].height.value), len(found.waves))
+    5 2
+    """
+    recorded(recording)
+    if per not in PER:
+        raise InputError(f"per = {per!r}: one of {', '.join(PER)}")
+    candidates = _candidates(model)
+    found = []
+    for column in recording:
+        name = column.columns[0]
+
+        def report(done: int, total: int, name: str = name) -> None:
+            if progress is not None:
+                progress(name, done, total)
+
+        found.append(
+            _trend(column, unit or column.unit, per, steps, find_steps, periods, candidates, report)
+        )
+    return found[0] if len(found) == 1 else Trends(found, recording.path)
+
+
+def _candidates(model: str | None) -> tuple[Candidate, ...]:
+    white, flicker, walk = AngleRandomWalk(), BiasInstability(), RateRandomWalk()
+    free, range_ = PowerLaw(), (-1.99, -0.01)
+    known = (
+        Candidate((white,)),
+        Candidate((flicker,)),
+        Candidate((walk,)),
+        Candidate((white, flicker)),
+        Candidate((white, walk)),
+        Candidate((free,), range_),
+        Candidate((white, free), range_),
+        Candidate((white, flicker, walk)),
+    )
+    if model is None:
+        return known
+    parts = sorted(model.replace(" ", "").split("+"))
+    chosen = tuple(c for c in known if sorted(c.name.split("+")) == parts)
+    if not chosen:
+        raise InputError(f"noise {model!r}: one of {', '.join(c.name for c in known)}")
+    return chosen
+
+
+def _trend(
+    column: Recording,
+    unit: str,
+    per: str,
+    steps: Sequence[float | str],
+    find_steps: bool,
+    periods: Sequence[float] | None,
+    candidates: tuple[Candidate, ...],
+    report: Callable[[int, int], None],
+) -> Trend:
+    name = column.columns[0]
+    samples = np.asarray(column.samples, dtype=np.float64)
+    there = np.isfinite(samples)
+    times, values = column.seconds()[there], samples[there]
+    if times.size < LEAST:
+        raise TooShortError(
+            f"{name}: {times.size} samples are too few: at least {LEAST} are needed"
+        )
+    span = float(times[-1] - times[0])
+    chosen = (
+        periods if periods is not None else (p for p in PERIODS if span >= YEAR * LEAST_PERIODS)
+    )
+    # Phases are those of a calendar where the log has one: from the beginning of 2000.
+    origin = 0.0 if column.epoch is None else 946728000.0 - column.epoch
+    functions = Functions(
+        middle=0.5 * float(times[0] + times[-1]),
+        per=PER[per],
+        steps=_given(steps, column.epoch, times, name),
+        periods=tuple(float(p) for p in chosen),
+        origin=origin,
+    )
+    needed = LEAST + len(functions.steps) + 2 + 2 * len(functions.periods)
+    if times.size < needed:
+        raise TooShortError(
+            f"{name}: {times.size} samples are too few for {needed - LEAST} known functions: at least {needed} are needed"
+        )
+
+    def fit(known: Functions) -> tuple[StampedSeries, list[FittedNoise]]:
+        # In units of their scatter, so that nothing is lost in rounding.
+        series = StampedSeries(times, values, known.at(times))
+        return series, _fits(series, candidates, column.rate, report)
+
+    series, fits = fit(functions)
+    found: list[float] = []
+    while find_steps and len(found) < MOST_STEPS:
+        row, square = best_step(series, fits[0].noise)
+        if not _significant(square, times.size):
+            break
+        found.append(float(times[row]))
+        functions = replace(functions, steps=tuple(sorted((*functions.steps, found[-1]))))
+        series, fits = fit(functions)
+    best = fits[0]
+    regressed = best.regressed
+    errors, freedom = with_noise(best)
+    estimate = _Estimates(regressed.amplitudes, errors, freedom, unit)
+    waves = []
+    for i, period in enumerate(functions.periods):
+        at = 2 + len(functions.steps) + 2 * i
+        waves.append(
+            Wave(
+                period,
+                estimate.one(at, "cosine"),
+                estimate.one(at + 1, "sine"),
+                _amplitude(
+                    regressed.amplitudes[at : at + 2],
+                    regressed.covariance[at : at + 2, at : at + 2],
+                    unit,
+                ),
+            )
+        )
+    left = values - regressed.amplitudes @ series.design
+    return Trend(
+        column=name,
+        unit=unit,
+        per=per,
+        rate=estimate.one(1, "rate", f"{unit}/{per}"),
+        offset=estimate.one(0, "offset"),
+        steps=tuple(
+            Step(s, date_of(s, column.epoch), estimate.one(2 + i, "step"), s in found)
+            for i, s in enumerate(functions.steps)
+        ),
+        waves=tuple(waves),
+        noise=best.model,
+        parts=_parts(best.model, column.rate, unit),
+        candidates=tuple((f.candidate.name, f.evidence - best.evidence) for f in fits),
+        residual=float(np.std(left)),
+        n=times.size,
+        missing=int(samples.size - times.size),
+        duration=span,
+        uneven=column.times is not None,
+        longer=tuple((k * span, _after(best, series, functions, k)) for k in LONGER),
+        epoch=column.epoch,
+        origin="2000-01-01T12:00:00" if column.epoch is not None else "first sample",
+        _series=series,
+        _fitted=best,
+        _functions=functions,
+    )
+
+
+def _given(
+    steps: Sequence[float | str], epoch: float | None, times: Array, name: str
+) -> tuple[float, ...]:
+    """Return times of steps in ascending order, each with samples of its own before and after it."""
+    out = sorted(seconds_of(s, epoch) if isinstance(s, str) else float(s) for s in steps)
+    rows = np.searchsorted(times, out)
+    for step, row in zip(out, rows.tolist(), strict=True):
+        if not 0 < row < times.size:
+            first, last = date_of(float(times[0]), epoch), date_of(float(times[-1]), epoch)
+            raise InputError(
+                f"{name}: step {date_of(step, epoch)} is outside of the samples, {first} to {last}"
+            )
+    if len(set(rows.tolist())) < len(out):
+        raise InputError(f"{name}: two steps lie between the same two samples: leave one out")
+    return tuple(out)
+
+
+def _fits(
+    series: StampedSeries,
+    candidates: tuple[Candidate, ...],
+    rate: float,
+    report: Callable[[int, int], None],
+) -> list[FittedNoise]:
+    """Return a fit of each candidate, best first; the larger ones begin where the smaller ones ended."""
+    fits: list[FittedNoise] = []
+    for candidate in candidates:
+        go_on()
+        report(len(fits), len(candidates))
+        inside = [
+            f
+            for f in fits
+            if f.candidate.numbers < candidate.numbers
+            and f.candidate.name.split("+")[0] == candidate.name.split("+")[0]
+        ]
+        start = max(inside, key=lambda f: f.evidence, default=None)
+        fits.append(fit_noise(series, candidate, rate, sampled_noise, start))
+    report(len(candidates), len(candidates))
+    return sorted(fits, key=lambda f: -f.evidence)
+
+
+def _significant(square: float, n: int) -> bool:
+    """Whether the largest squared height of n steps is one that noise makes in `FALSE_ALARM` of records at most."""
+    from scipy.special import chdtrc
+
+    return n * float(chdtrc(1, square)) < FALSE_ALARM
+
+
+@dataclass(frozen=True)
+class _Estimates:
+    amplitudes: Array
+    errors: Array
+    freedom: Array
+    unit: str
+
+    def one(self, at: int, name: str, unit: str | None = None) -> Estimate:
+        from scipy.special import stdtrit
+
+        value, error = float(self.amplitudes[at]), float(self.errors[at])
+        half = float(stdtrit(self.freedom[at], 0.975)) * error
+        interval = (value - half, value + half)
+        # A rate or a height has a sign: 0 is a value like others.
+        return Estimate(value, error, interval, unit or self.unit, True, name)
+
+
+def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
+    size = float(np.hypot(*pair))
+    direction = pair / size if size > 0.0 else np.array([1.0, 0.0])
+    error = float(np.sqrt(direction @ covariance @ direction))
+    low, high = max(0.0, size - 1.959964 * error), size + 1.959964 * error
+    seen = float(pair @ np.linalg.solve(covariance, pair)) > 5.991  # 95 % of χ² of two
+    return Estimate(size, error, (low, high), unit, seen, "amplitude")
+
+
+def _parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
+    """Return name, size and unit of each part as geodesy has them: U for white noise, U/yr^(−κ/4) for a power law κ."""
+    names = {
+        "angle_random_walk": "white",
+        "bias_instability": "flicker",
+        "rate_random_walk": "random walk",
+    }
+    exponents = {"angle_random_walk": 0.0, "bias_instability": -1.0, "rate_random_walk": -2.0}
+    out = []
+    for effect in model.stochastic:
+        exponent = exponents.get(effect.kind, effect.values.get("exponent"))
+        assert isinstance(exponent, float)
+        # Standard deviation of the white noise that is summed (Kasdin 1995), per sample.
+        power = effect.psd([0.5 * rate / np.pi], rate=rate)[0] * rate
+        level = float(np.sqrt(power / (2.0 * np.sin(0.5)) ** exponent))
+        quarter = -0.25 * exponent
+        name = names.get(effect.kind, f"power law κ = {exponent:.2f}")
+        size = level * (rate * YEAR) ** quarter
+        out.append((name, size, unit if quarter == 0.0 else f"{unit}/yr^{quarter:.2g}"))
+    return tuple(out)
+
+
+def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times: float) -> float:
+    """Standard error of the rate of a record `times` as long: its samples again and again, the steps of the first."""
+    whole = int(np.ceil(times))
+    step = float(np.median(np.diff(series.times)))
+    span = float(series.times[-1] - series.times[0])
+    every = np.concatenate([series.times + k * (span + step) for k in range(whole)])
+    every = every[every <= series.times[0] + times * span + 0.5 * step]
+    longer = replace(functions, middle=0.5 * float(every[0] + every[-1]))
+    found = StampedSeries(every, np.zeros(every.size), longer.at(every)).regressed(best.noise)
+    return float(np.sqrt(found.covariance[1, 1]))
+
+
+def _span(seconds: float) -> str:
+    for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.3g} {name}"
+    return f"{seconds:.3g} s"

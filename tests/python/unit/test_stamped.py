@@ -1,0 +1,137 @@
+"""The filter at arbitrary times against dense covariances."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite import _kernels
+from allanite.common.errors import InputError
+from allanite.effects.terms import Blue, Exponential, Flicker, Lags, PowerLaw, RandomWalk, White
+from allanite.fit.stamped.likelihood import StampedSeries
+from allanite.fit.stamped.noise import StampedNoise, added, integrated_noise, sampled_noise
+
+
+def covariance(noise, t):
+    """Of the samples, from the autocovariances of lags, of their integrals and of a walk."""
+    t = t.astype(np.longdouble)  # slow lags are differences of nearly equal numbers
+    apart = np.abs(t[:, None] - t[None, :])
+    first = np.minimum(t[:, None], t[None, :]) - t[0]
+    out = noise.white * np.eye(t.size) + noise.walk * first
+    for variance, rate, summed in noise.lags:
+        if not summed:
+            out += variance * np.exp(-rate * apart)
+            continue
+        a, b = t[:, None] - t[0], t[None, :] - t[0]
+        # ∫∫ e^{−λ|u−v|} over [0, a] × [0, b]
+        both = (
+            2.0 * rate * first - 1.0 + np.exp(-rate * a) + np.exp(-rate * b) - np.exp(-rate * apart)
+        )
+        out += variance * both / rate**2
+    return out.astype(float) if not any(rate < 1e-5 for _, rate, _ in noise.lags) else out
+
+
+def test_likelihood_and_regression_equal_those_of_the_dense_covariance():
+    rng = np.random.default_rng(1)
+    t = np.cumsum(rng.uniform(0.2, 3.0, 60))
+    noise = StampedNoise(((1.5, 0.3, True), (2.0, 0.05, False), (0.7, 4.0, False)), 0.4, 0.6)
+    y = rng.standard_normal(60)
+    design = np.array([np.ones(60), t, t > 40.0], dtype=float)
+    series = StampedSeries(t, y, design)
+    found = series.regressed(noise)
+
+    dense = covariance(noise, t)
+    inverse = np.linalg.inv(dense)
+    normal = design @ inverse @ design.T
+    amplitudes = np.linalg.solve(normal, design @ inverse @ y)
+    left = y - amplitudes @ design
+    squares = left @ inverse @ left
+    logs = np.linalg.slogdet(dense)[1] + np.linalg.slogdet(normal)[1]
+    assert found.amplitudes == pytest.approx(amplitudes, rel=1e-9)
+    assert found.covariance == pytest.approx(np.linalg.inv(normal), rel=1e-9)
+    assert found.squares == pytest.approx(squares, rel=1e-9)
+    expected = -0.5 * (57 * np.log(2 * np.pi) + logs + squares)
+    assert found.log_likelihood == pytest.approx(expected, rel=1e-10)
+    scaled = series.regressed(noise.scaled(found.scale))
+    assert scaled.log_likelihood == pytest.approx(found.profiled, rel=1e-10)
+
+    later = np.array([t[-1] + 2.0, t[-1] + 30.0])
+    there = np.array([np.ones(2), later, np.ones(2)])
+    mean, variance = series.predicted(noise, found, later, there)
+    every = covariance(noise, np.concatenate([t, later]))
+    gain = every[60:, :60] @ inverse
+    assert mean == pytest.approx(amplitudes @ there + gain @ left, rel=1e-8)
+    unexplained = there - design @ gain.T
+    known = np.diag(every[60:, 60:] - gain @ every[:60, 60:])
+    assert variance == pytest.approx(
+        known + np.diag(unexplained.T @ np.linalg.inv(normal) @ unexplained), rel=1e-8
+    )
+
+
+@pytest.mark.parametrize(
+    "term",
+    [
+        White(2.0),
+        Flicker(3.0),
+        RandomWalk(0.5),
+        PowerLaw(-0.4, 1.0),
+        PowerLaw(-1.6, 1.0),
+        PowerLaw(-2.0, 1.0),
+        Exponential(2.0, 0.9),
+    ],
+    ids=repr,
+)
+def test_samples_have_the_variogram_of_the_term(term):
+    n, rate = 400, 0.25
+    noise = sampled_noise(term, rate, n)
+    t = np.arange(n) / rate
+    dense = covariance(noise, t)
+    found = 0.5 * (dense[0, 0] + dense.diagonal() - 2.0 * dense[0])
+    # The bank describes a power law to 0.1 % of its density.
+    assert found == pytest.approx(term.variogram(n), rel=4e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("term", "close"),
+    [(White(2.0), 1e-9), (Blue(3.0), 1e-9), (RandomWalk(0.5), 0.01), (Flicker(1.0), 0.03)],
+    ids=repr,
+)
+def test_integrals_have_the_allan_variance_of_the_term(term, close):
+    # Of one sample continuous and sampled noise differ; the Allan variance over many samples is the same.
+    n, rate = 600, 2.0
+    noise = integrated_noise(term, rate, n)
+    t = np.arange(n) / rate
+    dense = covariance(noise, t)
+    m = 64 if close > 1e-6 else 1
+    weights = np.zeros(n, dtype=np.longdouble)
+    weights[[100, 100 + m, 100 + 2 * m]] = 1.0, -2.0, 1.0
+    found = 0.5 * float(weights @ dense @ weights) * (rate / m) ** 2
+    assert found == pytest.approx(float(term.allan_variance(np.array([float(m)]))[0]), rel=close)
+
+
+def test_parts_of_one_rate_are_one_lag():
+    one = StampedNoise(((1.0, 0.1, False),), 1.0, 2.0)
+    both = added([one, StampedNoise(((3.0, 0.1, False), (1.0, 0.1, True)))])
+    assert both == StampedNoise(((4.0, 0.1, False), (1.0, 0.1, True)), 1.0, 2.0)
+
+
+@pytest.mark.parametrize("form", [sampled_noise, integrated_noise])
+def test_processes_without_such_a_form_are_refused(form):
+    with pytest.raises(InputError, match="no form at arbitrary times"):
+        form(Lags((1.0, 0.5)), 1.0, 100)
+
+
+def test_times_that_run_back_are_refused():
+    noise = ([(1.0, 1.0, False)], 0.0, 1.0)
+    with pytest.raises(InputError, match="before that of the last"):
+        _kernels.stamped_filter(np.array([1.0, 0.0]), np.ones(2, bool), np.zeros((1, 2)), *noise)
+
+
+def test_flicker_phase_is_the_allan_variance_of_its_samples():
+    phase = al.effects.FlickerPhase(F=1.0)
+    x = phase.simulate(n=2**17, rate=1.0, seed=1).samples
+    m = np.array([1, 16, 256])
+    # Of 2^17/m terms and more; beyond m = 1024 the closed form has a logarithm.
+    found = al.oadev(x, factors=m).deviation ** 2
+    assert found == pytest.approx(phase.allan_variance(m.astype(float), rate=1.0), rel=0.1)
+    near, far = phase.allan_variance(np.array([1024.0, 1025.0]), rate=1.0)
+    assert far / near == pytest.approx((1024 / 1025) ** 2, rel=1e-3)
