@@ -16,6 +16,8 @@ from allanite.clocks import Timing as Timing
 from allanite.clocks import Timings as Timings
 from allanite.clocks import three_cornered_hat as three_cornered_hat
 from allanite.clocks import timing as timing
+from allanite.combination import Combination as Combination
+from allanite.combination import combine as combine
 from allanite.common.errors import AllaniteError as AllaniteError
 from allanite.common.errors import InputError as InputError
 from allanite.common.errors import TooShortError as TooShortError

@@ -87,7 +87,7 @@ def law_signal(fit: Fit) -> NDArray[np.float64]:
 def walk_of_steps(fit: Fit, runs: Runs) -> float:
     """The K that the steps of a coarse thermometer make at most: what the law makes of the rounding itself.
 
-    The curve behind the steps is off by less than the rounding, over as long a time; to the law this is one more random walk.
+    The curve behind the steps is off by less than the rounding, over as long a time; this looks like one more random walk.
     """
     walk = next((p for p in fit.solution.processes if p.effect.short == "K"), None)
     if walk is None or runs.step == 0.0 or not law_of(fit):

@@ -41,6 +41,7 @@ COMMANDS = {
     "thermal": "Law of temperature of every axis, with a band; parameters for PX4, ArduPilot, C.",
     "trend": "Rate of a series (heights, sea level, gravity, phase) with its uncertainty under the fitted noise.",
     "timing": "Clocks and time servers: time error, ITU-T masks, jumps, noise and holdover.",
+    "combine": "What averaging several units of one axis gains, with which weights; which unit deviates.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",
     "fleet": "Every axis of every log of a folder: one table, and which units deviate.",
@@ -114,6 +115,8 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.explore import command
         case "export":
             from allanite.cli.commands.export import command
+        case "combine":
+            from allanite.cli.commands.combine import command
         case "thermal":
             from allanite.cli.commands.thermal import command
         case "plan":

@@ -1,0 +1,110 @@
+"""Simulated groups of units: do gains and weights match the truth, and is the deviating unit named?
+
+Groups of four, an hour at 20 Hz: equal; unequal (N of 1, 1.5, 2 and 3); correlated (two that share as much noise as they
+have of their own). Then groups of five whose N and K spread by 5 %, without a deviating unit, and with
+one of twice the N or five times the K. The samples know nothing of the package.
+
+    python benches/claims/combination.py [--seeds 40]
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+import allanite as al
+
+RATE, LENGTH = 20.0, 72_000
+N, K = 0.01, 1e-4
+
+
+def noise(rng, n=N, k=K):
+    """Samples of white noise and a random walk."""
+    white = rng.normal(0.0, n * np.sqrt(RATE), LENGTH)
+    return white + np.cumsum(rng.normal(0.0, k / np.sqrt(RATE), LENGTH))
+
+
+def group(kind, rng):
+    """Samples of four units, and the covariance of their white noise in units of one."""
+    if kind == "equal":
+        return np.column_stack([noise(rng) for _ in range(4)]), np.eye(4)
+    if kind == "unequal":
+        sizes = np.array([1.0, 1.5, 2.0, 3.0])
+        return np.column_stack([noise(rng, s * N, s * K) for s in sizes]), np.diag(sizes**2)
+    x = np.column_stack([noise(rng) for _ in range(4)])
+    x[:, :2] += noise(rng)[:, None]
+    covariance = np.diag([2.0, 2.0, 1.0, 1.0])
+    covariance[0, 1] = covariance[1, 0] = 1.0
+    return x, covariance
+
+
+def truth(covariance):
+    """Weights and gain; N and K are alike, so that they hold at each τ."""
+    row = np.linalg.solve(covariance, np.ones(len(covariance)))
+    return row / row.sum(), float(np.sqrt(np.diag(covariance).min() * row.sum()))
+
+
+def combined(x, model="N+K"):
+    """The units of one board."""
+    names = [f"gyro{k}_x" for k in range(x.shape[1])]
+    return al.combine(al.Recording(x, rate=RATE, unit="deg/s", columns=names), model)
+
+
+def spread_group(rng, odd=None, factor=(1.0, 1.0), units=5):
+    """Units whose coefficients spread by 5 %, one of them with other ones."""
+    out = []
+    for k in range(units):
+        n, walk = N * np.exp(rng.normal(0.0, 0.05)), K * np.exp(rng.normal(0.0, 0.05))
+        if k == odd:
+            n, walk = n * factor[0], walk * factor[1]
+        out.append(noise(rng, n, walk))
+    return np.column_stack(out)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=40)
+    given = parser.parse_args()
+    for kind in ("equal", "unequal", "correlated"):
+        weights, gains, measured = [], [], []
+        for seed in range(max(given.seeds // 4, 4)):
+            x, covariance = group(kind, np.random.default_rng([seed, len(kind)]))
+            found = combined(x)
+            weights.append(found.weights)
+            # Of a unit that is best in truth: the best of the estimates is the luckiest, too.
+            gains.append(found.single[:, np.argmin(np.diag(covariance))] / found.combined)
+            measured.append(found.measured / found.combined)
+        right, gain = truth(covariance)
+        scatter = np.std(weights, axis=0, ddof=1) / np.sqrt(len(weights))
+        away = np.abs(np.mean(weights, axis=0) - right) / scatter
+        mean = np.mean(weights, axis=0)
+        print(f"{kind}: weights {mean.round(4)}, true {right.round(4)}, at most {away.max():.1f} σ")
+        spread = np.std(gains, axis=0, ddof=1) / np.sqrt(len(gains))
+        mean = np.mean(gains, axis=0)
+        z = np.abs(mean - gain) / spread
+        print(
+            f"  gain {mean.min():.4f} to {mean.max():.4f}, true {gain:.4f}, at most {z.max():.1f} σ"
+        )
+        print(f"  samples/model: {np.mean(measured, axis=0).round(3)}", flush=True)
+    healthy = 0
+    for seed in range(given.seeds):
+        found = combined(spread_group(np.random.default_rng([seed, 1])))
+        healthy += len(found.deviating)
+    print(f"healthy units named: {healthy} of {5 * given.seeds} (at most 1 %)", flush=True)
+    for factor in ((2.0, 1.0), (1.0, 5.0)):
+        right = wrong = 0
+        for seed in range(given.seeds):
+            odd = seed % 5
+            found = combined(spread_group(np.random.default_rng([seed, 2]), odd, factor))
+            names = [one.unit for one in found.deviating]
+            right += f"gyro{odd}_x" in names
+            wrong += len([n for n in names if n != f"gyro{odd}_x"])
+        print(
+            f"N×{factor[0]:g}, K×{factor[1]:g}: named {right} of {given.seeds} (at least 95 %), healthy ones {wrong}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,428 @@
+"""What averaging several units of one axis gains, with which weights."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.combination.correlation import allan_covariance, correlations
+from allanite.combination.deviating import FEWEST, deviating_units
+from allanite.common.errors import InputError
+from allanite.common.numbers import number
+from allanite.common.printing import printed
+from allanite.common.showing import brief
+from allanite.deviation import oadev
+from allanite.effects import Model, as_model
+from allanite.fit import fit_model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.combination.correlation import Correlation
+    from allanite.combination.deviating import DeviatingUnit
+    from allanite.effects import Effect
+    from allanite.fit import Fit
+    from allanite.plots import Figure
+    from allanite.recording import Recording
+
+__all__ = ["Combination", "combine", "units_of"]
+
+#: Averages in the shortest record at the longest averaging time: a deviation is then known to 10 %.
+MIN_AVERAGES = 50
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Combination:
+    """Several units of one axis as one sensor.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        The units.
+    unit : str
+        Of the samples.
+    fits : tuple of Fit
+    weights : ndarray, shape (units,)
+        One set for all averaging times, whose sum is 1.
+    tau : ndarray, shape (k,)
+        Averaging times, s, an octave apart.
+    single : ndarray, shape (k, units)
+        Allan deviation of each unit's model.
+    equal, combined, best : ndarray, shape (k,)
+        Allan deviation of the mean, with `weights`, and with the weights that are best at that time.
+    best_weights : ndarray, shape (k, units)
+    measured : ndarray, shape (k,), or None
+        Allan deviation of the weighted samples; None of units that were not sampled together.
+    shared : tuple of Correlation
+        Pairs of units that share noise.
+    deviating : tuple of DeviatingUnit
+    model : Model
+        Noise of the combined sensor.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).normal(0, 0.1, (20000, 3))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro1_x", "gyro2_x", "gyro3_x"])
+    >>> found = al.combine(log, "N")
+    >>> found.weights.round(1), found.gain.round(1)[0]
+    (array([0.3, 0.3, 0.3]), np.float64(1.7))
+    >>> found.state_space().R.shape, found.to_dict()["schema"]
+    ((1, 1), 'allanite/combine/1')
+    >>> figure = found.plot("combined.svg")
+    """
+
+    labels: tuple[str, ...]
+    unit: str
+    fits: tuple[Fit, ...]
+    weights: NDArray[np.float64]
+    tau: NDArray[np.float64]
+    single: NDArray[np.float64]
+    equal: NDArray[np.float64]
+    combined: NDArray[np.float64]
+    best: NDArray[np.float64]
+    best_weights: NDArray[np.float64]
+    measured: NDArray[np.float64] | None
+    shared: tuple[Correlation, ...]
+    deviating: tuple[DeviatingUnit, ...]
+    model: Model
+
+    __repr__ = brief
+
+    @property
+    def best_unit(self) -> int:
+        """Place of the unit with the lowest mean of ln σ over all τ."""
+        return int(np.argmin(np.log(self.single).mean(axis=0)))
+
+    @property
+    def gain(self) -> NDArray[np.float64]:
+        """Allan deviation of the best unit over that of the combination, shape (k,)."""
+        return np.asarray(self.single[:, self.best_unit] / self.combined)
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the combination, Hz: the lowest of the units'."""
+        return min(fit.recording.rate for fit in self.fits)
+
+    def state_space(self) -> Any:
+        """F, Q, H, R of the combined sensor at its rate (`allanite.StateSpace`)."""
+        return self.model.state_space(self.rate)
+
+    @property
+    def headline(self) -> str:
+        """The answer in one sentence."""
+        middle = int(np.argmax(self.gain))
+        ends = sorted({0, middle, self.tau.size - 1})
+        shown = ", ".join(f"×{number(self.gain[k], 3)} at {number(self.tau[k], 2)} s" for k in ends)
+        best = self.labels[self.best_unit]
+        text = f"{len(self.labels)} units: averaging lowers the Allan deviation of the best, {best}, by {shown}"
+        if self.deviating:
+            text += f"; {', '.join(one.unit for one in self.deviating)} deviates"
+        return text
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Allan deviations of the units, of their mean and of the combination, and the weights.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.combination.figure import plot_combination
+
+        return plot_combination(self, path, theme)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: ``allanite/combine/1``."""
+        space = self.state_space()
+        return {
+            "schema": "allanite/combine/1",
+            "version": _kernels.version(),
+            "unit": self.unit,
+            "rate_hz": self.rate,
+            "headline": self.headline,
+            "units": list(self.labels),
+            "weights": self.weights.tolist(),
+            "tau_s": self.tau.tolist(),
+            "single": self.single.tolist(),
+            "equal": self.equal.tolist(),
+            "combined": self.combined.tolist(),
+            "best": self.best.tolist(),
+            "best_weights": self.best_weights.tolist(),
+            "best_unit": self.labels[self.best_unit],
+            "gain": self.gain.tolist(),
+            "measured": None if self.measured is None else self.measured.tolist(),
+            "shared": [
+                {
+                    "units": [self.labels[k] for k in one.pair],
+                    "edges_hz": one.edges.tolist(),
+                    "correlation": one.values.tolist(),
+                }
+                for one in self.shared
+            ],
+            "deviating": [one.to_dict() for one in self.deviating],
+            "model": str(self.model),
+            "state_space": {
+                "F": space.F.tolist(),
+                "Q": space.Q.tolist(),
+                "H": np.atleast_2d(space.H).tolist(),
+                "R": np.atleast_2d(space.R).tolist(),
+            },
+        }
+
+    def __str__(self) -> str:
+        unit = printed(self.unit)
+        lines = [self.headline]
+        told = ", ".join(
+            f"{name} {weight:.3f}" for name, weight in zip(self.labels, self.weights, strict=True)
+        )
+        lines += [f"  weights: {told}", f"  noise of the combination: {self.model} in {unit}"]
+        for one in self.shared:
+            names = " and ".join(self.labels[k] for k in one.pair)
+            low, high = one.values.min(), one.values.max()
+            lines.append(
+                f"  {names} share noise: correlation {number(low, 2)} to {number(high, 2)}"
+            )
+        for unit_ in self.deviating:
+            lines.append(
+                f"  {unit_.unit} deviates: ×{number(unit_.factor)} the others at"
+                f" {number(unit_.low_hz, 2)} to {number(unit_.high_hz, 2)} Hz (p = {unit_.p_value:.1g})"
+            )
+        if len(self.labels) < FEWEST:
+            lines.append("  which unit deviates is not checked: it takes three units")
+        best = self.single[:, self.best_unit]
+        head = ["tau / s", "best unit", "mean", "combined", "gain", "possible"]
+        rows = [
+            [self.tau[k], best[k], self.equal[k], self.combined[k], self.gain[k],
+             best[k] / self.best[k]]
+            for k in range(self.tau.size)
+        ]  # fmt: skip
+        lines.append("".join(f"{name:>12}" for name in head))
+        lines += ["".join(f"{number(v):>12}" for v in row) for row in rows]
+        return "\n".join(lines)
+
+
+def combine(
+    recordings: Recording | Sequence[Recording],
+    model: Model | Effect | str = "N+B+K",
+    *,
+    tau: float | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> Combination:
+    """What averaging several units of one axis gains at each τ, with which weights, and which unit deviates.
+
+    Parameters
+    ----------
+    recordings : Recording or sequence of Recording
+        Every column is a unit. Columns of one recording are on one board, sampled together: noise that they share counts.
+        Recordings are different boards, independent of each other; their rates may differ.
+    model : Model, Effect or str
+        Noise of each unit: random effects.
+    tau : float, optional
+        Averaging time at which the weights are best, s. By default they have the lowest mean logarithm of the deviation
+        over all τ.
+    on_progress : callable, optional
+        Called with (units done, units in all).
+
+    Returns
+    -------
+    Combination
+
+    Raises
+    ------
+    InputError
+        Fewer than two units, units of different quantities, or a model with more than random effects.
+    TooShortError
+        Too few samples.
+
+    Examples
+    --------
+    The noisier unit gets a quarter of the weight:
+
+    >>> rng = np.random.default_rng(1)
+    >>> logs = [al.Recording(rng.normal(0, s, 20000), rate=100, unit="deg/s") for s in (0.1, 0.2)]
+    >>> al.combine(logs, "N").weights.round(1)
+    array([0.8, 0.2])
+    """
+    from allanite.recording import Recording
+
+    given = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    boards = [list(one.measured) for one in given]
+    columns = [column for board in boards for column in board]
+    if len(columns) < 2:
+        raise InputError(f"averaging needs two units or more, found {len(columns)}")
+    units = sorted({column.unit for column in columns})
+    if len(units) > 1:
+        raise InputError(
+            f"the units are in {' and '.join(units)}: choose columns of one axis",
+            missing="column",
+            remedy=" with {column}",
+        )
+    noise = as_model(model)
+    if noise.deterministic or noise.modifiers:
+        raise InputError(
+            f"the noise model {noise.name} holds more than random effects: leave the others out",
+            missing="model",
+            remedy=" of {model}",
+        )
+    fits = []
+    for place, column in enumerate(columns):
+        fits.append(fit_model(column, noise))
+        if on_progress is not None:
+            on_progress(place + 1, len(columns))
+    shared = correlations([{k: fits[k] for k in own} for own in _places(boards)])
+    times = _times(fits)
+    covariance = allan_covariance(fits, shared, times)
+    best = np.array([_minimum_variance(c) for c in covariance])
+    if tau is not None:
+        one = allan_covariance(fits, shared, np.array([tau]))[0]
+        weights = _minimum_variance(one)
+    else:
+        weights = _best_for_all(covariance)
+    mean = np.full(len(fits), 1.0 / len(fits))
+
+    def deviation(w: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.sqrt(np.einsum("i,kij,j->k", w, covariance, w))
+
+    return Combination(
+        tuple(_labels(columns, len(given))),
+        columns[0].unit,
+        tuple(fits),
+        weights,
+        times,
+        np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)),
+        deviation(mean),
+        deviation(weights),
+        np.sqrt(np.einsum("ki,kij,kj->k", best, covariance, best)),
+        best,
+        _measured(columns, weights, times) if len(given) == 1 else None,
+        shared,
+        deviating_units(fits, _labels(columns, len(given))),
+        _combined(fits, shared, weights),
+    )
+
+
+def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[str, list[Recording]]:
+    """The units of each axis in some logs, a recording for each board.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        One for each board.
+    named : bool
+        Whether the columns were chosen: if no names belong together, all are units of one axis.
+
+    Raises
+    ------
+    InputError
+        No axis has two units.
+    """
+    groups: dict[tuple[str, str], list[list[str]]] = {}
+    for place, one in enumerate(recordings):
+        for name, unit in zip(one.columns, one.units, strict=True):
+            key = re.sub(r"\d+", "#", name), unit
+            groups.setdefault(key, [[] for _ in recordings])[place].append(name)
+    found = {
+        key[0]: [one[names] for one, names in zip(recordings, boards, strict=True) if names]
+        for key, boards in groups.items()
+        if sum(map(len, boards)) > 1
+    }
+    columns = [name for one in recordings for name in one.columns]
+    if not found and named and len(columns) > 1:
+        return {columns[0]: list(recordings)}
+    if not found:
+        raise InputError(
+            f"no axis has two units: the names {', '.join(dict.fromkeys(columns))} differ in more than a number",
+            missing="column",
+            remedy=": name the units with {column}",
+        )
+    return found
+
+
+def _places(boards: Sequence[Sequence[Recording]]) -> list[range]:
+    """Places of the units of each board among all."""
+    ends = np.cumsum([0, *map(len, boards)]).tolist()
+    return [range(a, b) for a, b in pairwise(ends)]
+
+
+def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
+    """A name for each unit: the column, with the file where there are several."""
+    names = []
+    for column in columns:
+        file = re.sub(r".*[/\\]", "", column.path or "")
+        parts = [file] if boards > 1 and file else []
+        names.append(" · ".join([*parts, column.columns[0]]))
+    repeated = {name for name in names if names.count(name) > 1}
+    return [f"{n} [{k}]" if n in repeated else n for k, n in enumerate(names, start=1)]
+
+
+def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
+    """Octaves from the longest sampling interval to the time of which the shortest record has enough averages."""
+    rate = min(fit.recording.rate for fit in fits)
+    longest = min(fit.recording.duration for fit in fits) / MIN_AVERAGES
+    most = max(longest * rate, 1.0)
+    return np.asarray(2.0 ** np.arange(int(np.log2(most)) + 1) / rate, dtype=np.float64)
+
+
+def _minimum_variance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights of the sum 1 with the least variance: C⁻¹1/(1ᵀC⁻¹1)."""
+    size = np.sqrt(np.diag(covariance))
+    # Of units that are one in other words the inverse is taken where they differ.
+    scaled = np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-9, hermitian=True)
+    row = (scaled / np.outer(size, size)).sum(axis=1)
+    return np.asarray(row / row.sum())
+
+
+def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights with the lowest mean of ln σ over all τ: a fixed point of the weights of a mean covariance.
+
+    At the minimum Σ C_k w/(wᵀC_k w) is the same for all units: w is of minimum variance under Σ C_k/(wᵀC_k w).
+    """
+    count = covariance.shape[1]
+    w = np.full(count, 1.0 / count)
+    for _ in range(200):
+        variance = np.einsum("i,kij,j->k", w, covariance, w)
+        new = _minimum_variance((covariance / variance[:, None, None]).mean(axis=0))
+        if float(np.abs(new - w).max()) < 1e-9:
+            return new
+        w = 0.5 * (w + new)
+    return w
+
+
+def _measured(
+    columns: Sequence[Recording], weights: NDArray[np.float64], tau: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Allan deviation of the weighted samples of one board."""
+    rate = columns[0].rate
+    samples = np.column_stack([column.rate_samples() for column in columns])
+    factors = np.round(tau * rate).astype(int)
+    return np.asarray(oadev(samples @ weights, rate=rate, factors=factors).deviation)
+
+
+def _combined(
+    fits: Sequence[Fit], shared: Sequence[Correlation], weights: NDArray[np.float64]
+) -> Model:
+    """The noise model of the combination: each coefficient with the correlation where its effect has its power."""
+    effects = []
+    for place, effect in enumerate(fits[0].model.stochastic):
+        sizes = np.array(
+            [getattr(f.model.stochastic[place], effect.coefficient) or 0.0 for f in fits]
+        )
+        total = float(np.sum((weights * sizes) ** 2))
+        for one in shared:
+            a, b = one.pair
+            own, data = fits[a].solution, fits[a].data
+            share = own.processes[place].power / own.spectrum
+            at = one.at(data.bins.frequency(data.rate))
+            rho = float(share @ at / share.sum()) if share.sum() > 0.0 else 0.0
+            total += 2.0 * rho * weights[a] * weights[b] * sizes[a] * sizes[b]
+        effects.append(effect.with_values(**{effect.coefficient: float(np.sqrt(max(total, 0.0)))}))
+    return Model(tuple(effects))

@@ -1,0 +1,114 @@
+"""Noise that units share: the correlation of every pair in octaves, and the Allan covariance that it makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.axes.coherence import cross_spectra
+from allanite.common.showing import brief
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.axes.coherence import CrossBand
+    from allanite.fit import Fit
+
+__all__ = ["Correlation", "allan_covariance", "correlations"]
+
+#: Frequencies at which the share of an octave in an Allan variance is integrated; decades below 1/τ that count.
+PER_OCTAVE, BELOW = 48, 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Correlation:
+    """Correlation of two units over frequency.
+
+    Attributes
+    ----------
+    pair : (int, int)
+        Places of the units.
+    edges : ndarray, shape (octaves + 1,)
+        Hz, rising.
+    values : ndarray, shape (octaves,)
+        In phase; 0 where the units do not share noise.
+    """
+
+    pair: tuple[int, int]
+    edges: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+    __repr__ = brief
+
+    def at(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Correlation at some frequencies; beyond the octaves that of the nearest one."""
+        place = np.searchsorted(self.edges, f, side="right") - 1
+        return self.values[np.clip(place, 0, self.values.size - 1)]
+
+
+def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
+    """Correlation of each pair of units of one board that share noise.
+
+    Parameters
+    ----------
+    boards : sequence of mapping of int to Fit
+        Units by their place; those of one board were sampled together.
+    """
+    found = []
+    for board in boards:
+        named = {str(place): fit for place, fit in board.items()}
+        spectra = {one.columns: one.bands for one in cross_spectra(named)}
+        for a, b in combinations(board, 2):
+            bands = spectra.get((str(a), str(b)))
+            if bands and any(band.significant for band in bands):
+                edges = np.array([bands[0].low, *(band.high for band in bands)])
+                found.append(Correlation((a, b), edges, np.array(_values(bands))))
+    return tuple(found)
+
+
+def _values(bands: Sequence[CrossBand]) -> list[float]:
+    """Significant correlations; where there are few ordinates, that of the nearest octave that agrees."""
+    sure = [k for k, band in enumerate(bands) if band.significant]
+    out = []
+    for k, band in enumerate(bands):
+        if k in sure:
+            out.append(band.correlation)
+            continue
+        near = bands[min(sure, key=lambda s: abs(s - k))].correlation
+        low, high = band.interval
+        out.append(near if low <= near <= high else 0.0)
+    return out
+
+
+def allan_covariance(
+    fits: Sequence[Fit], shared: Sequence[Correlation], tau: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Covariance of the units' Allan increments, shape (τ, units, units).
+
+    The variances are those of the models. A covariance is σσ times a mean correlation: each frequency counts with its
+    share in the Allan variance of the geometric mean of both spectra.
+    """
+    variance = np.column_stack(
+        [fit.model.allan_variance(tau, rate=fit.recording.rate) for fit in fits]
+    )
+    out = np.zeros((tau.size, len(fits), len(fits)))
+    out[:, range(len(fits)), range(len(fits))] = variance
+    for one in shared:
+        a, b = one.pair
+        rate = fits[a].recording.rate
+        for k, t in enumerate(tau):
+            low = 10.0**-BELOW / t
+            count = max(int(PER_OCTAVE * np.log2(0.5 * rate / low)), PER_OCTAVE)
+            f = np.geomspace(low, 0.5 * rate, count)
+            density = np.sqrt(fits[a].model.psd(f, rate) * fits[b].model.psd(f, rate))
+            m = max(round(float(t) * rate), 1)
+            gain = np.sin(np.pi * f * m / rate) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
+            weight = density * gain * f  # of ln f
+            share = float(weight @ one.at(f) / weight.sum())
+            out[k, a, b] = out[k, b, a] = share * np.sqrt(variance[k, a] * variance[k, b])
+    return out

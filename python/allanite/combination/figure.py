@@ -1,0 +1,69 @@
+"""The figure of a combination: deviations of the units and of their averages, and the weights over τ."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.curves import TAU
+from allanite.plots.spec import Figure, Line, Mark, Panel, Points
+from allanite.plots.themes import COMPONENTS
+from allanite.plots.words import in_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.combination.combine import Combination
+
+__all__ = ["plot_combination"]
+
+
+def plot_combination(
+    found: Combination, path: str | Path | None = None, theme: str = "light"
+) -> Figure:
+    """Allan deviations of the units, of their mean and of the combination; below them the best weights at each τ.
+
+    Parameters
+    ----------
+    found : Combination
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    marks: list[Mark] = []
+    weights: list[Mark] = []
+    for k, name in enumerate(found.labels):
+        color = COMPONENTS[k % len(COMPONENTS)]
+        marks.append(Line(found.tau, found.single[:, k], color, name, width=1.2))
+        weights.append(Line(found.tau, found.best_weights[:, k], color, width=1.2))
+    marks.append(Line(found.tau, found.equal, "before", "mean", dash="dash"))
+    marks.append(Line(found.tau, found.combined, "model", "combined", width=2.2))
+    if found.measured is not None:
+        marks.append(Points(found.tau, found.measured, "measured", "combined samples"))
+    y = log_axis(in_unit("Allan deviation", found.unit), found.single, found.combined)
+    low, high = float(found.best_weights.min()), float(found.best_weights.max())
+    room = 0.1 * max(high - low, 0.2)
+    panels = (
+        Panel(log_axis(TAU, found.tau), y, tuple(marks), show_x=False),
+        Panel(
+            log_axis(TAU, found.tau),
+            linear_axis("best weight", min(low, 0.0) - room, high + room, 4),
+            tuple(weights),
+            row=1,
+        ),
+    )
+    figure = Figure(
+        f"{len(found.labels)} units as one sensor",
+        f"with one set of weights ×{found.gain.min():.3g} to ×{found.gain.max():.3g} better than the best unit",
+        panels,
+        heights=(2.4, 1.0),
+        kind="combination",
+    )
+    if path is not None:
+        figure.save(path, theme)
+    return figure
