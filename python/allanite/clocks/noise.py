@@ -73,7 +73,7 @@ def clock_noise(
         return fits[places]
 
     every = range(len(EFFECTS))
-    best = max(((i,) for i in every), key=lambda one: fit(one).evidence)
+    best: tuple[int, ...] = max(((i,) for i in every), key=lambda one: fit(one).evidence)
     while True:
         more = [tuple(sorted((*best, i))) for i in every if i not in best]
         fewer = [tuple(p for p in best if p != i) for i in best if len(best) > 1]

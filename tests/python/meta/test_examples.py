@@ -41,6 +41,35 @@ def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
     assert scores == sorted(scores, reverse=True)
 
 
+@pytest.mark.long
+@pytest.mark.data
+def test_cesium_holdover(data, capsys, monkeypatch):
+    monkeypatch.setenv("ALLANITE_DATA", str(data("clock_cs5071a_phase.npz").parent))
+    found = runpy.run_path(str(ROOT / "examples" / "cesium_holdover.py"))["main"]()
+    assert found["timing"].noise.name == "Q+N"
+    # Of eight bands of 95 %, six or more hold in 99.4 % of runs.
+    assert sum(found["held"]) >= 6
+    assert "passes" in capsys.readouterr().out
+
+
+@pytest.mark.data
+def test_station_rate(data, capsys, monkeypatch):
+    monkeypatch.setenv("ALLANITE_DATA", str(data("field/station_tenv.txt").parents[1]))
+    found = runpy.run_path(str(ROOT / "examples" / "station_rate.py"))["main"]()
+    assert list(found) == ["east", "north", "up"]
+    words = capsys.readouterr().out
+    for name, one in found.items():
+        naive = float(re.search(rf"{name} .*± ([\d.]+) mm/year with white", words)[1])
+        assert one.rate.std_error > 2.0 * naive
+
+
+@pytest.mark.parametrize("name", ["cesium_holdover", "station_rate"])
+def test_an_example_says_where_its_data_are(name, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("ALLANITE_DATA", str(tmp_path))
+    assert runpy.run_path(str(ROOT / "examples" / f"{name}.py"))["main"]() is None
+    assert "no " in capsys.readouterr().out
+
+
 def test_gyro_simulator(capsys, tmp_path):
     module = runpy.run_path(str(ROOT / "examples" / "gyro_simulator.py"))
     found = module["main"](hours=12.0, folder=str(tmp_path))

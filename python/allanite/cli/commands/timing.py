@@ -31,25 +31,33 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Predict the steered clock of a servo's log, not the free clock.",
 )
+@click.option(
+    "--hat",
+    is_flag=True,
+    help="Allan deviation of each of three or more clocks whose phases against one reference are columns of LOG.",
+)
 @log_options
 def command(
     logs: tuple[str, ...],
     mask: tuple[str, ...],
     after: tuple[str, ...],
     as_logged: bool,
+    hat: bool,
     options: LogOptions,
 ) -> None:
     """Time error, MTIE and TDEV against ITU-T masks, jumps, frequency, drift, noise and holdover of clocks.
 
     Reads logs of ptp4l, phc2sys, ts2phc, chrony, ntpd and PPS captures, and phases of any other log. The log of a servo has
-    its frequency: without it, noise and holdover are those of the free clock. Three or more logs of clocks against one
-    reference at the same times: give them as columns of one file, and see allanite.three_cornered_hat.
+    its frequency: without it, noise and holdover are those of the free clock.
     """
     from allanite.cli import output
     from allanite.clocks import AFTER, mask_named, timing
     from allanite.common.errors import about
     from allanite.trends.design import seconds_of
 
+    if hat:
+        _hat(logs, options)
+        return
     masks = [mask_named(name) for name in mask]
     times = [seconds_of(text, None) for text in after] or AFTER
     found = []
@@ -85,6 +93,22 @@ def _read(
     covariates = (*options.covariate, "frequency")
     again = replace(options, covariate=covariates, quiet=True)
     return recording_of(log, again, for_fit=False), ("frequency", SERVOS[names])
+
+
+def _hat(logs: tuple[str, ...], options: LogOptions) -> None:
+    """Print the Allan deviation of each clock of one log."""
+    from allanite.cli import output
+    from allanite.cli.options import recording_of
+    from allanite.clocks import three_cornered_hat
+    from allanite.common.errors import InputError, about
+
+    if len(logs) > 1:
+        raise InputError("--hat: give one log, with a column for each clock")
+    recording = recording_of(logs[0], options, for_fit=False)
+    output.notes([recording], options)
+    with about(logs[0]):
+        found = three_cornered_hat(recording)
+    click.echo(output.dumps(found.to_dict()) if options.as_json else str(found))
 
 
 #: Columns of a servo's log → phase that 1 of its frequency adds in 1 s. linuxptp (ppb) prints by how much it speeds the

@@ -349,3 +349,16 @@ def test_the_command_refuses_an_unknown_mask(run, tmp_path):
     code, _, err = run("timing", path, "--rate", 1, "--mask", "G.1")
     assert code == 2
     assert "one of G.811" in err
+
+
+def test_the_command_parts_the_clocks_of_a_log(run, tmp_path):
+    x = np.cumsum(np.random.default_rng(9).standard_normal((400, 3)) * 1e-9, axis=0)
+    path = tmp_path / "three.csv"
+    rows = "".join(",".join(f"{v:.6e}" for v in row) + "\n" for row in x)
+    path.write_text("a [s],b [s],c [s]\n" + rows)
+    code, out, err = run("timing", path, "--rate", 1, "--quantity", "angle", "--hat", "--json")
+    assert code == 0, err
+    assert [one["clock"] for one in valid(json.loads(out))["clocks"]] == ["a", "b", "c"]
+    code, _, err = run("timing", path, path, "--rate", 1, "--hat")
+    assert code == 2
+    assert "one log" in err

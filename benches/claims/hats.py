@@ -1,0 +1,77 @@
+"""Intervals of the three-cornered hat: how often they hold the true deviation of each of three or more clocks.
+
+Clocks of different quality, with white FM, flicker FM and random-walk FM. An interval of a clock that is not detected is
+its 95 % limit.
+
+    python benches/claims/hats.py [--records 300] [--samples 512]
+"""
+
+from __future__ import annotations
+
+import argparse
+from time import process_time
+
+import numpy as np
+
+import allanite as al
+
+#: Noise of each clock.
+CASES = {
+    "three alike, white FM": ["N(N=1)", "N(N=1)", "N(N=1)"],
+    "1 : 2 : 4, white FM": ["N(N=1)", "N(N=2)", "N(N=4)"],
+    "1 : 1 : 10, flicker FM": ["B(B=1)", "B(B=1)", "B(B=10)"],
+    "white, flicker, random walk": ["N(N=1)", "B(B=0.3)", "K(K=0.05)"],
+    "four alike, white FM": ["N(N=1)"] * 4,
+}
+
+
+def one(name, seed, samples):
+    """(τ, clock) → 1 if the interval holds the truth, in rows (m, clock, held, detected)."""
+    models = [al.parse_model(text) for text in CASES[name]]
+    x = np.column_stack(
+        [
+            np.cumsum(model.simulate(n=samples, rate=1.0, seed=seed, axis=k).samples)
+            for k, model in enumerate(models)
+        ]
+    )
+    found = al.three_cornered_hat(al.Recording(x, rate=1.0, quantity="angle"), seed=seed)
+    rows = []
+    for k, (model, clock) in enumerate(zip(models, found.values(), strict=True)):
+        truth = np.sqrt(model.allan_variance(clock.tau, rate=1.0))
+        held = (clock.low <= truth) & (truth <= clock.high)
+        rows += [(m, k, h, d) for m, h, d in zip(clock.tau, held, clock.detected, strict=True)]
+    return rows
+
+
+def study(records, samples, first=0):
+    """Case → rows of all records."""
+    each = max(1, records // len(CASES))
+    return {
+        name: np.array(
+            [row for seed in range(first, first + each) for row in one(name, seed, samples)],
+            dtype=float,
+        )
+        for name in CASES
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--records", type=int, default=300)
+    parser.add_argument("--samples", type=int, default=512)
+    given = parser.parse_args()
+    began = process_time()
+    found = study(given.records, given.samples)
+    for name, rows in found.items():
+        tau, _, held, seen = rows.T
+        parts = [f"{m:g} s {100 * held[tau == m].mean():.0f} %" for m in np.unique(tau)]
+        shares = f"{100 * held.mean():.1f} % ({100 * seen.mean():.0f} % detected)"
+        print(f"{name}: {shares}; {', '.join(parts)}")
+    held = np.concatenate([rows[:, 2] for rows in found.values()])
+    print(
+        f"all: {100 * held.mean():.2f} % of {held.size}; {process_time() - began:.0f} s of CPU time"
+    )
+
+
+if __name__ == "__main__":
+    main()
