@@ -59,7 +59,26 @@ INFLATE = click.option(
     help="Multiply all deviations in the file, which records this as your choice.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="JSON on stdout, nothing else.")
-plot_option = click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")
+#: Where the style of figures is kept while a command runs: every command that has --plot has it.
+STYLE = "allanite.style"
+
+
+def plot_option(command: Any) -> Any:
+    """Add --plot, and --style, which `output.plot` reads."""
+
+    def keep(ctx: click.Context, _param: click.Parameter, value: str) -> None:
+        ctx.meta[STYLE] = value
+
+    style = click.option(
+        "--style",
+        type=click.Choice(("screen", "paper", "slides")),
+        default="screen",
+        show_default=True,
+        expose_value=False,
+        callback=keep,
+        help="Of the figure: paper is one column of 88 mm in 8 pt without title, slides has large letters.",
+    )
+    return click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")(style(command))
 
 
 class RateType(click.ParamType[float | str]):

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from allanite.cli.options import LogOptions
     from allanite.cli.stream import Stream
     from allanite.fit import Fit
+    from allanite.plots.spec import Figure
     from allanite.recording import Recording
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "plot",
     "progress",
     "progress_of_axes",
+    "save_figure",
     "save_fits",
     "show",
     "width",
@@ -149,7 +151,15 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
         target = Path(path)
         if len(results) > 1:
             target = target.with_name(f"{target.stem}-{file_name(name)}{target.suffix}")
-        result.plot(target)
+        save_figure(result.plot(), target)
+
+
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure in the style that was asked for."""
+    from allanite.cli.options import STYLE
+
+    context = click.get_current_context(silent=True)
+    figure.save(path, style="screen" if context is None else context.meta.get(STYLE, "screen"))
 
 
 @contextmanager

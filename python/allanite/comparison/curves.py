@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,6 +60,28 @@ class Drawn:
         i = int(np.argmin(np.abs(self.tau - tau)))
         return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
 
+    def near(self, tau: float) -> Drawn | None:
+        """The point at an averaging time, interpolated between its neighbors on double-logarithmic paper.
+
+        The curve of a log at another rate has other averaging times. None outside of the curve.
+        """
+        if not self.tau[0] * 0.999 <= tau <= self.tau[-1] * 1.001:
+            return None
+
+        def value(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+            if values is None:
+                return None
+            logs = np.interp(np.log(tau), np.log(self.tau), np.log(np.maximum(values, 1e-300)))
+            return np.array([np.exp(logs)])
+
+        return replace(
+            self,
+            tau=np.array([tau]),
+            deviation=np.asarray(value(self.deviation)),
+            low=value(self.low),
+            high=value(self.high),
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """JSON form."""
         points = [
@@ -109,12 +131,12 @@ class Curves:
         rows = [head]
         for tau in first.tau:
             row = [f"{tau:.6g}"]
-            reference = first.at(tau)
+            reference = first.near(tau)
             for i, curve in enumerate(self.curves):
-                value = curve.at(tau)
-                row.append("–" if value is None else f"{value:.4g}")
+                point = curve.near(tau)
+                row.append("–" if point is None else f"{point.deviation[0]:.4g}")
                 if i and same[i]:
-                    row.append(_ratio(value, reference, conversion(curve.unit, first.unit)))
+                    row.append(_ratio(point, reference, conversion(curve.unit, first.unit)))
             rows.append(row)
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         names = [f"[{i + 1}] {c.kind} {c.name}" for i, c in enumerate(self.curves)]
@@ -128,8 +150,28 @@ class Curves:
         return plot_compare(self, path)
 
 
-def _ratio(value: float | None, reference: float | None, factor: float) -> str:
-    return "–" if value is None or not reference else f"{value * factor / reference:.3f}"
+def _ratio(one: Drawn | None, other: Drawn | None, factor: float) -> str:
+    """The ratio of two points with its 95 % interval, where either has one.
+
+    The interval adds the variances of the logarithms of two independent deviations.
+    """
+    if one is None or other is None or not other.deviation[0] > 0.0:
+        return "–"
+    ratio = float(one.deviation[0] * factor / other.deviation[0])
+    sides = []
+    for name, opposite in (("low", "high"), ("high", "low")):
+        far = _apart(one, name) ** 2 + _apart(other, opposite) ** 2
+        sides.append(np.sqrt(far))
+    if not any(sides) or not np.isfinite(sides).all():
+        return f"{ratio:.3f}"
+    low, high = ratio * np.exp(-sides[0]), ratio * np.exp(sides[1])
+    return f"{ratio:.3f} ({low:.3g} … {high:.3g})"
+
+
+def _apart(point: Drawn, end: str) -> float:
+    """Distance from a deviation to an end of its interval, of the logarithm; 0 where it has none."""
+    values = getattr(point, end)
+    return 0.0 if values is None else abs(float(np.log(values[0] / point.deviation[0])))
 
 
 def compare(

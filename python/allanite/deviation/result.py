@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.errors import InputError
 from allanite.deviation.confidence import interval
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 
 __all__ = ["Deviation", "cell"]
+
+#: Confidence of an interval unless another is asked for.
+DEFAULT = 0.95
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -47,6 +51,8 @@ class Deviation:
         What to know before trusting it.
     lost : ndarray of shape (k,)
         Number of terms left out because they touch missing samples.
+    level : float
+        Confidence of the interval.
 
     Examples
     --------
@@ -73,6 +79,7 @@ class Deviation:
     _bands: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     lost: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     _of_phase: bool = False
+    level: float = DEFAULT
 
     def __post_init__(self) -> None:
         if self.lost.size != self.n.size:
@@ -87,7 +94,7 @@ class Deviation:
 
     @property
     def has_interval(self) -> bool:
-        """Whether a 95 % interval is known at any τ; none is of `tierms` and `mtie`."""
+        """Whether an interval is known at any τ; none is of `tierms` and `mtie`."""
         return bool(np.isfinite(self.low).any())
 
     @property
@@ -97,19 +104,41 @@ class Deviation:
 
     @property
     def low(self) -> NDArray[np.float64]:
-        """Lower end of the 95 % interval, shape (k,)."""
+        """Lower end of the interval, shape (k,)."""
         return self._band("low")
 
     @property
     def high(self) -> NDArray[np.float64]:
-        """Upper end of the 95 % interval, shape (k,)."""
+        """Upper end of the interval, shape (k,)."""
         return self._band("high")
+
+    @property
+    def percent(self) -> str:
+        """Confidence of the interval as it is printed: ``95 %``."""
+        return f"{100.0 * self.level:.3g} %"
+
+    def at_confidence(self, level: float) -> Deviation:
+        """The same estimates with intervals of another confidence.
+
+        Parameters
+        ----------
+        level : float
+            Between 0 and 1: 0.683 for one standard deviation of a normal law.
+
+        Raises
+        ------
+        InputError
+            A level that does not lie between 0 and 1.
+        """
+        if not 0.0 < level < 1.0:
+            raise InputError(f"a confidence lies between 0 and 1, found {level:g}: give 0.95")
+        return replace(self, level=float(level), _bands={})
 
     def _band(self, name: str) -> NDArray[np.float64]:
         # Made when first asked for: it takes longer than the deviation of a short record.
         if not self._bands:
             edf = np.full(self.tau.shape, np.nan) if self._freedom is None else self._freedom()
-            low, high = interval(self.deviation, edf)
+            low, high = interval(self.deviation, edf, self.level)
             for key, values in (("low", low), ("high", high), ("edf", edf)):
                 values.flags.writeable = False
                 self._bands[key] = values
@@ -145,6 +174,7 @@ class Deviation:
             "kind": self.kind,
             "unit": self.deviation_unit,
             "points": points,
+            **({} if self.level == DEFAULT else {"confidence": self.level}),
             "diagnostics": list(self.diagnostics),
         }
 
@@ -154,7 +184,7 @@ class Deviation:
             f"{t:12.6g} {m:10d} {n:11d} {' '.join(cell(v, 12, '.5e') for v in values)} {cell(e, 9, '.4g')}"
             for t, m, n, *values, e in self._rows()
         ]
-        known = "95 % interval" if self.has_interval else "no interval is known"
+        known = f"{self.percent} interval" if self.has_interval else "no interval is known"
         title = f"{self.kind} ({self.deviation_unit}), {known}"
         return "\n".join([title, head, *rows, *self.diagnostics])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from allanite.plots.compare import plot_compare
-from allanite.plots.deviation import plot_deviation
+from allanite.plots.deviation import plot_deviation, plot_stability
 from allanite.plots.dynamic import plot_dynamic
 from allanite.plots.fit import plot_check, plot_fit
 from allanite.plots.recording import plot_recording
@@ -19,6 +19,7 @@ __all__ = [
     "plot_dynamic",
     "plot_fit",
     "plot_recording",
+    "plot_stability",
     "plot_study",
     "plot_time",
 ]

@@ -11,7 +11,7 @@ from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.spec import Axis, Figure, Line, Mark, Panel, Points
 from allanite.plots.themes import LOGS
-from allanite.plots.words import in_unit, unit_text
+from allanite.plots.words import allan_label, unit_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -81,5 +81,5 @@ def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title
         shown += [low, np.minimum(high, 4.0 * values)]
         marks.append(Line(curve.tau, values, color, width=1.0))
         marks.append(Points(curve.tau, values, color, label, low, high))
-    y = log_axis(in_unit("Allan deviation", unit), *shown)
+    y = log_axis(allan_label(unit), *shown)
     return Panel(x, y, tuple(marks), row, title=title, show_x=last)

@@ -18,7 +18,7 @@ from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import bracket, density_unit, effect_text, in_unit, values_text
+from allanite.plots.words import allan_label, bracket, density_unit, effect_text, values_text
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ def allan_panels(
     # Effects may lie decades below: the curve decides what is shown.
     sure = curve.edf >= 2.0
     y = log_axis(
-        in_unit("Allan deviation", fit.recording.unit),
+        allan_label(fit.recording.unit),
         curve.measured,
         curve.model,
         high[sure],

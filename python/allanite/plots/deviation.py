@@ -9,16 +9,31 @@ import numpy as np
 from allanite.deviation import estimator_named
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
-from allanite.plots.spec import Figure, Line, Panel, Points
+from allanite.plots.spec import Axis, Figure, Line, Mark, Note, Panel, Points
+from allanite.plots.themes import LOGS
 from allanite.plots.words import in_unit, recording_text
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from allanite.deviation.result import Deviation
     from allanite.recording import Recording
 
-__all__ = ["plot_deviation"]
+__all__ = ["plot_deviation", "plot_stability"]
+
+#: Slopes of σ(τ) that noise of clocks has, and the noise.
+SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
+#: What clock makers call the deviations of fractional frequency.
+SIGMA = {
+    "adev": "σ_y(τ)",
+    "oadev": "σ_y(τ)",
+    "totdev": "σ_y(τ), total",
+    "mdev": "Mod σ_y(τ)",
+    "hdev": "Hadamard σ_y(τ)",
+    "ohdev": "Hadamard σ_y(τ)",
+    "tdev": "σ_x(τ)",
+}
 
 
 def plot_deviation(
@@ -27,7 +42,7 @@ def plot_deviation(
     theme: str = "light",
     recording: Recording | None = None,
 ) -> Figure:
-    """A deviation over averaging time with its 95 % interval where one is known, on logarithmic axes.
+    """A deviation over averaging time with its interval where one is known, on logarithmic axes.
 
     Parameters
     ----------
@@ -48,13 +63,13 @@ def plot_deviation(
     kept = np.isfinite(values) & (values > 0)
     words = estimator_named(deviation.kind).title
     known = bool(np.isfinite(low[kept]).any())
-    label = "estimate ± 95 %" if known else "estimate"
+    label = f"estimate ± {deviation.percent}" if known else "estimate"
     ends = (low[kept], high[kept]) if known else (None, None)
     marks = (
         Line(tau[kept], values[kept], "c1", width=1.4),
         Points(tau[kept], values[kept], "measured", label, *ends),
     )
-    y = log_axis(in_unit(words, deviation.deviation_unit), values, low, high)
+    y = log_axis(_name(deviation), values, low, high)
     panel = Panel(log_axis(TAU, tau[kept]), y, marks)
     title = words[0].upper() + words[1:]
     figure = Figure(
@@ -66,3 +81,106 @@ def plot_deviation(
     if path is not None:
         figure.save(path, theme)
     return figure
+
+
+def _name(deviation: Deviation) -> str:
+    """The name of an axis: σ_y(τ) of clocks, else the estimator's with its unit."""
+    words = estimator_named(deviation.kind).title
+    if deviation.unit == "1" and deviation.kind in SIGMA:
+        words = f"{words}, {SIGMA[deviation.kind]}"
+    return in_unit(words, deviation.deviation_unit)
+
+
+def plot_stability(
+    deviations: Sequence[Deviation],
+    path: str | Path | None = None,
+    theme: str = "light",
+    recording: Recording | None = None,
+) -> Figure:
+    """Several deviations of one record with intervals and guides of the slopes of noise, and their numbers below.
+
+    Parameters
+    ----------
+    deviations : sequence of Deviation
+        Of one unit.
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+    recording : Recording, optional
+        Named in the title.
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    first = deviations[0]
+    marks: list[Mark] = []
+    shown: list[np.ndarray] = []
+    for deviation, role in zip(deviations, LOGS, strict=False):
+        tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
+        kept = np.isfinite(values) & (values > 0)
+        low, high = np.asarray(deviation.low)[kept], np.asarray(deviation.high)[kept]
+        known = bool(np.isfinite(low).any())
+        ends = (low, high) if known else (None, None)
+        name = SIGMA.get(deviation.kind, "") if deviation.unit == "1" else ""
+        label = f"{name} {deviation.kind.upper()}".strip()
+        label += f" ± {deviation.percent}" if known else ""
+        marks.append(Line(tau[kept], values[kept], role, width=1.2))
+        marks.append(Points(tau[kept], values[kept], role, label, *ends))
+        shown += [values[kept], low]
+    x = log_axis(TAU, *(np.asarray(d.tau) for d in deviations))
+    kinds = {d.deviation_unit for d in deviations}
+    words = _name(first) if len(deviations) == 1 else in_unit("deviation", first.deviation_unit)
+    if len(deviations) > 1 and first.unit == "1" and len(kinds) == 1:
+        words = "σ_y(τ)"
+    y = log_axis(words, *shown)
+    guides = [mark for slope, name in SLOPES for mark in _guide(first, slope, name, x, y)]
+    panel = Panel(x, y, (*guides, *marks))
+    title = "Stability" if first.unit == "1" else "Deviations"
+    told = "" if recording is None else recording_text(recording)
+    figure = Figure(title, told, (panel,), kind="stability", below=_table(deviations))
+    if path is not None:
+        figure.save(path, theme)
+    return figure
+
+
+def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> tuple[Line, Note]:
+    """A dotted line of a slope through the middle of a curve, and its name where it leaves the panel or ends."""
+    tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
+    kept = np.flatnonzero(np.isfinite(values) & (values > 0))
+    middle = kept[kept.size // 2]
+    ends = tau[kept[[0, -1]]]
+    heights = values[middle] * (ends / tau[middle]) ** slope
+
+    def place(value: float, axis: Axis) -> float:
+        return float(np.log(value / axis.low) / np.log(axis.high / axis.low))
+
+    # Along the line from its middle to the end at long τ, as far as the panel goes.
+    inside = np.linspace(1.0, 0.0, 50)
+    at = np.exp(np.log(tau[middle]) + inside * np.log(ends[1] / tau[middle]))
+    across = [place(float(t), x) for t in at]
+    up = [place(float(values[middle] * (t / tau[middle]) ** slope), y) for t in at]
+    k = next((i for i in range(50) if up[i] > 0.04 and up[i] < 0.93 and across[i] < 0.95), 49)
+    line = Line(ends, heights, "guide", width=0.8, dash="dot")
+    return line, Note(across[k], up[k] + 0.03, name, "guide")
+
+
+def _table(deviations: Sequence[Deviation]) -> str:
+    """τ, and each deviation with its interval, a line an averaging time that all have."""
+    common = [t for t in deviations[0].tau if all(np.isclose(d.tau, t).any() for d in deviations)]
+    rows = [
+        [
+            "τ (s)",
+            *(c for d in deviations for c in (d.kind, f"low {d.percent}", f"high {d.percent}")),
+        ]
+    ]
+    for t in common:
+        row = [f"{t:.6g}"]
+        for d in deviations:
+            i = int(np.argmin(np.abs(np.asarray(d.tau) - t)))
+            cells = (d.deviation[i], d.low[i], d.high[i])
+            row += [f"{v:.3e}" if np.isfinite(v) else "–" for v in cells]
+        rows.append(row)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(map(str.rjust, row, widths)) for row in rows)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import itertools
+import textwrap
 import warnings
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,14 +31,17 @@ from allanite.plots.spec import (
 )
 from allanite.plots.themes import Theme, theme_of
 
-__all__ = ["draw", "render", "save"]
+__all__ = ["STYLES", "draw", "render", "save"]
 
 SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 #: Inches that the title and each line of the subtitle take.
 TITLE, LINE_HEIGHT = 0.29, 0.22
+#: Inches of a row of a table or a legend.
+ROW = 0.185
 #: Letters in the width of a legend of `WIDTH`, and of the key before each label.
 LETTERS, KEY = 177, 9
+MONO = "DejaVu Sans Mono"
 FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
 #: Texts are as they are: a dollar sign begins no formula.
 TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
@@ -47,7 +52,40 @@ EDGE = 0.15
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
 
 
-def save(figure: Figure, path: str | Path, theme: str = "light") -> None:
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How a figure is laid out for what it is shown on.
+
+    Attributes
+    ----------
+    width : float
+        Inches.
+    height : float
+        Inches; of a `column`, of each row of panels of unit height.
+    column : bool
+        Whether panels stand below each other, without title and subtitle.
+    points : float or None
+        Size of all letters; None for the sizes of the screen.
+    strokes : float
+        Widths of lines and sizes of points, times those of the screen.
+    """
+
+    width: float = WIDTH
+    height: float = HEIGHT
+    column: bool = False
+    points: float | None = None
+    strokes: float = 1.0
+
+
+#: On a screen; one column of a journal (88 mm, 8 pt); on a slide (16:9).
+STYLES = {
+    "screen": Style(),
+    "paper": Style(88.0 / 25.4, 1.8, True, 8.0, 0.6),
+    "slides": Style(WIDTH, HEIGHT, False, 18.0, 1.8),
+}
+
+
+def save(figure: Figure, path: str | Path, theme: str = "light", style: str = "screen") -> None:
     """Write a figure; the file appears whole or not at all.
 
     Parameters
@@ -56,27 +94,32 @@ def save(figure: Figure, path: str | Path, theme: str = "light") -> None:
     path : str or Path
         Ends in .svg, .png or .pdf.
     theme : {"light", "dark"}
+    style : {"screen", "paper", "slides"}
 
     Raises
     ------
     InputError
-        Another suffix, a folder that does not exist, an unknown theme, matplotlib not installed.
+        Another suffix, a folder that does not exist, an unknown theme or style, matplotlib not installed.
     """
     target = Path(path)
     kind = target.suffix.lower().removeprefix(".")
     if kind not in SUFFIXES:
         raise InputError(f"{target}: a figure's name must end in .svg, .png or .pdf")
     check_target(target)
-    content = render(figure, kind, theme)
+    content = render(figure, kind, theme, style=style)
     with whole_file(target) as draft:
         draft.write_bytes(content)
 
 
 def render(
-    figure: Figure, kind: str, theme: str = "light", size: tuple[float, float] = (WIDTH, HEIGHT)
+    figure: Figure,
+    kind: str,
+    theme: str = "light",
+    size: tuple[float, float] | None = None,
+    style: str = "screen",
 ) -> bytes:
-    """The bytes of an SVG, PNG or PDF; `size` in inches of 100 pixels."""
-    canvas = draw(figure, theme, size)
+    """The bytes of an SVG, PNG or PDF; `size` in inches of 100 pixels, None for that of the style."""
+    canvas = draw(figure, theme, size, style)
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with warnings.catch_warnings():
@@ -88,14 +131,28 @@ def render(
     return stream.getvalue()
 
 
-def draw(figure: Figure, theme: str = "light", size: tuple[float, float] = (WIDTH, HEIGHT)) -> Any:
-    """The ``matplotlib.figure.Figure`` of a figure; `size` in inches.
+def draw(
+    figure: Figure,
+    theme: str = "light",
+    size: tuple[float, float] | None = None,
+    style: str = "screen",
+) -> Any:
+    """The ``matplotlib.figure.Figure`` of a figure; `size` in inches, None for that of the style.
 
     Raises
     ------
     InputError
-        An unknown theme, matplotlib not installed.
+        An unknown theme or style, matplotlib not installed.
     """
+    if style not in STYLES:
+        raise InputError(f"unknown style {style!r}: {', '.join(STYLES)}")
+    form = STYLES[style]
+    if form.column:
+        figure = _in_one_column(figure)
+        lines = len(figure.below.splitlines()) if figure.below else len(figure.legend())
+        size = size or (form.width, form.height * sum(figure.heights) + ROW * lines + 0.3)
+    rows = len(figure.below.splitlines())
+    size = size or (form.width, form.height + (0.0 if form.column else ROW * rows))
     try:
         from matplotlib.figure import Figure as Canvas
         from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -115,33 +172,87 @@ def draw(figure: Figure, theme: str = "light", size: tuple[float, float] = (WIDT
     for panel in figure.panels:
         place = grid[panel.row : panel.row + panel.rows, panel.column]
         _panel(canvas, canvas.add_subplot(place), panel, look)
-    top = _words(canvas, figure, look)
-    layout.set(rect=(0.0, 0.0, 1.0, top))
+    top, bottom = _words(canvas, figure, look, form)
+    _resize(canvas, form)
+    layout.set(rect=(0.0, bottom, 1.0, top - bottom))
     return canvas
 
 
-def _words(canvas: Any, figure: Figure, look: Theme) -> float:
-    """Title and subtitle, and one legend for all panels; the part of the height that is left below the title."""
+def _in_one_column(figure: Figure) -> Figure:
+    """All panels below each other, in the order of their columns, without title and subtitle."""
+    ordered = sorted(figure.panels, key=lambda p: (p.column, p.row))
+    heights = [sum(figure.heights[p.row : p.row + p.rows]) for p in ordered]
+    most = max(heights)
+    panels = []
+    for row, panel in enumerate(ordered):
+        # A strip goes on below the curve whose axis it shares.
+        below = row + 1 < len(ordered) and ordered[row + 1].x == panel.x
+        panels.append(replace(panel, row=row, rows=1, column=0, show_x=not below))
+    return replace(
+        figure,
+        title="",
+        subtitle="",
+        panels=tuple(panels),
+        heights=tuple(h / most for h in heights),
+        widths=(1.0,),
+    )
+
+
+def _resize(canvas: Any, form: Style) -> None:
+    """Letters, lines and points in the sizes of a style."""
+    if form.points is None:
+        return
+    from matplotlib.collections import LineCollection
+    from matplotlib.lines import Line2D
+    from matplotlib.text import Text
+
+    for text in canvas.findobj(Text):
+        text.set_fontsize(
+            form.points * (1.25 if text.get_weight() == "bold" and not form.column else 1)
+        )
+    for line in canvas.findobj(Line2D):
+        line.set_linewidth(form.strokes * line.get_linewidth())
+        line.set_markersize(form.strokes * line.get_markersize())
+    for lines in canvas.findobj(LineCollection):
+        lines.set_linewidth([form.strokes * w for w in lines.get_linewidths()])
+
+
+def _words(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
+    """Title, subtitle, words below and one legend for all panels; the parts of the height between which panels stand."""
     width, height = canvas.get_size_inches()
+    grown = 1.0 if form.points is None else form.points / 9.5
+    bottom = 0.0
+    if figure.below:
+        lines = figure.below.splitlines()
+        bottom = (0.10 + grown * ROW * len(lines)) / height
+        canvas.text(
+            0.02, bottom, figure.below, ha="left", va="top", fontsize=9.5, color=look.text, family=MONO,
+            parse_math=False, linespacing=1.3,
+        )  # fmt: skip
     top = 0.13 if figure.title or figure.subtitle else 0.06
     style = {"ha": "left", "va": "top", "color": look.text} | TEXT
     if figure.title:
         canvas.text(0.012, 1 - top / height, figure.title, fontsize=13, weight="bold", **style)
-        top += TITLE
+        top += TITLE * grown
+    letters = int(LETTERS * width / WIDTH / grown * 0.95)
     for line in figure.subtitle.splitlines():
-        canvas.text(0.012, 1 - top / height, line, fontsize=10.5, **style)
-        top += LINE_HEIGHT
+        for part in textwrap.wrap(line, letters) or [""]:
+            canvas.text(0.012, 1 - top / height, part, fontsize=10.5, **style)
+            top += LINE_HEIGHT * grown
     marks = figure.legend()
     below = 1 - (top + 0.02) / height
     if not marks:
-        return below
+        return below, bottom
     # A label that begins with _ would be left out.
     labels = [f" {label}" if (label := label_of(m)).startswith("_") else label for m in marks]
-    legend = canvas.legend(
+    # Below the panels, or where a table stands there, in the corner above falling curves.
+    corner = bool(figure.below)
+    owner = canvas.axes[0] if corner else canvas
+    legend = owner.legend(
         handles=[_handle(m, look) for m in marks],
         labels=labels,
-        loc="outside lower center",
-        ncols=_columns(labels, LETTERS * width / WIDTH),
+        loc="upper right" if corner else "outside lower center",
+        ncols=1 if corner else _columns(labels, LETTERS * width / WIDTH / grown),
         frameon=False,
         prop={"family": FONT, "size": 9.5},
         labelcolor=look.text,
@@ -150,7 +261,7 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> float:
     )
     for text in legend.get_texts():
         text.set_parse_math(False)
-    return below
+    return below, bottom
 
 
 def _columns(labels: list[str], letters: float) -> int:

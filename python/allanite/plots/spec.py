@@ -246,6 +246,8 @@ class Figure:
         Relative sizes of the grid's rows and columns.
     kind : str
         What it shows: ``fit``, ``check``, ``study``, …
+    below : str
+        Lines of a table below the panels, in letters of one width; on paper alone.
     """
 
     title: str
@@ -254,6 +256,7 @@ class Figure:
     heights: tuple[float, ...] = (1.0,)
     widths: tuple[float, ...] = (1.0,)
     kind: str = ""
+    below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
         """Marks that have a label, each label once: the measured, the model, then the rest in the order of drawing."""
@@ -283,11 +286,11 @@ class Figure:
 
         return draw(self, theme, size)
 
-    def save(self, path: str | Path, theme: str = "light") -> None:
-        """Write SVG, PNG or PDF, by the suffix of `path`."""
+    def save(self, path: str | Path, theme: str = "light", style: str = "screen") -> None:
+        """Write SVG, PNG or PDF, by the suffix of `path`; `style` is screen, paper (one column, 8 pt) or slides."""
         from allanite.plots.matplotlib_painter import save
 
-        save(self, path, theme)
+        save(self, path, theme, style)
 
     def _repr_svg_(self) -> str:
         from allanite.plots.matplotlib_painter import render

@@ -11,7 +11,7 @@ from allanite.common.numbers import number
 from allanite.plots.axes import linear_axis, log_axis, rung_axis
 from allanite.plots.curves import TAU, interval
 from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
-from allanite.plots.words import effect_text, in_unit, recording_text, values_text
+from allanite.plots.words import allan_label, effect_text, recording_text, values_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -140,7 +140,7 @@ def _before_after(study: Study, column: int) -> Panel:
     marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     sure = curve.edf >= 2.0
     y = log_axis(
-        in_unit("Allan deviation", study.recording.unit),
+        allan_label(study.recording.unit),
         curve.measured,
         curve.model,
         first.curve.model,

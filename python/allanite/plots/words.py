@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
 
 __all__ = [
+    "allan_label",
     "density_unit",
     "duration_text",
     "effect_text",
@@ -45,6 +46,11 @@ def unit_text(unit: str) -> str:
 def in_unit(words: str, unit: str) -> str:
     """``Allan deviation (°/s)``; a pure number has no bracket."""
     return words if unit in ("", "1") else bracket(words, unit_text(unit))
+
+
+def allan_label(unit: str) -> str:
+    """``Allan deviation (°/s)``; of a clock, whose samples have no unit, ``Allan deviation σ_y(τ)``."""
+    return "Allan deviation σ_y(τ)" if unit == "1" else in_unit("Allan deviation", unit)
 
 
 def bracket(words: str, unit: str) -> str:

@@ -25,6 +25,8 @@ FALSE = 0.01
 FEWEST = 8
 #: Share of the units from which an effect belongs to the type, not to the unit.
 COMMON = 0.2
+#: Coefficients that every unit has, compared first.
+ORDER = ("N", "B", "K")
 #: Confidence of the limits, and the part of all units that they cover.
 CONFIDENCE, COVERED = 0.95, 0.95
 
@@ -110,6 +112,25 @@ class Fleet:
 
     __repr__ = brief
 
+    @property
+    def too_few(self) -> str:
+        """Why there is no population; empty where there is one."""
+        if self.population:
+            return ""
+        return f"too few units: a population needs {FEWEST} logs with the same axis, found {self.files}"
+
+    def _words(self, one: Deviating) -> str:
+        """``unit4.csv, gx: N × 1.6``: what makes a unit differ, a number by its ratio to the median."""
+        by = one.by.replace("_", " ")
+        if one.value is None:
+            return f"{one.file}, {one.column}: {by} (p = {one.p_value:.1g})"
+        known = next(
+            (p for p in self.population if (p.column, p.name) == (one.column, one.by)), None
+        )
+        if known is None or known.median <= 0.0:
+            return f"{one.file}, {one.column}: {by} = {one.value:.4g} (p = {one.p_value:.1g})"
+        return f"{one.file}, {one.column}: {by} × {one.value / known.median:.2g} (p = {one.p_value:.1g})"
+
     def __getitem__(self, name: str) -> Population:
         """A population by ``column.number``, or by the number where there is one column."""
         for one in self.population:
@@ -133,7 +154,9 @@ class Fleet:
         table = [
             ["axis", "number", "units", "median", "95 %", "spread", "half of all", "95 % below"]
         ]
-        for p in self.population:
+        if self.too_few:
+            lines += [self.too_few, ""]
+        for p in sorted(self.population, key=lambda p: _first(p.name)):
             spread = f"{p.spread:.2g}" if p.name == "mean" else f"{100 * p.spread:.2g} %"
             limits = [f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical)]
             top = "–" if p.maximum is None else f"{p.maximum:.4g}"
@@ -155,14 +178,14 @@ class Fleet:
             "",
             f"deviating units (at most {share:g} % of them by chance): {len(self.deviating)}",
         ]
-        lines += [
-            f"  {d.file} · {d.column}: {d.by.replace('_', ' ')}"
-            + ("" if d.value is None else f" = {d.value:.4g}")
-            + f" (p = {d.p_value:.1g})"
-            for d in self.deviating
-        ]
+        lines += [f"  {self._words(d)}" for d in sorted(self.deviating, key=lambda d: _first(d.by))]
         lines += [f"  {path}: {why}" for path, why in self.failed.items()]
         return "\n".join(lines)
+
+
+def _first(name: str) -> int:
+    """N, B and K come first: what every unit has."""
+    return ORDER.index(name) if name in ORDER else len(ORDER)
 
 
 def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:

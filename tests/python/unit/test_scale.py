@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -193,7 +194,19 @@ def test_units_that_deviate_are_named_and_by_what():
     assert n.spread == pytest.approx(0.05, rel=0.25)
     assert n.maximum is not None
     assert n.maximum > 0.0105
-    assert "buzzing · gx: sinusoid" in str(found)
+    said = str(found)
+    assert "buzzing, gx: sinusoid" in said
+    # A number by its ratio to the median, N first.
+    assert re.search(r"loud, gx: N × [\d.]+ \(p = ", said)
+    assert said.index("loud, gx: N") < said.index("buzzing, gx: sinusoid")
+    names = [line.split()[1] for line in said.splitlines() if line.startswith("gx ")]
+    assert names[0] == "N"
+    assert "too few" not in said
+    few = [{"file": f"{k}.csv", "column": "gx", "status": "done", "effects": "{}",
+            "numbers": json.dumps({"N": [0.01, None, None, 1e-5]})} for k in range(3)]  # fmt: skip
+    assert "too few units: a population needs 8 logs with the same axis, found 3" in str(
+        al.fleet(few)
+    )
 
 
 def test_a_number_that_most_units_do_not_have_names_nobody():

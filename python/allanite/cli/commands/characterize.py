@@ -182,7 +182,7 @@ def command(
     written = []
     if plot is not None:
         out.phase("figure", options)
-        found.plot(plot)
+        out.save_figure(found.plot(), plot)
         written.append(plot)
     if report is not None:
         out.phase("report", options)

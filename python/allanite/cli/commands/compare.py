@@ -53,12 +53,12 @@ def command(
     for item in items:
         if _is_table(item):
             for name, unit, tau, deviation in curves_of_table(Path(item), options.unit):
-                curve = Drawn(f"{item} {name}", "recording", unit, tau, deviation)
+                curve = Drawn(f"{Path(item).name} {name}", "recording", unit, tau, deviation)
                 named.append((curve.name, curve, unit))
         elif _is_log(item):
             for column in columns_of(item, options):
                 columns.append(column)
-                named.append((f"{item} {column.columns[0]}", column, None))
+                named.append((f"{Path(item).name} {column.columns[0]}", column, None))
         else:
             named += [(m.name, m.model, m.unit) for m in models_of(item, None, options.rate_hz)]
     results: list[Any] = []

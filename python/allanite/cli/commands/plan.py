@@ -38,7 +38,10 @@ from allanite.cli.options import json_option
     help="Probability of finding the effect.",
 )
 @click.option(
-    "--rate", type=float, metavar="HZ", help="Sampling rate; default: rates are compared."
+    "--rate",
+    type=float,
+    metavar="HZ",
+    help="Sampling rate; default: that of the model file, else rates are compared.",
 )
 @click.option(
     "--duration", type=float, metavar="S", help="Say what a record of this length tells, instead."
@@ -71,8 +74,9 @@ def command(
         )
     base = models[0].model
     result: object
+    # A sensor that was logged keeps its rate unless another is asked for.
+    rate = models[0].rate if rate is None else rate
     if duration is not None:
-        rate = models[0].rate if rate is None else rate
         if rate is None:
             raise InputError("no sampling rate: give --rate HZ beside --duration")
         found = detection_power(base, find, duration=duration, rate=rate)

@@ -74,7 +74,7 @@ def command(
             on_progress=on_progress,
         )
     if plot is not None:
-        found.plot(plot)
+        out.save_figure(found.plot(), plot)
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
     elif target is None or output is not None:

@@ -10,7 +10,7 @@ from allanite.page.shown.cards import chips, rung
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.curves import TAU, interval
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points, Rule
-from allanite.plots.words import in_unit
+from allanite.plots.words import allan_label
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -41,7 +41,7 @@ def two_models(ladder: Ladder, other: Step) -> Figure:
         Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high),
     )
     x = log_axis(TAU, curve.tau)
-    label = in_unit("Allan deviation", one.recording.unit)
+    label = allan_label(one.recording.unit)
     y = log_axis(label, curve.measured, curve.model, there.model, high[sure])
     guides: tuple[Mark, ...] = tuple(
         Rule(at, "y", "guide", "solid" if at == 0.0 else "dash") for at in (-GUIDE, 0.0, GUIDE)

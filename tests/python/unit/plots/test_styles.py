@@ -1,0 +1,105 @@
+"""Figures for paper and slides, and the stability of a clock with its table."""
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.plots import plot_stability
+from allanite.plots.spec import Line, Note, Points
+
+pytest.importorskip("matplotlib")
+
+WHITE_PHASE = np.random.default_rng(4).standard_normal(5000) * 1e-10
+
+
+def drawn(figure, style):
+    from allanite.plots.matplotlib_painter import draw
+
+    return draw(figure, style=style)
+
+
+def texts(canvas):
+    from matplotlib.text import Text
+
+    return [t for t in canvas.findobj(Text) if t.get_text()]
+
+
+def test_paper_is_one_column_of_8_points_without_a_title(fits):
+    figure = fits[0].plot()
+    canvas = drawn(figure, "paper")
+    assert canvas.get_size_inches()[0] == pytest.approx(88 / 25.4)
+    assert {t.get_fontsize() for t in texts(canvas)} == {8.0}
+    words = " ".join(t.get_text() for t in texts(canvas))
+    assert figure.title not in words
+    # Curve, its strip, spectrum, its strip: below each other, all as wide.
+    canvas.draw_without_rendering()
+    boxes = [axes.get_position() for axes in canvas.axes]
+    assert len(boxes) == 4
+    assert all(a.y0 > b.y0 for a, b in itertools.pairwise(boxes))
+    assert max(b.x0 for b in boxes) - min(b.x0 for b in boxes) < 0.01
+
+
+def test_slides_have_large_letters_and_keep_the_title(fits):
+    canvas = drawn(fits[0].plot(), "slides")
+    assert min(t.get_fontsize() for t in texts(canvas)) >= 18
+    assert any(t.get_weight() == "bold" for t in texts(canvas))
+
+
+def test_an_unknown_style_is_refused(fits, tmp_path):
+    with pytest.raises(al.InputError, match="screen, paper, slides"):
+        fits[0].plot().save(tmp_path / "x.svg", style="poster")
+
+
+@pytest.fixture
+def clock():
+    return al.Recording(WHITE_PHASE, 1.0, unit="1", quantity="angle", columns=["phase"])
+
+
+def test_stability_of_a_clock_has_guides_and_a_table(clock):
+    kinds = [getattr(al, kind)(clock).at_confidence(0.683) for kind in ("oadev", "mdev")]
+    figure = plot_stability(kinds)
+    (panel,) = figure.panels
+    assert panel.y.label == "σ_y(τ)"
+    assert [p.label for p in panel.find(Points)] == [
+        "σ_y(τ) OADEV ± 68.3 %",
+        "Mod σ_y(τ) MDEV ± 68.3 %",
+    ]
+    assert [n.text for n in panel.find(Note)] == ["τ⁻¹", "τ⁻¹ᐟ²", "τ¹ᐟ²"]
+    slopes = [
+        float(np.diff(np.log(line.y))[0] / np.diff(np.log(line.x))[0])
+        for line in panel.find(Line)
+        if line.dash == "dot"
+    ]
+    np.testing.assert_allclose(slopes, [-1, -0.5, 0.5])
+    head, first, *_ = figure.below.splitlines()
+    assert head.split()[:3] == ["τ", "(s)", "oadev"]
+    value = float(first.split()[1])
+    assert value == pytest.approx(kinds[0].deviation[0], rel=1e-3)
+    assert kinds[0].to_dict()["confidence"] == 0.683
+
+
+def test_a_narrower_confidence_is_a_narrower_interval(clock):
+    wide, narrow = al.oadev(clock), al.oadev(clock).at_confidence(0.683)
+    # Of many degrees of freedom the ends are normal: 1.96 standard deviations against 1.
+    ratio = np.log(wide.high[0] / wide.low[0]) / np.log(narrow.high[0] / narrow.low[0])
+    assert ratio == pytest.approx(1.96, rel=0.01)
+    assert "68.3 % interval" in str(narrow)
+    assert "confidence" not in wide.to_dict()
+    with pytest.raises(al.InputError, match="between 0 and 1"):
+        wide.at_confidence(95.0)
+
+
+def test_compared_logs_of_two_rates_have_ratios_with_intervals():
+    slow = al.AngleRandomWalk(N=0.02).simulate(n=4000, rate=7.0, seed=1, unit="deg/s")
+    fast = al.AngleRandomWalk(N=0.01).simulate(n=40_000, rate=100.0, seed=2, unit="deg/s")
+    rows = str(al.compare([("slow", slow, None), ("fast", fast, None)])).splitlines()
+    row = next(r for r in rows if "(" in r and "…" in r)
+    ratio, low, high = map(float, re.search(r"([\d.]+) \(([\d.]+) … ([\d.]+)\)", row).groups())
+    assert low < 0.5 < high
+    assert ratio == pytest.approx(0.5, rel=0.1)
+    # Both logs count: the interval is wider than that of either alone.
+    alone = al.oadev(slow)
+    assert high / low > float(alone.high[0] / alone.low[0])
