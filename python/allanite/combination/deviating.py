@@ -56,27 +56,34 @@ class DeviatingUnit:
 
 
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:
-    """Units whose power differs from the others' in some octave, the most certain first.
+    """Units whose power differs from the others' in some octave, or in all from the lowest to one, most certain first.
 
-    The logarithm of a unit's power in an octave is compared with the mean of the other units'. Its variance is chance of
-    the records and the spread of the units: that of the others, moderated by the spread that units of one type are known to
-    have (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3, 3), so that three units are enough. The ratio follows Student's law.
-    A named unit leaves, and the rest is looked at again.
+    The logarithm of a unit's power is compared with the mean of the other units'. Its variance is chance of the records and
+    the spread of the units: that of the others, moderated by the spread that units of one type are known to have (Smyth
+    2004, Stat. Appl. Genet. Mol. Biol. 3, 3), so that three units are enough. The ratio follows Student's law. A slow noise
+    has few ordinates, which are joined from the lowest octave on. A named unit leaves, and the rest is looked at again.
     """
     edges, levels, chance = _levels(fits)
+    ranges = [(k, k + 1) for k in range(levels.shape[1])]
+    ranges += [(0, k) for k in range(2, levels.shape[1] + 1)]
     left = list(range(len(fits)))
     found: list[DeviatingUnit] = []
     while len(left) >= FEWEST:
-        best: tuple[float, int, int, float] | None = None
-        for place in left:
-            others = [k for k in left if k != place]
-            p, octave, apart = _apart(levels, chance, place, others)
-            if best is None or p < best[0]:
-                best = (p, place, octave, apart)
-        if best is None or best[0] * len(left) >= FALSE * len(fits):
+        all_of = [
+            (
+                *_apart(levels[:, a:b], chance[:, a:b], place, [k for k in left if k != place]),
+                place,
+                a,
+                b,
+            )
+            for place in left
+            for a, b in ranges
+        ]
+        p, apart, place, a, b = min(all_of)
+        p = min(1.0, p * len(ranges))
+        if p * len(left) >= FALSE * len(fits):
             break
-        p, place, octave, apart = best
-        low, high = float(edges[octave]), float(edges[octave + 1])
+        low, high = float(edges[a]), float(edges[b])
         found.append(DeviatingUnit(labels[place], low, high, float(np.exp(0.5 * apart)), p))
         left.remove(place)
     return tuple(found)
@@ -84,21 +91,23 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 
 def _apart(
     levels: NDArray[np.float64], chance: NDArray[np.float64], place: int, others: list[int]
-) -> tuple[float, int, float]:
-    """Chance of a unit so far from the others in its worst octave, that octave, and the distance."""
+) -> tuple[float, float]:
+    """Chance of a unit so far from the others over some octaves, and the distance in ln power."""
     from scipy.special import stdtr
 
-    n, octaves = len(others), levels.shape[1]
-    mean = levels[others].mean(axis=0)
-    within = chance[others].mean(axis=0)
-    own = np.maximum(levels[others].var(axis=0, ddof=1) - within, 0.0)
+    n = len(others)
+    weight = 1.0 / chance.mean(axis=0)
+    weight /= weight.sum()
+    level = levels @ weight
+    variance = chance @ weight**2
+    within = float(variance[others].mean())
+    own = max(float(level[others].var(ddof=1)) - within, 0.0)
     # Of the logarithm of power.
     known = (2.0 * SPREAD) ** 2
     spread = (FREEDOM * known + (n - 1) * own) / (FREEDOM + n - 1)
-    z = (levels[place] - mean) / np.sqrt(spread * (1.0 + 1.0 / n) + chance[place] + within / n)
-    worst = int(np.argmax(np.abs(z)))
-    single = 2.0 * float(stdtr(FREEDOM + n - 1, -abs(float(z[worst]))))
-    return min(1.0, single * octaves), worst, float(levels[place, worst] - mean[worst])
+    apart = float(level[place] - level[others].mean())
+    width = np.sqrt(spread * (1.0 + 1.0 / n) + variance[place] + within / n)
+    return 2.0 * float(stdtr(FREEDOM + n - 1, -abs(apart) / width)), apart
 
 
 def _levels(

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+import allanite as al
+
 ROOT = Path(__file__).parents[3]
 
 
@@ -121,6 +123,42 @@ def test_one_function_for_accelerometers_and_gyroscopes(capsys):
     assert gyro["correlation_time fitted"] == pytest.approx(60.0, rel=0.3)
     assert gyro["K by its line"] is None
     assert "peak at 1.893 T" in capsys.readouterr().out
+
+
+@pytest.mark.long
+@pytest.mark.data
+def test_thermal_calibration(data, capsys):
+    """Accelerometer axes of one log: what the correction leaves beyond 1000 s is at most a third."""
+    path = data("cats_thermal_b.npz")
+    module = runpy.run_path(str(ROOT / "examples" / "thermal_calibration.py"))
+    found = module["main"](path.parent)
+    assert [axis.runs.recording.n for axis in found] == [91_933 + 45_182] * 3
+    assert "acc_y,m/s^2" in capsys.readouterr().out
+    for axis in al.thermal(al.read(path)[["acc_y", "acc_z"]]):
+        slow = axis.remainder.tau > 1000.0
+        assert (axis.remainder.after[slow] < axis.remainder.before[slow] / 3.0).all()
+
+
+@pytest.mark.long
+@pytest.mark.data
+def test_several_sensors(data, capsys):
+    """Three alike: √3 at short times, and none deviates."""
+    module = runpy.run_path(str(ROOT / "examples" / "several_sensors.py"))
+    for combination in module["main"](data("adis16405_imu1.npz").parent).values():
+        assert combination.gain[0] == pytest.approx(3**0.5, rel=0.02)
+        assert not combination.deviating
+    assert "3 units" in capsys.readouterr().out
+
+
+@pytest.mark.long
+def test_examples_say_where_data_come_from(tmp_path):
+    for name, source in (
+        ("thermal_calibration", "scikit-diveMove"),
+        ("several_sensors", "any three logs"),
+    ):
+        module = runpy.run_path(str(ROOT / "examples" / f"{name}.py"))
+        with pytest.raises(SystemExit, match=source):
+            module["main"](tmp_path)
 
 
 @pytest.mark.long
