@@ -59,6 +59,16 @@ class Bench:
         self.left = False
         self.lock = threading.RLock()
 
+    def take_over(self, other: Bench) -> None:
+        """Begin with what another tab holds; from then on each goes its own way."""
+        with other.lock:
+            self.sources = list(other.sources)
+            self.works = {place: work.copied() for place, work in other.works.items()}
+            self.place_of_source, self.problem = other.place_of_source, other.problem
+            self.tolerance, self.unit = other.tolerance, other.unit
+            self.others, self.sheet = list(other.others), other.sheet
+        self.changed()
+
     # -- what it is --------------------------------------------------------------------------------
 
     @property

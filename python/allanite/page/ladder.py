@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -110,6 +111,16 @@ class Work:
         #: The small curves of its columns, once they were drawn.
         self.paths: list[str | None] | None = None
         self._columns: dict[int, Recording] = {}
+
+    def copied(self) -> Work:
+        """The same, to be gone on with by itself: what is done to one from now on does not change the other."""
+        other = copy(self)
+        other.before = other.after = None
+        other.models, other.history = list(self.models), list(self.history)
+        other.tray = [list(effects) for effects in self.tray]
+        other.colors, other.deviations = dict(self.colors), dict(self.deviations)
+        other._columns = dict(self._columns)
+        return other
 
     @property
     def board(self) -> Board:

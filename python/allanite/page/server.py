@@ -109,6 +109,9 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         loop.call_later(GRACE + 1.0, lambda: loop.run_in_executor(None, sessions.sweep))
         return {}
 
+    async def copy_tab(request: Request) -> Any:
+        return {"tab": await run_in_threadpool(sessions.copy, request.path_params["tab"])}
+
     async def resume_tab(request: Request) -> Any:
         await run_in_threadpool(sessions.resume, request.path_params["tab"])
         return {}
@@ -180,6 +183,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         Route("/tabs/{tab}/close", guarded(close_tab), methods=["POST"]),
         Route("/tabs/{tab}/leave", guarded(leave_tab), methods=["POST"]),
         Route("/tabs/{tab}/resume", guarded(resume_tab), methods=["POST"]),
+        Route("/tabs/{tab}/copy", guarded(copy_tab), methods=["POST"]),
         Route("/tabs/{tab}/part/{name}", guarded(get_part)),
         Route("/tabs/{tab}/act", guarded(post_act), methods=["POST"]),
         Route("/tabs/{tab}/upload", guarded(upload), methods=["POST"]),

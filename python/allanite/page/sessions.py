@@ -58,6 +58,24 @@ class Sessions:
             tab.open(0)
         return key
 
+    def copy(self, key: str) -> str:
+        """A new tab that begins with what another one holds: a second tab of the browser opens the same study.
+
+        Raises
+        ------
+        InputError
+            The other tab is forgotten.
+        """
+        other = self.tabs.get(key)
+        if other is None or other.now is None:
+            raise InputError("This tab is not there to be copied")
+        with self.lock:
+            new = secrets.token_urlsafe(9)
+            tab = self.tabs[new] = Tab(self.sources, len(self.tabs) + 1)
+        tab.take_over(other)
+        tab.resume()
+        return new
+
     def leave(self, key: str) -> None:
         """A page was closed or is loaded again: its work ends at once; unless it is taken up again, it is forgotten."""
         tab = self.tabs.get(key)

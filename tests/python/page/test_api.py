@@ -197,6 +197,20 @@ def test_tabs_do_not_disturb_each_other(client):
 
 
 @pytest.mark.long
+def test_a_second_tab_opens_the_same_study_and_goes_its_own_way(client):
+    tab, before = opened(client, checked=False)
+    act(client, tab, checked=False, do="model", model="N+K")
+    copy = client.post(f"tabs/{tab}/copy").json()["tab"]
+    assert copy != tab
+    there = wait(client, copy, checked=False)
+    assert [r["model"] for r in there["ladder"]] == ["N+B+K", "N+K"]
+    assert there["log"] == before["log"]
+    act(client, copy, checked=False, do="undo")
+    assert len(client.get(f"tabs/{tab}").json()["ladder"]) == 2
+    assert client.get(f"tabs/{copy}").json()["at"] == 0
+    assert "not there" in client.post("tabs/nobody/copy").json()["error"]
+
+
 def test_a_study_is_saved_and_opened(client):
     tab, state = opened(client)
     added = act(client, tab, checked=False, do="add", number=state["cards"][0]["number"])

@@ -20,6 +20,7 @@ from allanite.page.shown.tables import tables_of
 from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading
 from allanite.plots.words import duration_text, unit_text
+from allanite.readers import sensor_kind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 __all__ = ["part"]
+
+#: Kinds of sensor whose columns take a unit together, and the units that are offered.
+KINDS = ("angular rate", "acceleration")
+UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug")
 
 #: Points of a curve of the strip.
 POINTS = 24
@@ -109,7 +114,11 @@ def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
         raise InputError("No log is open: drop a file or choose one")
     # As the file has it: what was said of columns and units is laid over it by the form.
     reading = source.reading
-    return source.inspect(Reading(rate=reading.rate, time_column=reading.time_column))
+    found = source.inspect(Reading(rate=reading.rate, time_column=reading.time_column))
+    for column in found["columns"]:
+        column["kind"] = sensor_kind(column["name"] or "")
+    units = {kind: [u for u in UNITS if parse_unit(u).kind == kind] for kind in KINDS}
+    return {**found, "kinds": units}
 
 
 def _saved(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:

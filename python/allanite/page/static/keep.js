@@ -10,10 +10,17 @@ export async function openTab() {
     await new Promise(done => setTimeout(done, wait));
     try { await speak(`tabs/${was}/resume`, { method: "POST" }); S.tab = was; return; } catch { /* forgotten, or of another page */ }
   }
-  S.tab = (await speak("tabs", { method: "POST" })).tab;
+  S.tab = await copied() || (await speak("tabs", { method: "POST" })).tab;
   sessionStorage.setItem("allanite:tab", S.tab);
 }
+// A second tab of the browser opens the study of the first, and goes its own way from there.
+const LAST = "allanite:last";
+async function copied() {
+  const last = localStorage.getItem(LAST);
+  try { return last && (await speak(`tabs/${last}/copy`, { method: "POST" })).tab; } catch { return null; }
+}
 export function leaving() {
+  localStorage.setItem(LAST, S.tab);
   addEventListener("pagehide", () => navigator.sendBeacon(`tabs/${S.tab}/leave`));
   addEventListener("pageshow", event => { if (event.persisted) location.reload(); });
   addEventListener("beforeunload", event => {

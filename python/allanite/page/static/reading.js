@@ -14,12 +14,13 @@ export async function ask() {
   $("form-quantity").value = state.reading.quantity || "";
   $("form-columns").replaceChildren(el("p", { class: "faint" }, "Looking at the columns …"));
   $("form-offers").replaceChildren();
+  $("form-kinds").replaceChildren();
   fill($("form-time"), [["", "As found"]], "");
   if (!$("form").open) $("form").showModal();
   found = null;
   try { found = await speak(`tabs/${S.tab}/part/inspect`); }
   catch (error) { $("form-columns").replaceChildren(el("p", { class: "bad" }, error.message)); return; }
-  times(); offers(); columns();
+  times(); offers(); columns(); kinds();
 }
 function times() {
   const clocks = found.columns.filter(c => c.role === "time" && c.name !== "(time)");
@@ -49,6 +50,15 @@ function columns() {
       el("td", { class: "first" }, c.first.map(v => Math.abs(v) < 1e6 ? String(Number(v.toPrecision(5))).replace("-", "−") : short(v)).join("  ")), el("td", {}, spark(c.spark)));
   });
   $("form-columns").replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows)));
+}
+// One unit for all gyroscopes, and one for all accelerometers.
+const SENSORS = { "angular rate": "All gyroscopes", acceleration: "All accelerometers" };
+function kinds() {
+  const offered = Object.entries(found.kinds).map(([kind, units]) => [kind, units, found.columns.filter(c => c.kind === kind && $("form").querySelector(`[data-unit="${CSS.escape(c.name)}"]`))]).filter(([, , own]) => own.length > 1);
+  const text = u => S.state.units.find(v => v.value === u)?.text || u;
+  $("form-kinds").replaceChildren(...offered.map(([kind, units, own]) => el("label", {}, `${SENSORS[kind]}: unit `, el("select", { "data-kind": kind, onchange: event => {
+    for (const c of own) if (event.target.value) { const select = $("form").querySelector(`[data-unit="${CSS.escape(c.name)}"]`); if (![...select.options].some(o => o.value === event.target.value)) select.append(el("option", { value: event.target.value }, text(event.target.value))); select.value = event.target.value; }
+  } }, el("option", { value: "" }, "As below"), ...units.map(u => el("option", { value: u }, text(u)))))));
 }
 // The other axes of a sensor take the unit with it, unless they had one of their own.
 function alike(event) {
