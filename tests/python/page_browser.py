@@ -52,10 +52,8 @@ def saved(tab, button):
     tab.locator(".menu summary").click()
     press = tab.locator(f"#files {button}").click
     if button == "#export":
-        # Whether to use the file is said before it is saved.
-        press()
-        tab.wait_for_selector("#exporting-save:enabled")
-        press = tab.locator("#exporting-save").click
+        # Whether to use the file is said before it can be saved.
+        tab.wait_for_selector("#export:enabled")
     if tab.context.browser.browser_type.name == "chromium":
         with tab.expect_download() as download:
             press()

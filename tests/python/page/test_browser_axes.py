@@ -348,13 +348,12 @@ def test_the_catalogue_is_searched_and_closed(tab):
 
 def test_a_file_says_whether_to_use_it_before_it_is_saved(tab, tmp_path):
     tab.locator(".menu summary").click()
-    tab.locator("#export").click()
-    tab.wait_for_selector("#exporting-save:enabled")
-    said = tab.inner_text("#exporting-text")
+    tab.wait_for_selector("#export:enabled")
+    said = tab.inner_text("#export-verdict")
     assert re.match(r"Use: (yes|no)\.", said)
     assert "Without gyro_y, acc_x: not yet checked" in said
     assert tab.get_by_role("button", name="Improve all first").is_visible()
-    tab.get_by_role("button", name="Cancel", exact=True).last.click()
+    tab.locator("h1").click()
     # The data sheet is a line on the compared curves, and each of its figures is judged.
     sheet = tmp_path / "part.toml"
     sheet.write_text('name = "ACME"\n[figures]\nangle_random_walk = "60 deg/sqrt(h)"\n')

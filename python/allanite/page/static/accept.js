@@ -1,33 +1,24 @@
-// Before a file is saved: whether to use it. And the acceptance test: each axis by the figures of a data sheet.
+// Whether to use a file, before it is saved; and the acceptance test, each axis by the figures of a data sheet.
 import { $, S, act, capital, el, refill, speak } from "./core.js";
 import { done } from "./axes.js";
-import { get } from "./views.js";
 
-// The dialog before an export; `after` an improvement of all axes it comes back.
-let after = null;
-export async function offerExport(name) {
-  const title = [...$("target").options].find(o => o.value === name)?.textContent || name;
-  $("exporting-title").textContent = `Export: ${title}`;
-  refill($("exporting-text"), el("p", { class: "faint" }, "Writing the file …"));
-  $("exporting-save").disabled = true;
-  $("exporting-improve").hidden = done();
-  if (!$("exporting").open) $("exporting").showModal();
+// What the chosen file says of itself stands above the button that saves it.
+let asked = 0;
+export async function sayVerdict() {
+  const mine = ++asked, name = $("target").value, there = S.state.recording && S.state.ladder.length;
+  $("export").disabled = true;
+  $("improve-first").hidden = !there || done();
+  refill($("export-verdict"), there ? el("p", { class: "faint" }, "Writing the file …") : null);
+  if (!there || !name) return;
   try {
     const found = await speak(`tabs/${S.tab}/part/export?target=${encodeURIComponent(name)}`);
-    const open = S.state.axes.filter(a => ["fails", "fitted", "new"].includes(a.state)).map(a => a.name);
-    refill($("exporting-text"), found.verdict ? el("p", { class: /^Use: no/.test(found.verdict) ? "bad" : "good" }, el("b", {}, found.verdict)) : null,
-      found.missing ? el("p", { class: "bad" }, found.missing) : null,
-      open.length ? el("p", {}, `Not adequate yet: ${open.join(", ")}.`) : el("p", { class: "good" }, "Every axis is adequate."));
-    $("exporting-save").disabled = false;
-  } catch (error) { refill($("exporting-text"), el("p", { class: "bad" }, error.message)); }
-  $("exporting-save").onclick = () => { $("exporting").close(); get(name); };
-  $("exporting-improve").onclick = () => { $("exporting").close(); after = name; act({ do: "improve", all: true }); };
-}
-// The work that an export waits for has ended.
-export function exportAfter() {
-  const name = after;
-  after = null;
-  if (name && done()) offerExport(name);
+    if (mine !== asked) return;
+    const open = S.state.axes.filter(a => ["fails", "fitted"].includes(a.state)).map(a => a.name);
+    refill($("export-verdict"), found.verdict ? el("p", { class: /^Use: no/.test(found.verdict) ? "bad" : "good" }, found.verdict) : null,
+      found.missing ? el("p", { class: "bad" }, `${found.missing}.`) : null,
+      open.length ? el("p", {}, `Not adequate yet: ${open.join(", ")}.`) : null);
+    $("export").disabled = false;
+  } catch (error) { if (mine === asked) refill($("export-verdict"), el("p", { class: "bad" }, error.message)); }
 }
 export function acceptance() {
   const node = el("div", { id: "acceptance" }, el("p", { class: "faint" }, "Comparing with the data sheet …"));

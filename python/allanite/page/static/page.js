@@ -1,6 +1,6 @@
 // The page: what the server tells is shown, what a person does is told to it.
 import { $, S, act, busy, el, fill, icon, ordered, refill, say, speak, theme } from "./core.js";
-import { exportAfter, offerExport } from "./accept.js";
+import { sayVerdict } from "./accept.js";
 import { done, draw as drawStrip, step, strip } from "./axes.js";
 import * as Draw from "./draw.js";
 import { drag } from "./drag.js";
@@ -41,7 +41,7 @@ function take(next) {
     if (doubtful() && !S.asked) { S.asked = true; ask(); }
   }
   if (fresh || before !== busy()) verdict();
-  if (before && !busy()) exportAfter();
+  if (fresh && $("files").parentElement.open) sayVerdict();
   if (fresh) follow_verdict();
   work();
 }
@@ -173,9 +173,10 @@ function listen() {
   $("help-keys").replaceChildren(...KEYS.flatMap(([k, t]) => [el("dt", {}, el("kbd", {}, k)), el("dd", {}, t)]));
   $("as-python").onclick = () => script("python");
   $("as-command").onclick = () => script("command");
-  $("target").onchange = () => { S.target = $("target").value; };
-  $("export").onclick = () => offerExport($("target").value);
-  $("exporting-close").onclick = () => $("exporting").close();
+  $("target").onchange = () => { S.target = $("target").value; sayVerdict(); };
+  $("files").parentElement.ontoggle = () => { if ($("files").parentElement.open) sayVerdict(); };
+  $("export").onclick = () => get($("target").value);
+  $("improve-first").onclick = () => act({ do: "improve", all: true });
   for (const button of document.querySelectorAll("[data-pick]")) button.onclick = () => pick(button.dataset.pick);
   for (const button of document.querySelectorAll("[data-file]")) button.onclick = () => get(button.dataset.file);
   for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => get(`${S.view}.${button.dataset.view}`);
