@@ -250,20 +250,19 @@ def test_a_clock_has_no_parameters_for_px4():
 
 @pytest.mark.statistical
 def test_the_band_holds_the_law_and_the_form_is_found():
-    """Ten sensors: with 95 % each, fewer than eight bands or walks have a chance of 1.2 %, fewer than seven 0.1 %."""
+    """Five sensors: with 95 % each, fewer than four bands or walks have a chance of 2 %, fewer than three 0.1 %."""
     band, walk, right = [], [], []
     for k, law in enumerate(ts.LAWS):
-        for thermometer in ts.THERMOMETERS:
-            sensor = ts.sensor(law, thermometer, "warm-up and cooling", 10 + k)
-            (samples, shown), *_ = sensor.runs
-            axis = al.thermal(recording({"gyro_x": samples}, shown, rate=ts.RATE)).axes[0]
-            t, curve = axis.curve.temperature, axis.curve
-            true = sensor.bias(t) - sensor.bias(curve.reference)
-            band.append(np.mean((curve.low <= true + 1e-12) & (true <= curve.high + 1e-12)) >= 0.95)
-            low, high = axis.random["K"].interval
-            walk.append(low <= ts.K <= high)
-            memory = axis.form.memory
-            right.append(memory == law if law in ("lag", "hysteresis") else axis.form.name == law)
-    assert sum(band) >= 7
-    assert sum(walk) >= 7
-    assert sum(right) >= 9
+        sensor = ts.sensor(law, ts.THERMOMETERS[k % 2], "warm-up and cooling", 10 + k)
+        (samples, shown), *_ = sensor.runs
+        axis = al.thermal(recording({"gyro_x": samples}, shown, rate=ts.RATE)).axes[0]
+        t, curve = axis.curve.temperature, axis.curve
+        true = sensor.bias(t) - sensor.bias(curve.reference)
+        band.append(np.mean((curve.low <= true + 1e-12) & (true <= curve.high + 1e-12)) >= 0.95)
+        low, high = axis.random["K"].interval
+        walk.append(low <= ts.K <= high)
+        memory = axis.form.memory
+        right.append(memory == law if law in ("lag", "hysteresis") else axis.form.name == law)
+    assert sum(band) >= 3
+    assert sum(walk) >= 3
+    assert sum(right) >= 4
