@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import sys
 import tempfile
 import traceback
 from pathlib import Path
+
+from allanite.common.memory import address_space
 
 __all__ = ["told"]
 
@@ -14,6 +17,9 @@ __all__ = ["told"]
 def told(error: BaseException) -> str:
     """Describe an error of allanite itself; where it happened is written to a temporary file."""
     what = f"{type(error).__name__}: {str(error)[:120]}"
+    if address_space() < math.inf:
+        # Libraries that cannot be loaded, or start no thread, raise what they like.
+        what += f"; the address space is limited to {address_space() / 1e6:.0f} MB, which may be the cause"
     try:
         with tempfile.NamedTemporaryFile(
             "w",

@@ -19,7 +19,23 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["OwnedFolder", "check_target", "whole_file"]
+__all__ = ["OwnedFolder", "check_target", "exists", "is_file", "whole_file"]
+
+
+def is_file(text: str | Path) -> bool:
+    """Whether a text names a file; what the system refuses to look up (too long, or with a null) names none."""
+    try:
+        return Path(text).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def exists(text: str | Path) -> bool:
+    """Whether a text names a file or a folder."""
+    try:
+        return Path(text).exists()
+    except (OSError, ValueError):
+        return False
 
 
 def check_target(path: str | Path) -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "VARIABLE",
+    "address_space",
     "budget",
     "forget",
     "free_memory",
@@ -40,6 +41,16 @@ def free_memory() -> float:
         return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
     except (OSError, StopIteration, ValueError, IndexError):
         return math.inf
+
+
+def address_space() -> float:
+    """Bytes of the address space that this process may use (``ulimit -v``); infinite without a limit."""
+    try:
+        import resource
+    except ImportError:  # Windows has none
+        return math.inf
+    soft = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return math.inf if soft == resource.RLIM_INFINITY else float(soft)
 
 
 def released(kept: Kept) -> Kept:

@@ -8,7 +8,7 @@ from typing import Any
 
 from allanite import _kernels
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.files import whole_file
+from allanite.common.files import is_file, whole_file
 from allanite.effects._base import Effect
 from allanite.effects.model import Model
 from allanite.effects.registry import find
@@ -115,7 +115,7 @@ def parse_model(text: str | Model) -> Model:
     if isinstance(text, Model):
         return text
     path = Path(text)
-    if text.endswith(".json") or _is_file(path):
+    if text.endswith(".json") or is_file(text):
         try:
             document = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -126,13 +126,6 @@ def parse_model(text: str | Model) -> Model:
             raise InputError(f"{text}: not a model file: expected a JSON object")
         return model_from_dict(document, text)
     return parse_string(text)
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # no name of a file: too long, or with a null in it
-        return False
 
 
 def save_model(model: Model, path: str | Path) -> None:

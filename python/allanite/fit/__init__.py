@@ -60,7 +60,7 @@ def fit_model(
     Raises
     ------
     InputError
-        Infinities, an unknown method, a line beyond half of the rate.
+        Infinities, an unknown method, a line beyond half of the rate, more than 64 effects.
     TooShortError
         Fewer than 32 samples, or constant ones.
 
@@ -77,7 +77,11 @@ def fit_model(
     True
     """
     recorded(recording)
-    model = as_model(model)
+    return _fit(recording, as_model(model).limited("a fit"), method)
+
+
+def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
+    """As `fit_model`, of a model of any size: one that was built step by step may have grown beyond its limit."""
     if method not in METHODS:
         raise InputError(f"method {method!r} is unknown (known: {', '.join(METHODS)})")
     if isinstance(recording, Summary) and recording.whole:
@@ -167,7 +171,7 @@ def refitted(fit: Fit, model: Model) -> Fit:
     What stands for missing samples stays, so that the two likelihoods are of the same numbers.
     """
     if [e for e in model if removes(e)] != [e for e in fit.model if removes(e)]:
-        return fit_model(fit.recording, model)
+        return _fit(fit.recording, model)
     _check_values(model, fit.recording.n, fit.recording.rate)
     solution = solve(fit.data, model, like=fit.solution)
     return Fit(fit.recording, solution.model, "whittle", fit.data, solution)
@@ -179,7 +183,7 @@ def completed(fit: Fit, model: Model) -> Fit:
         found = refitted(fit, model)
         if without_ends(found.data, found.solution) is None:
             return found
-    return fit_model(fit.recording, model, method=fit.method)
+    return _fit(fit.recording, model, method=fit.method)
 
 
 def removes(effect: Effect) -> bool:

@@ -10,14 +10,12 @@ import numpy as np
 
 from allanite.common.errors import CALL, AllaniteError, InputError, about, worded
 from allanite.common.plain import plain
-from allanite.common.units import FREQUENCY, parse_unit
 from allanite.readers._table import time_unit_of
 from allanite.readers.columns import Layout, Request, Roles, choose, roles_of
 from allanite.readers.frame import is_frame, table_of
-from allanite.readers.plausibility import unit_doubts
+from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
-from allanite.readers.unit_names import remedy_of, usual_units
-from allanite.recording import Recording
+from allanite.readers.unit_names import remedy_of
 from allanite.recording.at_rest import finding_of
 from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
@@ -28,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.readers._table import Table
+    from allanite.recording import Recording
     from allanite.recording.findings import Finding
 
 __all__ = ["Column", "Inspection", "inspect"]
@@ -267,14 +266,12 @@ def inspect(path: Any, **options: Any) -> Inspection:
 
 def _moves(recording: Recording) -> list[Finding]:
     """That a sensor moves at all; one without a unit, if it is in the unit that such sensors usually are in."""
-    columns = recording.columns
-    usual = usual_units(columns)
-    if not usual or {parse_unit(unit).kind for unit in recording.units} != {FREQUENCY}:
-        return finding_of(recording, LEAST)
-    units = [usual_units([name]) for name in columns]
-    tried = Recording(recording.samples, recording.rate, unit=units, columns=columns)
-    found = finding_of(tried, LEAST)
-    return [replace(one, found=f"if in {usual}: {one.found}") for one in found]
+    assumed = assumed_units(recording)
+    found = finding_of(recording.in_units(assumed), LEAST)
+    if not assumed:
+        return found
+    units = ",".join(dict.fromkeys(assumed.values()))
+    return [replace(one, found=f"if in {units}: {one.found}") for one in found]
 
 
 def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
@@ -17,10 +19,12 @@ from allanite.recording.gravity import is_gravity, mean_acceleration, unit_by_gr
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from allanite.readers._table import Table
     from allanite.recording import Recording
 
-__all__ = ["checked", "unit_doubts", "without_wrong_units"]
+__all__ = ["assumed_units", "checked", "unit_doubts", "without_wrong_units"]
 
 
 def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
@@ -41,7 +45,8 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
     Raises
     ------
     InputError
-        Accelerometers whose mean is not gravity in their unit but in another one; motion that fills the recording.
+        Accelerometers whose mean is not gravity in their unit but in another one; motion that fills the recording, also
+        of sensors without a unit, in the unit that such sensors usually are in.
     """
     measured = recording.measured
     doubted = _doubted(measured)
@@ -51,12 +56,41 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
     if for_fit:
         # What gravity says of the unit is enough to see motion; the unit alone would not mend such a log.
         likely = {measured.columns[at]: doubt.likely for doubt in doubted for at in doubt.places}
-        refusal = refusal_of(measured.in_units(likely))
+        assumed = assumed_units(measured)
+        refusal = refusal_of(measured.in_units(assumed | likely))
         if refusal is not None:
-            raise refusal
+            raise refusal if not set(assumed) - set(likely) else _assuming(refusal, assumed)
     if doubts:
         raise InputError(doubts[0].found, missing="unit", remedy=doubts[0].remedy)
     return measured
+
+
+def assumed_units(recording: Recording) -> dict[str, str]:
+    """Return the unit in which motion is looked for, of each gyroscope or accelerometer of which nothing says the unit.
+
+    Gyroscopes are taken in deg/s: in rad/s their motion would be larger. Whole numbers are raw counts, of any unit.
+    """
+    if not any(finding.kind == "no_unit" for finding in recording.told):
+        return {}
+    return {
+        name: usual_units([name])
+        for name, column in zip(recording.columns, recording, strict=True)
+        if parse_unit(column.unit).kind == FREQUENCY
+        and sensor_kind(name) is not None
+        and not _are_whole(column.samples)
+    }
+
+
+def _are_whole(samples: NDArray[Any]) -> bool:
+    """Whether all samples are whole numbers."""
+    return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
+
+
+def _assuming(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
+    units = ",".join(dict.fromkeys(assumed.values()))
+    return InputError(
+        f"if in {units}: {refusal.found}", remedy=f"{refusal.remedy}; give {{unit}} if in others"
+    )
 
 
 @dataclass(frozen=True, slots=True)

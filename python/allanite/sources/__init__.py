@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from allanite.common.errors import InputError
+from allanite.common.files import is_file
 from allanite.effects.files import model_to_dict
 from allanite.effects.strings import parse_with_units
 
 __all__ = ["documents_of", "is_source_file"]
 
-#: PATH_MAX of Linux: longer text is no path, and the system would refuse to look it up.
-LONGEST = 4096
 #: Largest file, bytes: model files of many columns have some megabytes.
 LARGEST = 200_000_000
 
@@ -26,10 +25,7 @@ def is_source_file(text: str) -> bool:
     """Whether a text names a file, not a model string."""
     if text.lower().endswith((".json", ".toml", ".yaml", ".yml")):
         return True
-    try:
-        return len(text) < LONGEST and Path(text).is_file()
-    except (OSError, ValueError):  # a null character
-        return False
+    return is_file(text)
 
 
 def documents_of(

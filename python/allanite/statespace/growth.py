@@ -221,7 +221,7 @@ def error_growth(
     Raises
     ------
     InputError
-        No unit or rate, a value that is missing, times that are no positive numbers or too long.
+        No unit or rate, a value that is missing, times that are no positive numbers or too long, more than 64 effects.
 
     Examples
     --------
@@ -345,7 +345,7 @@ def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tu
     """Terms of each effect that grows by itself, none for a known function that repeats everywhere; what is left out."""
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []
-    for effect, label in zip(model.effects, model.labels, strict=True):
+    for effect, label in zip(model.limited("a prediction").effects, model.labels, strict=True):
         if isinstance(effect, Stochastic):
             value = getattr(effect, effect.coefficient)
             if value is None:

@@ -1,6 +1,7 @@
 """Logs are checked before a fit: markers, repeats, locked columns, units against gravity, motion."""
 
 import json
+from time import process_time
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from allanite.recording.coarse_column import coarse_step_of, without_steps
 from allanite.recording.locked import locked_of
 from allanite.recording.markers import markers_of
 from allanite.recording.repeats import polling_of
-from moving_records import MOVING, at_rest, bus
+from moving_records import ACCELS, GYROS, MOVING, at_rest, bus
 
 FIELD = pytest.mark.data
 
@@ -343,3 +344,62 @@ def test_motion_is_refused_with_the_quiet_segment(field, capsys, tmp_path):
     code, _, err = run(capsys, "adev", path, "--unit", "rad/s,m/s^2")
     assert code == 0
     assert "not at rest" in err
+
+
+def in_deg_s(kind, seed):
+    """Samples of three gyroscopes in deg/s."""
+    return MOVING[kind](seed, only=GYROS).samples
+
+
+@pytest.mark.parametrize("command", ["fit", "check", "improve", "characterize", "report", "accept"])
+def test_motion_of_gyroscopes_without_a_unit_is_refused(capsys, tmp_path, command):
+    log = tmp_path / "log.csv"
+    np.savetxt(log, in_deg_s("hand", 1), "%.5f", ",", header=",".join(GYROS), comments="")
+    (tmp_path / "sheet.toml").write_text('[figures]\nangle_random_walk = "1 deg/√h"\n', "utf-8")
+    more = {"report": ("-o", tmp_path / "r.html"), "accept": ("--sheet", tmp_path / "sheet.toml")}
+    code, out, err = run(capsys, command, log, "--rate", 100, *more.get(command, ()))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    for words in ("if in deg/s: not at rest", "--anyway", "--unit"):
+        assert words in err
+    code, _, err = run(capsys, "inspect", log, "--rate", 100)
+    assert code == 0
+
+
+def test_raw_counts_are_not_judged_in_a_unit(capsys, tmp_path):
+    """A sensor at rest that drifts by some counts would move if they were deg/s."""
+    rng = np.random.default_rng(3)
+    counts = np.round(np.cumsum(rng.standard_normal((6000, 3)), axis=0) + 3 * rng.standard_normal((6000, 3)))  # fmt: skip
+    log = tmp_path / "log.csv"
+    np.savetxt(log, counts, "%d", ",", header=",".join(GYROS), comments="")
+    code, _, err = run(capsys, "fit", log, "--rate", 50, "--model", "N+K")
+    assert code == 0
+    assert "at rest" not in err
+    assert "no unit given" in err
+
+
+def large(tmp_path, x, unit):
+    path = tmp_path / "log.npz"
+    np.savez(path, data=x, rate_hz=100.0, unit=unit, channels=[*GYROS, *ACCELS])
+    return path
+
+
+@pytest.mark.parametrize("why", ["motion", "unit", "rate", "locked"])
+def test_a_refusal_takes_seconds(capsys, tmp_path, why):
+    """An hour of six axes at 100 Hz; the fit of one such axis alone would take longer."""
+    rng = np.random.default_rng(1)
+    x = rng.standard_normal((360_000, 6)) * 0.01 + [0, 0, 0, 0, 0, 9.81]
+    unit, more = ["deg/s"] * 3 + ["m/s^2"] * 3, ()
+    if why == "motion":
+        x = np.tile(np.column_stack([in_deg_s("hand", 1)] * 2), (15, 1))[: len(x)] + x
+    elif why == "unit":
+        unit = ["deg/s"] * 3 + ["g"] * 3
+    elif why == "rate":
+        more = ("--rate", 20)
+    else:
+        x = np.round(x / 50.0)
+        x[17] = 1.0
+    log = large(tmp_path, x, unit)
+    begun = process_time()
+    code, out, err = run(capsys, "characterize", log, *more)
+    assert process_time() - begun < 5.0
+    assert (code, out, err.count("\n")) == (3 if why == "locked" else 2, "", 1), err

@@ -78,12 +78,13 @@ def command(
 def _is_table(item: str) -> bool:
     from pathlib import Path
 
+    from allanite.common.files import is_file
     from allanite.sources.deviation_table import is_deviation_table
 
     path = Path(item)
     return (
         path.suffix.lower() in {".csv", ".txt", ".dat", ".tsv"}
-        and path.is_file()
+        and is_file(path)
         and is_deviation_table(path)
     )
 
@@ -106,9 +107,11 @@ def _is_log(item: str) -> bool:
     """Tell a log from a model; what looks like neither is left to the model parser."""
     from pathlib import Path
 
+    from allanite.common.files import exists
+
     if item.lower().endswith((".json", ".toml", ".yaml", ".yml", ".m")):
         return False
-    return Path(item).exists() or Path(item).suffix.lower() in {
+    return exists(item) or Path(item).suffix.lower() in {
         ".csv",
         ".txt",
         ".npy",

@@ -1,22 +1,7 @@
-"""A command line to run, and a log to run it on."""
+"""A log to run commands on."""
 
 import numpy as np
 import pytest
-
-from allanite.cli import main
-
-
-@pytest.fixture
-def run(capsys):
-    """Run a command line; return exit code, stdout, stderr."""
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as caught:
-            main([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        return caught.value.code, out, err
-
-    return call
 
 
 @pytest.fixture

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.cli import main
 from allanite.deviation import ESTIMATORS
+from allanite.fit import refitted
 
 X = np.random.default_rng(1).standard_normal(400)
 
@@ -209,3 +211,44 @@ def test_a_panic_of_the_core_is_an_error_with_a_report(monkeypatch, capfd, tmp_p
     assert "an error of allanite itself" in said
     assert report.name in said
     assert "capacity overflow" in report.read_text(encoding="utf-8")
+
+
+MANY = "+".join(["N(N=0.1)", *(f"SIN(frequency={0.01 * k:.2f},amplitude=1,phase=0)" for k in range(1, 300))])  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("fit", "{log}", "--rate", "10", "--model", MANY),
+        ("check", "{log}", "--rate", "10", "--model", MANY),
+        ("improve", "{log}", "--rate", "10", "--model", MANY),
+        ("predict", "--rate", "10", "--unit", "deg/s", "--aided", "10", "--model", MANY),
+    ],
+    ids=lambda a: a[0],
+)
+def test_a_model_of_300_effects_is_refused_at_once(tmp_path, capsys, arguments):
+    """A fit of 300 lines took minutes."""
+    np.save(tmp_path / "x.npy", X)
+    with pytest.raises(SystemExit) as ended:
+        main([word.format(log=tmp_path / "x.npy") for word in arguments])
+    out, err = capsys.readouterr()
+    assert (ended.value.code, out, err.count("\n")) == (2, "", 1)
+    assert "300 effects" in err
+    assert "at most 64" in err
+
+
+def test_a_model_string_longer_than_a_path_is_compared(tmp_path, capsys):
+    np.save(tmp_path / "x.npy", X)
+    with pytest.raises(SystemExit) as ended:
+        main(["compare", str(tmp_path / "x.npy"), MANY, "--rate", "10", "--unit", "deg/s"])
+    assert (ended.value.code, capsys.readouterr().err) == (0, "")
+
+
+def test_a_model_that_grew_beyond_the_limit_of_a_start_is_still_refitted():
+    """Stepwise building continues, and what it builds can be refitted after samples were excluded."""
+    start = al.parse_model("+".join(MANY.split("+")[:64]))
+    with pytest.raises(al.InputError, match="65 effects"):
+        al.fit_model(al.Recording(X, rate=10.0, unit="deg/s"), start + al.effects.Quantization())
+    fit = al.fit_model(al.Recording(X, rate=10.0, unit="deg/s"), "N")
+    held = al.parse_model("+".join(f"GM(T={k + 1}!,q_c=0.001!)" for k in range(65)))
+    assert len(refitted(fit, fit.model + held).model) == 66

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -95,6 +95,7 @@ def command(
         with about(name):
             return place_of(first, column, chosen.column, name)
 
+    start = _Start(name, rate, unit, watch.taken)
     report = _Report(watch, state, prometheus, every * rate)
     stop = Stop()
     with stop.listening():
@@ -104,11 +105,51 @@ def command(
                 if not some.follows:
                     watch.interrupt()
                 raised = watch.update(some.samples)
+                start.take(some.samples)
                 watch.position = some.position
                 report.advance(raised=raised is not None)
         finally:
+            start.finish()
             report.finish()
     _end(stop)
+
+
+class _Start:
+    """Says once that the sensor moves in the first minute of a watch: an alarm is then of its motion.
+
+    A watch is not refused, as a fit is: a sensor that is watched may be carried away later as well.
+    """
+
+    SECONDS = 60.0
+
+    def __init__(self, name: str, rate: float, unit: str, taken: int) -> None:
+        self.name, self.rate, self.unit = name, rate, unit
+        #: Samples that are still to come.
+        self.left = max(round(self.SECONDS * rate) - taken, 0)
+        self.samples: list[Any] = []
+
+    def take(self, samples: Any) -> None:
+        """Take samples, and judge the first minute once it is complete."""
+        if self.left:
+            self.samples.append(samples[: self.left])
+            self.left -= len(self.samples[-1])
+            if not self.left:
+                self.finish()
+
+    def finish(self) -> None:
+        """Judge what there is."""
+        import numpy as np
+
+        from allanite.common.plain import plain
+        from allanite.recording import Recording
+        from allanite.recording.at_rest import finding_of
+
+        samples, self.samples, self.left = self.samples, [], 0
+        if samples:
+            recording = Recording(np.concatenate(samples), self.rate, unit=self.unit)
+            for finding in finding_of(recording):
+                said = f"! {plain(self.name)}: {finding.found}; an alarm may be of the motion"
+                click.echo(said, err=True)
 
 
 class _Report:

@@ -9,28 +9,11 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common import isolation
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import VARIABLE
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes and devices are POSIX")
 X = np.random.default_rng(1).standard_normal(1000)
-
-
-@pytest.fixture
-def forked(monkeypatch):
-    """Run isolated readers in forks: a new interpreter each would take ten times as long."""
-
-    def run_child(order, results, _watch):
-        child = os.fork()
-        if not child:
-            try:
-                isolation.serve_order(order, results)
-            finally:
-                os._exit(0)
-        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-
-    monkeypatch.setattr(isolation, "run_child", run_child)
 
 
 def refused(path, match):

@@ -14,6 +14,7 @@ import allanite as al
 from allanite.cli.live_source import MAX_LINE, Stop, rows_of
 from allanite.scale import Watch
 from command_line import piped, refused, started, strict, until
+from moving_records import MOVING
 
 MODEL = ("--model", "N(N=0.1)", "--rate", "100")
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -240,3 +241,17 @@ def test_a_state_knows_the_file_that_it_ended_in(run, tmp_path, change):
     code, out, err = run("watch", log, *options)
     assert (code, last(out)["samples"]) == (0, 5000)
     assert ("first row" in err) == (change != "none")
+
+
+# -- motion ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_motion_at_the_start_is_said_once(run, tmp_path, moves):
+    log = tmp_path / "log.csv"
+    x = MOVING["hand"](1, only=("gyro_z",)).samples if moves else 0.1 * noise(24_000)
+    log.write_text("gyro_z\n" + text(x))
+    code, out, err = run("watch", log, "--model", "N(N=0.01)", "--rate", "100", "--unit", "deg/s")
+    assert code == 0
+    assert last(out)["holds"] is not moves
+    assert err.count("not at rest") == err.count("\n") == int(moves)
