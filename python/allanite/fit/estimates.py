@@ -212,8 +212,10 @@ def _estimated(value: Any) -> bool:
 def _at_its_least(value: Estimate, effect: Effect, data: Data) -> Estimate:
     """A shape, with an interval down to its lowest value where a fit found it at the lowest that it tries."""
     low = effect.parameter(value.name).low
-    least = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else 0.0
-    if value > AT_END * least or value.interval is None or by_ordinates(effect, data):
+    # An exponent is tried down to its lowest value, a positive shape to half of its grid's.
+    tried = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else low
+    at_least = value <= tried + (AT_END - 1.0) * abs(tried)
+    if not at_least or value.interval is None or by_ordinates(effect, data):
         return value
     high = value.interval[1]
     return Estimate(value.value, None, (low, high), value.unit, value.detected, value.name)
@@ -235,8 +237,12 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, ow
         return value
     if relative is None:
         return Estimate(float(value), None, None, own_unit, detected, name)
-    if effect.parameter(name).low < 0.0:
-        interval = (value - NORMAL * relative, value + NORMAL * relative)
+    declared = effect.parameter(name)
+    if declared.low < 0.0:
+        interval = (
+            max(value - NORMAL * relative, declared.low),
+            min(value + NORMAL * relative, declared.high),
+        )
         return Estimate(float(value), relative, interval, own_unit, detected, name)
     spread = float(np.exp(min(NORMAL * relative, UNKNOWN)))
     return Estimate(

@@ -7,6 +7,8 @@ and 100 s must have the variance of the model: N²t + K²t³/3 for the angle whe
 import json
 import math
 import re
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -465,3 +467,96 @@ def test_navego():
     found = propagate(dt, first("arw") ** 2 * dt, first("gb_psd") ** 2 * dt, phi=phi)
     np.testing.assert_allclose(found, lag_variance(q, T), rtol=8e-3)
     assert first("vrw") == pytest.approx(ACCEL_N, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("target", "keys"),
+    [
+        ("cuvslam", ("gyro_noise_density", "gyro_random_walk", "accel_noise_density", "accel_random_walk")),
+        ("dmvio", ("gyroscope_noise_density", "gyroscope_random_walk", "accelerometer_noise_density",
+            "accelerometer_random_walk")),
+    ],
+)  # fmt: skip
+def test_continuous_time(target, keys):
+    """cuvslam.h: Kalibr's model. IMUUtils.cpp of DM-VIO (fcc306b): the bias moves by walk·√Δt; GTSAM squares N."""
+    text = export(axes(), target, RATE)
+    dt = 1 / RATE
+    for (white, walk), n, k in ((keys[:2], N, K), (keys[2:], ACCEL_N, ACCEL_K)):
+        step = (math.sqrt(dt) * number(text, walk)) ** 2
+        agrees(propagate(dt, number(text, white) ** 2 * dt, step), n, k)
+    with pytest.raises(InputError, match="give both"):
+        export(axes()[:1], target, RATE)
+
+
+def test_cuvslam_has_the_rate_of_the_samples():
+    assert number(export(axes(), "cuvslam", 250.0), "calibration_frequency") == 250.0
+
+
+@pytest.mark.parametrize(
+    ("target", "keys"),
+    [
+        ("fastlivo2", ("gyr_cov", "# set_gyr_bias_cov", "acc_cov", "# set_acc_bias_cov")),
+        ("pointlio", ("gyr_cov_input", "b_gyr_cov", "acc_cov_input", "b_acc_cov")),
+    ],
+)
+def test_variances_of_samples(target, keys):
+    """IMU_Processing.cpp of FAST-LIVO2 (107acae), esekfom.hpp of Point-LIO (bbd402a): P ← F P Fᵀ + Q dt²."""
+    text = export(axes(), target, RATE)
+    dt = 1 / RATE
+    for (white, walk), n, k in ((keys[:2], N, K), (keys[2:], ACCEL_N, ACCEL_K)):
+        agrees(propagate(dt, dt**2 * number(text, white), dt**2 * number(text, walk)), n, k)
+
+
+def test_point_lio_measures_samples():
+    """R_IMU is the variance of one sample."""
+    text = export(axes(), "pointlio", RATE)
+    assert number(text, "imu_meas_omg_cov") == pytest.approx(N**2 * RATE, rel=0.01)
+    assert number(text, "imu_meas_acc_cov") == pytest.approx(ACCEL_N**2 * RATE, rel=0.01)
+
+
+def test_psins():
+    """imuerrset.m: web in °/√h, wdb in µg/√Hz; sqrtR0 and Tau of a Gauss-Markov bias, driven by sqrtR0·√(2/Tau)."""
+    q, T = 3e-4, 30.0
+    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "psins")
+
+    def first(key):
+        return float(re.search(rf"^{key} = \[(\S+?);", text, re.MULTILINE)[1])
+
+    dt, tau, sigma = 1 / RATE, first("TauG"), first("sqrtR0G") * DEGREE / 3600
+    white = first("web") * DEGREE / 60
+    found = propagate(dt, white**2 * dt, 2 * sigma**2 / tau * dt, phi=math.exp(-dt / tau))
+    np.testing.assert_allclose(found, lag_variance(q, T), rtol=8e-3)
+    assert first("wdb") * 9.7803267714e-6 == pytest.approx(ACCEL_N, rel=0.02)
+    assert text.rstrip().endswith("imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);")
+
+
+def test_carla():
+    """InertialMeasurementUnit.cpp: each sample gets a normal number of this deviation."""
+    scope, told = {}, {}
+    exec(export(axes(), "carla", RATE), scope)
+    scope["set_on"](SimpleNamespace(set_attribute=told.__setitem__))
+    assert all(isinstance(value, str) for value in told.values())
+    assert 1 / float(told["sensor_tick"]) == pytest.approx(RATE)
+    for axis in "xyz":
+        gyro, accel = (float(told[f"noise_{s}_stddev_{axis}"]) for s in ("gyro", "accel"))
+        assert gyro**2 / RATE == pytest.approx(N**2, rel=0.02)
+        assert accel**2 / RATE == pytest.approx(ACCEL_N**2, rel=0.02)
+
+
+def test_isaac_lab():
+    """noise_model.py (046b71b): std·randn a sample; a bias that "abs" draws at each reset."""
+    q, T = 3e-4, 30.0
+    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "isaaclab", RATE)
+    noise = SimpleNamespace(
+        GaussianNoiseCfg=SimpleNamespace, NoiseModelWithAdditiveBiasCfg=SimpleNamespace
+    )
+    scope = {}
+    with_modules = {"isaaclab": noise, "isaaclab.utils": noise, "isaaclab.utils.noise": noise}
+    with pytest.MonkeyPatch.context() as patch:
+        for name, module in with_modules.items():
+            patch.setitem(sys.modules, name, module)
+        exec(text, scope)
+    gyro = scope["imu_ang_vel_noise"]
+    assert gyro.noise_cfg.std**2 / RATE == pytest.approx(N**2, rel=0.02)
+    assert (gyro.noise_cfg.operation, gyro.bias_noise_cfg.operation) == ("add", "abs")
+    assert gyro.bias_noise_cfg.std == pytest.approx(q * math.sqrt(T / 2), rel=0.02)

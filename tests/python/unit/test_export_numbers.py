@@ -5,11 +5,14 @@ import re
 
 import numpy as np
 import pytest
+from scipy.signal import fftconvolve
 
+import allanite as al
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.export import export
-from allanite.export._axis import axes_of
+from allanite.export._axis import axes_of, used
+from allanite.export._choice import choose
 
 TAU = np.unique(np.round(np.geomspace(1, 10_000, 60))) / 100.0
 
@@ -239,3 +242,25 @@ def test_an_overbound_covers_the_loudest_stretch():
     # Within 1.3 of the tightest, at the upper end of the interval of the factor too.
     assert white < 1.3 * 4 * 1.1**2 * 1e-3
     assert "N covers the loudest stretch of the log" in text
+
+
+def test_an_overbound_of_a_power_law_is_near_its_density():
+    """The interval of an exponent reached to the end of its range, -2.95: the overbound was 85 times too large.
+
+    Level and exponent at their limits together stand for less than three times the deviation at the horizon.
+    """
+    rng, n, rate, density, level, exponent = np.random.default_rng(5), 12_000, 10.0, 0.01, 4e-3, 1.4
+    k = np.arange(1, 4 * n)
+    response = np.cumprod(np.concatenate([[1.0], (0.5 * exponent + k - 1.0) / k]))
+    slow = level * fftconvolve(rng.standard_normal(4 * n), response)[3 * n : 4 * n]
+    white = density * np.sqrt(rate) * rng.standard_normal(n)
+    fit = al.fit_model(al.Recording(white + slow, rate=rate, unit="rad/s"), "N+PL")
+    found = fit["PL.exponent"]
+    low, high = found.interval
+    assert -2.0 < low < -exponent < high
+    assert found.std_error is not None
+    f = rate / n * 10.0
+    true = density**2 + level**2 / rate * (2.0 * np.sin(np.pi * f / rate)) ** -exponent
+    chosen = choose(used(axes_of([fit.to_dict()])[0], None, None), overbound=True)
+    bound = chosen.N**2 + (chosen.K / (2.0 * np.pi * f)) ** 2
+    assert 1.0 < np.sqrt(bound / true) < 3.0

@@ -127,10 +127,26 @@ def yaml(text):
 
 
 PARSERS = {
-    **dict.fromkeys(["kalibr", "ros", "vins", "orbslam3", "liosam", "fastlio", "kfgins"], yaml),
+    **dict.fromkeys(
+        [
+            "kalibr",
+            "ros",
+            "vins",
+            "orbslam3",
+            "liosam",
+            "fastlio",
+            "kfgins",
+            "cuvslam",
+            "dmvio",
+            "fastlivo2",
+            "pointlio",
+        ],
+        yaml,
+    ),
     "matlab": matlab,
     "gtsam": lambda text: ast.dump(ast.parse(text)),
-    "gnss-ins-sim": lambda text: ast.dump(ast.parse(text)),
+    **dict.fromkeys(["gnss-ins-sim", "carla", "isaaclab"], lambda text: ast.dump(ast.parse(text))),
+    "psins": matlab,
 }
 
 

@@ -1,0 +1,39 @@
+"""FAST-LIVO2's imu section: variances per sample; the variances of its biases are compiled in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import rate_of
+from allanite.export._lines import value_lines
+from allanite.export._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["TARGETS"]
+
+ROWS = (
+    ("  acc_cov", "accel", "N", "(m/s^2)^2, variance per sample"),
+    ("  gyr_cov", "gyro", "N", "(rad/s)^2, variance per sample"),
+    ("# set_acc_bias_cov", "accel", "K", "(m/s^3)^2, variance of a bias step over dt^2"),
+    ("# set_gyr_bias_cov", "gyro", "K", "(rad/s^2)^2, variance of a bias step over dt^2"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N²·rate; K²·rate for the source: IMU_Processing.cpp (107acae) multiplies each by dt² at each sample."""
+    fs = rate_of(axes, rate, "fastlivo2")
+    convention = (
+        f"FAST-LIVO2: per sample at {fs:g} Hz, variances: N^2*rate and K^2*rate.",
+        "The variances of the biases are numbers in LIVMapper.cpp, 0.0001: the commented lines say what to compile.",
+    )
+    convert = {"N": lambda v: v * v * fs, "K": lambda v: v * v * fs}
+    whole = value_lines(axes, ROWS, convert, convention, overbound=overbound)
+    at = min(whole.find(key) for key in ("  acc_cov", "  gyr_cov") if key in whole)
+    return f"{whole[:at]}imu:\n{whole[at:]}"
+
+
+TARGETS = (Target("fastlivo2", "FAST-LIVO2", "fastlivo2.yaml", render),)

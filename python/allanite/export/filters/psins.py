@@ -1,0 +1,55 @@
+"""PSINS: the call of imuerrset, in data-sheet units, with a Gauss-Markov bias of each axis."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import split
+from allanite.export._choice import choose_lag
+from allanite.export._head import head
+from allanite.export._lines import needs_both
+from allanite.export._target import Target
+from allanite.export._text import comments
+from allanite.export._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["TARGETS"]
+
+DEGREE, UG = math.pi / 180.0, 1e-6 * 9.7803267714
+#: Of each sensor: arguments of imuerrset for N, σ and time constant, with their units in SI and in words.
+SENSORS = (
+    (("web", DEGREE / 60.0, "deg/sqrt(h)"), ("sqrtR0G", DEGREE / 3600.0, "deg/h"), ("TauG", 1.0, "s")),
+    (("wdb", UG, "ug/sqrt(Hz)"), ("sqrtR0A", UG, "ug"), ("TauA", 1.0, "s")),
+)  # fmt: skip
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N in °/√h and µg/√Hz; σ of the Gauss-Markov bias in °/h and µg, and its time (imuerrset.m). Axes in PSINS' order."""
+    needs_both(axes, "psins")
+    pairs = []
+    convention = [
+        "PSINS: continuous time, two-sided, deviations; sqrtR0G and sqrtR0A are sigma of Gauss-Markov biases.",
+        "g is glv.g0 of PSINS, 9.7803 m/s^2; eb and db, the constant biases, are yours.",
+    ]
+    lines = []
+    for own, rows in zip(split(axes), SENSORS, strict=True):
+        chosen = [(a, choose_lag(a, overbound=overbound)) for a in own]
+        pairs += chosen
+        places, said = in_xyz(own, [(c.N, c.sigma, c.correlation_time) for _, c in chosen])
+        convention += said
+        for number, (key, unit, spelled) in enumerate(rows):
+            values = "; ".join(f"{place[number] / unit:.6e}" for place in places)
+            lines.append(f"{key} = [{values}];  % {spelled}\n")
+    return comments(head(pairs, convention), "%") + (
+        "eb = zeros(3,1);  % deg/h\ndb = zeros(3,1);  % ug\n"
+        + "".join(lines)
+        + "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);\n"
+    )
+
+
+TARGETS = (Target("psins", "PSINS", "psins_imuerr.m", render),)
