@@ -196,10 +196,11 @@ def study_of(name, sensors, segments, states=True, seed=0, folder=None, overboun
     truth = TRUTHS[name]
     place = list(TRUTHS).index(name)
     length = (AIDED + COASTING[-1]) * RATE
-    rng = np.random.default_rng([seed, place])
-    new = np.array([record(rng, truth, length) for _ in range(segments)])
     found, names = {}, []
     for sensor in range(sensors):
+        # Segments of its own: the mean over sensors has a standard error of √(2 / (sensors · segments)).
+        rng = np.random.default_rng([seed, place, sensor, 1])
+        new = np.array([record(rng, truth, length) for _ in range(segments)])
         kept = None if folder is None else folder / f"{place}-{sensor}.json"
         if kept is not None and kept.exists():
             document = json.loads(kept.read_text())
