@@ -12,6 +12,8 @@ from allanite.clocks.words import time_text
 from allanite.fit.stamped.uncertainty import predicted_with_noise
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.fit.stamped.likelihood import StampedSeries
 
@@ -58,12 +60,21 @@ class Holdover:
         return f"holdover after {hours:.4g} h: expected {time_text(self.expected)} ± {half} (95 %)"
 
 
-def holdover_of(best: FittedNoise, series: StampedSeries, after: float, design: Array) -> Holdover:
-    """Return the prediction for one time.
+#: Weight below which a noise model is left out of a prediction.
+LEAST_WEIGHT = 0.02
+
+
+def holdover_of(
+    fits: Sequence[FittedNoise], series: StampedSeries, after: float, design: Array
+) -> Holdover:
+    """Return the prediction for one time, averaged over noise models.
+
+    A slow noise that the record hardly shows decides how far the clock runs off. Models are weighted by e to the power of
+    their log-likelihood less 1 for each number (Akaike 1978): how well each predicts.
 
     Parameters
     ----------
-    best : FittedNoise
+    fits : sequence of FittedNoise
     series : StampedSeries
         Times from the last sample, s.
     after : float
@@ -71,11 +82,28 @@ def holdover_of(best: FittedNoise, series: StampedSeries, after: float, design: 
     design : ndarray, shape (k, 1)
         Known functions at that time.
     """
-    from scipy.special import stdtrit
+    from scipy.optimize import brentq
+    from scipy.special import stdtr
 
-    last = float(series.times[-1])
-    mean, std, freedom = predicted_with_noise(best, series, np.array([last + after]), design)
-    half = float(stdtrit(freedom[0], 0.975)) * float(std[0])
-    return Holdover(
-        after, float(mean[0]), float(std[0]), float(mean[0]) - half, float(mean[0]) + half
-    )
+    heights = np.array([f.regressed.log_likelihood - f.candidate.numbers for f in fits])
+    weights = np.exp(heights - heights.max())
+    weights = np.where(weights < LEAST_WEIGHT * weights.sum(), 0.0, weights)
+    weights /= weights.sum()
+    at = np.array([float(series.times[-1]) + after])
+    rows = [
+        (weight, *(float(part[0]) for part in predicted_with_noise(fit, series, at, design)))
+        for weight, fit in zip(weights.tolist(), fits, strict=True)
+        if weight > 0.0
+    ]
+    weight, mean, std, freedom = np.array(rows).T
+    middle = float(weight @ mean)
+    spread = float(np.sqrt(weight @ (std**2 + (mean - middle) ** 2)))
+    far = float((np.abs(mean - middle) + 1e3 * std).max())
+
+    def end(share: float) -> float:
+        def beyond(x: float) -> float:
+            return float(weight @ stdtr(freedom, (x - mean) / std)) - share
+
+        return float(brentq(beyond, middle - far, middle + far, xtol=1e-6 * spread))
+
+    return Holdover(after, middle, spread, end(0.025), end(0.975))

@@ -492,7 +492,7 @@ class _Fitted:
         for i, name in enumerate(self.names):
             known = {"offset": 1.0, "frequency": after, "drift": 0.5 * after**2, "temperature": 0.0}
             design[i, 0] = known.get(name, 1.0)
-        return holdover_of(self.best, self.series, after, design)
+        return holdover_of(self.fits, self.series, after, design)
 
 
 def _series(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:

@@ -32,6 +32,8 @@ CLOSE = 1e-3
 STEP = 0.1
 #: Step of numerical first derivatives, and most steps of a climb.
 SLIGHT, MOST = 1e-4, 50
+#: Lengths over the time constant of a lag, below which a series gives the variance of its integral.
+SHORT = 0.02
 #: Least curvature of the likelihood in a logarithm of a variance: a standard deviation of 3 e-folds.
 LEAST_CURVATURE = 0.1
 
@@ -226,12 +228,19 @@ def fit_noise(
 
 
 def _scatter(noise: StampedNoise, length: float) -> float:
-    """Variance of a noise over a length, s: of what it does between its ends."""
+    """Variance of a noise over a length, s, of what its state at the beginning does not say."""
     total = noise.white + noise.walk * length
     for variance, rate, summed in noise.lags:
         s = rate * length
-        grown = 2.0 * (s + np.expm1(-s)) / rate**2 if summed else -2.0 * np.expm1(-s)
-        total += variance * float(grown)
+        if not summed:
+            grown = -float(np.expm1(-2.0 * s))
+        elif s < SHORT:
+            # 2s − 3 + 4e^(−s) − e^(−2s), whose terms cancel.
+            grown = s**3 * (2.0 / 3.0 - 0.5 * s) / rate**2
+        else:
+            less = -float(np.expm1(-s))
+            grown = (2.0 * s - 2.0 * less - less**2) / rate**2
+        total += variance * grown
     return total
 
 
