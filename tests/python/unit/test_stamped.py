@@ -7,6 +7,7 @@ import allanite as al
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.effects.terms import Blue, Exponential, Flicker, Lags, PowerLaw, RandomWalk, White
+from allanite.fit.stamped.candidates import Candidate, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.noise import StampedNoise, added, integrated_noise, sampled_noise
 
@@ -135,3 +136,18 @@ def test_flicker_phase_is_the_allan_variance_of_its_samples():
     assert found == pytest.approx(phase.allan_variance(m.astype(float), rate=1.0), rel=0.1)
     near, far = phase.allan_variance(np.array([1024.0, 1025.0]), rate=1.0)
     assert far / near == pytest.approx((1024 / 1025) ** 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [2, 9])
+def test_slow_noise_is_found_far_below_the_frequency_offset(seed):
+    # The size of random-walk FM beside white PM once ended at its bound, as if the frequency offset were its noise.
+    rate, n = 0.1, 1200
+    model = al.parse_model("Q(Q=1e-9)+K(K=3e-13)")
+    x = np.cumsum(model.simulate(n=n, rate=rate, seed=seed, axis=3).samples) / rate
+    t = np.arange(n) / rate
+    series = StampedSeries(t, x, np.array([np.ones(n), t]))
+    candidate = Candidate((al.Quantization(), al.RateRandomWalk()))
+    fit = fit_noise(series, candidate, rate, integrated_noise)
+    terms = [term for effect in model.stochastic for term in effect.terms(rate)]
+    truth = series.regressed(added([integrated_noise(term, rate, n) for term in terms]))
+    assert fit.regressed.log_likelihood > truth.log_likelihood - 0.01
