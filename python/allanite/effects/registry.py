@@ -26,7 +26,7 @@ class Catalogue:
     >>> al.CATALOGUE.find("GM") is al.GaussMarkov, al.CATALOGUE[0].title, len(al.CATALOGUE) >= 29
     (True, 'quantization noise', True)
     >>> [effect.short for effect in al.CATALOGUE if "1/f" in effect.physics]
-    ['B']
+    ['B', 'F']
     """
 
     def __init__(self) -> None:
