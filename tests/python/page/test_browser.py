@@ -66,7 +66,13 @@ def test_the_loop(tab):
     assert "Fails" in tab.locator("#verdict").inner_text()
     card = tab.locator(".card").first
     assert card.locator("h3").inner_text()
-    assert "ΔlogL" in card.inner_text()
+    # One bar with words, the whole text, the evidence among the details.
+    bar = card.locator(".measure")
+    assert bar.count() == 1
+    assert re.match(r"Removes \d+ % of the misfit between [\d.]+ and [\d.]+ Hz", bar.inner_text())
+    assert card.inner_text().lower().count(card.locator("h3").inner_text().lower()) == 1
+    assert card.locator(".why").evaluate("p => p.scrollHeight <= p.clientHeight + 1")
+    assert "ΔlogL" in card.locator("details").text_content()
     add_first(tab)
     first = chi2(tab)
     assert first[1] < first[0]

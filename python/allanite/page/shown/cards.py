@@ -189,31 +189,46 @@ def cards(check: Check) -> list[dict[str, Any]]:
     """One record a suggestion, the significant ones and, if there are none, the two best of the rest."""
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
-    top = max([s.delta_log_likelihood for _, s in shown], default=1.0)
-    return [_card(check.fit, i, s, top) for i, s in shown[:8]]
+    return [_card(check.fit, i, s) for i, s in shown[:8]]
 
 
-def _card(fit: Fit, place: int, s: Suggestion, top: float) -> dict[str, Any]:
+def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
+    name, acts = fit.display_name(s.effect), _acts(fit, s)
+    values, sentence = _parted(name, _sentence(s))
     return {
         "number": place,
         "kind": s.kind,
-        "name": fit.display_name(s.effect),
+        "name": name,
         "significant": s.significant,
-        "sentence": _sentence(s),
+        "values": values,
+        "sentence": sentence,
         "physics": s.effect.physics,
         "confirm": s.check_by,
         "rivals": rivals,
-        "evidence": float(
-            np.clip(np.log1p(s.delta_log_likelihood) / np.log1p(max(top, 1e-9)), 0, 1)
-        ),
         "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
         "size": s.removes_percent / 100.0,
-        "size_text": f"{number(s.removes_percent, 2)} % of spectral misfit",
-        "size_title": f"Removes {number(s.removes_percent, 2)} % of the spectrum's misfit",
-        "acts": _acts(fit, s),
+        "size_text": f"removes {number(s.removes_percent, 2)} % of the misfit{_between(acts)}",
+        "acts": acts,
     }
+
+
+def _parted(name: str, sentence: str) -> tuple[str, str]:
+    """The values of an effect and what is said of it: a card has its name as a title."""
+    if sentence.startswith(f"{name} (") and "): " in sentence:
+        values, _, words = sentence.removeprefix(f"{name} (").partition("): ")
+        return values, words
+    return "", sentence
+
+
+def _between(acts: dict[str, list[float] | None]) -> str:
+    """Where an effect is seen, in words."""
+    ends = acts["frequency"]
+    if ends is None:
+        return ""
+    low, high = (number(f, 2) for f in ends)
+    return f" at {low} Hz" if low == high else f" between {low} and {high} Hz"
 
 
 def _sentence(s: Suggestion) -> str:

@@ -40,15 +40,15 @@ export function cards() {
   refill($("cards"), ...beside, ...(S.state.adequate ? [] : S.state.cards).map((c, i) => {
     const percent = x => `width:${Math.max(1, Math.round(100 * x))}%`;
     const mark = on => () => shade(on ? c.acts : null);
-    const bar = (name, share, text, kind = "", more = text) => el("span", { class: "measure", title: `${name}: ${more}` }, el("span", { class: "track" }, el("i", { class: kind, style: percent(share) })), text);
     return el("article", { class: i === 0 && c.significant ? "card first" : "card", "data-kind": c.kind, "aria-label": c.name, tabindex: 0,
       onmouseenter: mark(true), onmouseleave: mark(false), onfocusin: mark(true), onfocusout: mark(false) },
       el("header", {}, el("h3", {}, capital(c.name)), c.significant ? null : el("span", { class: "tag" }, "not significant"),
         el("button", { class: i === 0 ? "main add" : "add", "data-work": true, "aria-label": `Add ${c.name}`, onclick: () => act({ do: "add", number: c.number }) }, "Add")),
-      el("p", { class: "why", title: c.sentence }, capital(c.sentence)),
-      el("div", { class: "bars" }, bar("Evidence", c.evidence, c.evidence_text), bar("Size", c.size, c.size_text, "size", c.size_title)),
+      c.values ? el("p", { class: "own" }, c.values) : null,
+      el("p", { class: "why" }, capital(c.sentence)),
+      el("div", { class: "measure" }, el("span", { class: "track" }, el("i", { style: percent(c.size) })), capital(c.size_text)),
       el("details", {}, el("summary", {}, c.rivals.length ? `Alternatives: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
-        el("p", {}, capital(c.confirm), "."), el("p", { class: "tag" }, capital(c.physics), ".")));
+        el("p", {}, capital(c.confirm), "."), el("p", { class: "tag" }, `Evidence: ${c.evidence_text}`), el("p", { class: "tag" }, capital(c.physics), ".")));
   }));
 }
 export function ladder() {
