@@ -16,7 +16,7 @@ LOOKED_AT = Path(__file__).parents[1] / "target" / "screenshots"
 CHROMIUM = "/usr/bin/chromium"
 READY = "body[data-busy=false][data-drawn] #verdict b"
 WIDTHS = {390: 844, 820: 1180, 1280: 720, 1920: 1080}
-VIEWS = ("psd", "map", "samples", "compare", "axes", "error", "nis")
+VIEWS = ("psd", "map", "samples", "compare", "axes", "error", "nis", "accept")
 #: Columns of the log that is shown: the axes hide a lag, a line and nothing.
 MODELS = {
     "gyro_x": "N(N=1e-4)+B(B=1e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=4e-5)",

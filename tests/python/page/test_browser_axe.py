@@ -11,7 +11,7 @@ from six_axes import six_axes
 pytestmark = [pytest.mark.browser, pytest.mark.long]
 
 WIDTHS = {390: 844, 820: 1180, 1280: 720, 1920: 1080}
-VIEWS = ("allan", "psd", "map", "samples", "compare", "axes", "error", "nis")
+VIEWS = ("allan", "psd", "map", "samples", "compare", "axes", "error", "nis", "accept")
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,8 @@ def test_no_view_at_any_width(tab, server, serious):
     wrong = []
     for view in VIEWS:
         tab.locator(f"[data-tab={view}]").click()
-        drawn = "#table tbody" if view == "axes" else f"body[data-drawn*=' {view} ']"
+        drawn = {"axes": "#table tbody", "accept": "#acceptance button"}.get(view)
+        drawn = drawn or f"body[data-drawn*=' {view} ']"
         tab.wait_for_selector(drawn)
         for width, height in WIDTHS.items():
             tab.set_viewport_size({"width": width, "height": height})
