@@ -241,6 +241,10 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
     ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
     middle = 0.5 * (max(ends[0], first) + min(ends[1], last))
     place = (middle - first) / (last - first)
+    # Each below the one before: neighboring ranges are narrower than their words.
+    before = [
+        a for a in layout["annotations"] if (a.get("name"), a["xref"]) == ("span", f"x{suffix}")
+    ]
     return {
         "text": f"<b>{words(mark.text)}</b>",
         "x": middle,
@@ -249,6 +253,7 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
         "yref": f"y{suffix} domain",
         "xanchor": "left" if place < EDGE else "right" if place > 1.0 - EDGE else "center",
         "yanchor": "top",
+        "yshift": -18 * len(before),
         "showarrow": False,
         "font": {"size": 12, "color": look.text},
         "bgcolor": _rgba(look.panel, 0.8),

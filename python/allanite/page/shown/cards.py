@@ -100,10 +100,13 @@ def telling_view(study: Study) -> str:
     if first is not None and first.follows:
         return "samples"
     scores = _scores(study)
+    if isinstance(first, Periodic) or getattr(first, "occupies", None) is not None:
+        # A line or a band is a peak of the spectrum; on the Allan curve it is a ripple.
+        return "psd"
     if scores:
         return max(scores, key=lambda view: scores[view])
     assert first is not None
-    return "samples" if first.when else "psd" if isinstance(first, Periodic) else "allan"
+    return "samples" if first.when else "allan"
 
 
 def _scores(study: Study) -> dict[str, float]:

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from allanite.plots.spec import label_of
+from allanite.plots.axes import log_axis
+from allanite.plots.spec import Figure, Panel, Span, label_of
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
@@ -42,3 +43,11 @@ def test_plotly_accepts_the_document(figures):
     graph_objects = pytest.importorskip("plotly.graph_objects")
     for figure in figures.values():
         graph_objects.Figure(figure.to_plotly())
+
+
+def test_words_of_neighboring_ranges_do_not_cover_each_other():
+    x, y = log_axis("τ (s)", [0.01, 100.0]), log_axis("σ", [1.0, 10.0])
+    spans = (Span(0.1, 0.2, "fail", "", "×1.4"), Span(0.22, 0.3, "fail", "", "×1.1"))
+    found = Figure("", "", (Panel(x, y, spans),)).to_plotly()["layout"]["annotations"]
+    assert [a["text"] for a in found] == ["<b>×1.4</b>", "<b>×1.1</b>"]
+    assert found[0]["yshift"] - found[1]["yshift"] >= 16
