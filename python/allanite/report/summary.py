@@ -103,7 +103,7 @@ def _next(report: Report) -> tuple[str, ...]:
         log = Path(report.entries[0].recording.path or "LOG").name
         which = "the adequate axes" if out else "every axis"
         out.append(
-            f"Use the values of {which}: allanite characterize {log} --export TARGET writes them for a filter."
+            f"Use the values of {which}: allanite characterize {log} writes the file of a filter."
         )
     return tuple(out)
 
