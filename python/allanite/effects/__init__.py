@@ -58,6 +58,7 @@ from allanite.effects.resonance import Resonance as Resonance
 from allanite.effects.sinusoid import Sinusoid as Sinusoid
 from allanite.effects.tone_burst import ToneBurst as ToneBurst
 from allanite.effects.transient import Transient as Transient
+from allanite.effects.transition import Transition as Transition
 from allanite.effects.two_lags import TwoLags as TwoLags
 from allanite.effects.unexplained import Unexplained as Unexplained
 from allanite.effects.warm_up import WarmUp as WarmUp
@@ -89,6 +90,7 @@ CATALOGUE.begin(
     Excursion,
     Excursions,
     Transient,
+    Transition,
     WarmUp,
     BurstNoise,
     NoiseLevelChange,

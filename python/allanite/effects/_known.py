@@ -32,8 +32,8 @@ class Deterministic(Effect):
     array([0.5])
     >>> al.effects.DriftingLine(frequency=3.0, drift=0.1).seen_between(0.0, 10.0), step.seen_between(0.0, 2.0)
     ((3.0, 4.0), None)
-    >>> al.RateRamp.best_span(np.ones(3), np.ones(3), np.zeros((3, 0)), 100, 1.0) is None
-    True
+    >>> al.RateRamp.best_spans(np.ones(3), np.ones(3), np.zeros((3, 0)), 100, 1.0)
+    ()
     >>> al.effects.BiasStep.regressor_ordinates([step], np.arange(1, 3), 3, 1.0, 0.0).shape
     (1, 2)
     """
@@ -45,6 +45,8 @@ class Deterministic(Effect):
     low: ClassVar[bool] = True
     #: True for one-off events (a step), which one half of a record cannot predict from the other.
     happens_once: ClassVar[bool] = False
+    #: Whether the bias stays on another level after a one-off event.
+    lasting: ClassVar[bool] = False
     #: Whether it is a form of a dependence that has a plainer one: named only where the record asks for it.
     refined: ClassVar[bool] = False
 
@@ -117,21 +119,21 @@ class Deterministic(Effect):
         return None
 
     @classmethod
-    def best_span(
+    def best_spans(
         cls,
         residual: NDArray[np.float64],
         root: NDArray[np.float64],
         basis: NDArray[np.float64],
         n: int,
         rate: float,
-    ) -> tuple[Deterministic, float] | None:
-        """What begins at one time of this effect and ends at another, at the best two times; and its arc.
+    ) -> tuple[tuple[Deterministic, float], ...]:
+        """Effects that begin at one time of this effect and end at another, each at its best two times, with its arc.
 
-        By default None: there is nothing such. Whitened ordinates are those of a series times `root`; `residual` are what
+        By default none. Whitened ordinates are those of a series times `root`; `residual` are what
         is to be explained and the columns of `basis`, orthonormal, shape (ordinates, k), what others can explain of it, of
         ordinates 1, 2, … of n samples at `rate` Hz. The arc is the angle that the effect turns over all times.
         """
-        return None
+        return ()
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
         """Allan variance at averaging factors m of samples at `rate` Hz, U²; by default 0: it depends on the record."""

@@ -67,7 +67,7 @@ class Excursion(Away):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None by itself: it is looked for between any two places of a bias step (`BiasStep.best_span`)."""
+        """None by itself: it is looked for between any two places of a bias step (`BiasStep.best_spans`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

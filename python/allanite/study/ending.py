@@ -1,36 +1,76 @@
-"""What stands at the end of a ladder and is not what the record prefers gives way, before the last model is believed."""
+"""The end of a search: the last model gives way to the reachable one with the highest score."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.effects import Deterministic, Modifier
+from allanite.fit import refitted
+from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.study.errors import errors_fall
 from allanite.study.ladder import Rung
-from allanite.study.moves import swapped
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
+
+    from allanite.effects import Effect, Model
+    from allanite.fit.result import Fit
 
 __all__ = ["exchanged"]
 
+#: Rise of the score, in nats, below which a model is kept.
+MOVE = 0.5
+
 
 def exchanged(ladder: Sequence[Rung]) -> Rung | None:
-    """The rung on which a clearly better effect takes the place of one of the last model; None where none is.
+    """The rung on which another effect, or two, take the place of one of the last model; None where no score is higher.
 
-    While effects are added, what is missing beside them has rungs of its own. At the end what came first may stand for
-    something that was never the best addition. What has left once takes no place again. The model that was asked about
-    gives way only to one with more evidence by `RIVAL`.
+    The score is ln of the evidence. What describes without explaining pays `RIVAL` in addition, so that it comes only
+    where the effects of the standard explain clearly less. No step raises an error beyond its scatter.
     """
     fit = ladder[-1].fit
-    gone = {kind for rung in ladder for kind in rung.removed}
-    found = swapped(fit, set(range(len(fit.model))), set(), gone)
-    if found is None or not errors_fall(fit, found[0]):
-        return None
-    better, kind, effect = found
-    if len(ladder) == 1 and gained(better.solution, fit.solution, fit.data) < RIVAL:
-        return None
-    start = sum(rung.dropped_start for rung in ladder)
-    asked = [e.kind for e in fit.model.effects[: len(ladder[0].fit.model) - start]]
-    risen = better.solution.log_likelihood - fit.solution.log_likelihood
-    return Rung(better, effect, (kind,), risen, int(kind in asked))
+    reachable = sorted(_reachable(fit), key=lambda found: -found[0])
+    for promised, place, model in reachable:
+        if promised <= MOVE:
+            break
+        better = refitted(fit, model)
+        came = model.effects[len(fit.model) - 1 :]
+        new = [i for i, e in enumerate(better.model) if e.kind in {each.kind for each in came}]
+        more = _priors(better) - _priors(fit) + gained(better.solution, fit.solution, fit.data)
+        if more > MOVE and all(shown(better, i) for i in new) and errors_fall(fit, better):
+            kind = fit.model.effects[place].kind
+            risen = better.solution.log_likelihood - fit.solution.log_likelihood
+            start = sum(rung.dropped_start for rung in ladder)
+            asked = [e.kind for e in fit.model.effects[: len(ladder[0].fit.model) - start]]
+            return Rung(better, came[0], (kind,), risen, int(kind in asked), came[1:])
+    return None
+
+
+def _reachable(fit: Fit) -> Iterator[tuple[float, int, Model]]:
+    """The score over that of the fit, the place of the effect that leaves, and the model; what comes stands last."""
+    for place, out in enumerate(fit.model.effects):
+        if not shown(fit, place):
+            continue
+        kept = _prior(out)
+        for other in fit.alternatives(place):
+            if _may_come(other.effect, out):
+                yield other.evidence + _prior(other.effect) - kept, place, other.solution.model
+        for pair in fit.together(place):
+            if all(_may_come(effect, out) for effect in pair.model.effects[-2:]):
+                yield pair.evidence - kept, place, pair.model
+
+
+def _priors(fit: Fit) -> float:
+    return sum(_prior(effect) for effect in fit.model)
+
+
+def _prior(effect: Effect) -> float:
+    return -RIVAL if effect.last_resort else 0.0
+
+
+def _may_come(effect: Effect, out: Effect) -> bool:
+    """Whether an effect may take a place by its evidence alone: not what happens once, and a filter only a filter's."""
+    once = isinstance(effect, Deterministic) and effect.happens_once
+    filtering = isinstance(effect, Modifier) and not isinstance(out, Modifier)
+    return not (once or filtering or effect.nameless)

@@ -31,6 +31,7 @@ from allanite.study.stack import unstacked
 from allanite.study.visits import every_visit
 from allanite.study.wandering import wandering
 from allanite.suggestion import check_fit, same_misfit
+from allanite.suggestion.screens.drifts import is_placed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -287,6 +288,11 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     except TooShortError:
         return None  # of a short record it would leave too little
     if rung is None:
+        return None
+    after = rung.fit.solution
+    if not all(
+        is_placed(own, rung.fit.data.duration) for own in after.effects if own.effect in rung.new
+    ):
         return None
     hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE
     if hardly and rises(ladder[-1].fit, rung.fit) and not within_chance(rung.fit):

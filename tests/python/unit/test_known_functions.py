@@ -74,6 +74,8 @@ def test_a_periodic_effect_of_ones_own_is_fitted_like_the_sinusoid(recording):
         al.effects.Excursion(start=40.0, end=333.3, height=1.0),
         al.effects.Transient(time=123.4, time_constant=30.0, height=1.0),
         al.effects.Transient(time=250.0, time_constant=0.5, height=1.0),
+        al.effects.Transition(begin=40.03, end=333.38, height=1.0),
+        al.effects.Transition(begin=120.01, end=120.02, height=1.0),
         WarmUp(time_constant=2.0, amplitude=1.0),
         WarmUp(time_constant=170.0, amplitude=1.0),
     ],

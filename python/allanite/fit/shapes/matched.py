@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "basis_of",
-    "best_span",
+    "best_spans",
     "grid_points",
     "left_by",
     "lowest",
@@ -139,24 +139,25 @@ def matched_gains(
     return gain, unit
 
 
-def best_span(
+def best_spans(
     cls: type[Deterministic],
     residual: NDArray[np.float64],
     noise: Noise,
     data: Data,
     beside: Sequence[Deterministic] = (),
-) -> tuple[Deterministic, float] | None:
-    """What is there from one time of an effect to another, and its arc (`Deterministic.best_span`); as `matched_gains`."""
+) -> list[tuple[Deterministic, float]]:
+    """What is there from one time of an effect to another, each with its arc (`Deterministic.best_spans`)."""
     j = lowest(data)
     root = 1.0 / np.sqrt(noise.variance(j))
     basis = _beside(beside, j, root, data)
-    found = cls.best_span(residual[j] * root, data.seen(root, j), basis, data.n, data.rate)
-    if found is None or not data.start:
-        return found
-    effect, arc = found
-    # Times are counted from the first sample of the recording.
-    later = {p.name: effect.values[p.name] + data.start for p in effect.parameters if p.unit == "s"}
-    return effect.with_values(**later), arc
+    spans = cls.best_spans(residual[j] * root, data.seen(root, j), basis, data.n, data.rate)
+    return [(_later(effect, data.start), arc) for effect, arc in spans]
+
+
+def _later(effect: Deterministic, start: float) -> Deterministic:
+    """The effect with its times counted from the first sample of the recording."""
+    times = {p.name: effect.values[p.name] for p in effect.parameters if p.unit == "s"}
+    return effect.with_values(**{name: time + start for name, time in times.items()})
 
 
 def _beside(

@@ -23,7 +23,8 @@ from allanite.fit.likelihood.whitened import (
 )
 from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import cost
-from allanite.fit.shapes.matched import best_span, grid_points, matched_gains
+from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains
+from allanite.fit.solution import Regressed
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
@@ -40,6 +41,7 @@ LOW = 8192
 __all__ = [
     "beside_the_best",
     "evidence",
+    "is_placed",
     "screen_slow",
 ]
 
@@ -49,6 +51,9 @@ LEAST = 3.0
 BETWEEN, REFITTED = 33, 0.05
 #: An event of so few samples is outliers; in more, most share it by this much at least; in as many a few cannot make one.
 FEWEST, SHARED, MANY = 16, 0.5, 4096
+#: Largest standard error of the time of a step, in parts of the record: a change at a time known less well is
+#: none, unless it is a transition between two times.
+PLACED = 0.02
 #: A rise of logL by which one slow function beats another clearly (6 of BIC).
 CLEAR = 3.0
 
@@ -77,15 +82,29 @@ def screen_slow(
         top = int(np.argmax(gain))
         worth = gain[top] >= LEAST
         simple = _refit(points[top], solution, data, rival, whitened) if worth else None
-        if simple is not None:
-            found.append(simple)
+        if simple is not None and simple.solution is not None:
+            placed = is_placed(simple.solution.effects[-1], data.duration)
+            found += [simple] if placed else []
+            alone = log_chance(Family(blank.family, (arcs[-1],)), simple.judged or 0.0)
+            named = simple if placed and alone < np.log(FALSE_ALARM) else None
+        else:
+            named = None
         # Each place of the simple form that is a place of its own might have been the start of these.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
         forms = _forms(type(blank), simple, starts, solution, data)
-        found += _richer(simple, forms, solution, data, rival, whitened)
+        found += _richer(named, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
+
+
+def is_placed(own: object, duration: float) -> bool:
+    """Whether the time of a fitted lasting change is known to `PLACED` of the record; True of every other effect."""
+    if not isinstance(own, Regressed) or not own.effect.lasting:
+        return True
+    name = own.effect.free_shapes[0] if own.effect.free_shapes else ""
+    error = own.effect.shape_error(name, float(own.covariance[0, 0]), duration)
+    return error is None or error <= PLACED * duration
 
 
 def _forms(
@@ -114,9 +133,7 @@ def _forms(
         found[finer] = arc_length(directions), starts, noise
     # The noise beside the step may be too quiet for what has another step: a random walk that stood for it is gone.
     for own in (noise,) if beside is None else (noise, base):
-        span = best_span(kind, solution.ordinates, own, data, known)
-        if span is not None:
-            effect, arc = span
+        for effect, arc in best_spans(kind, solution.ordinates, own, data, known):
             # Each place that is one of its own might be either end.
             finer = _finer(effect, effect.free_shapes, solution, own, data)
             found.setdefault(finer, (arc, max(1.0, arc / (0.5 * np.pi)), own))
@@ -131,7 +148,7 @@ def _richer(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """Those of the richer forms, refitted, that explain more than chance lets them."""
+    """Those of the richer forms, refitted, that explain more than by chance, beside the simple one if that is named."""
     found: list[Candidate] = []
     for effect, (arc, _, noise) in forms.items():
         plain = 0.0
@@ -147,9 +164,17 @@ def _richer(
         # Searching for one more time always gains something: what it adds must be more than chance gives.
         more = candidate.gain - (0.0 if simple is None else simple.gain)
         added = log_chance(Family(effect.family, (arc,)), more)
-        if added < np.log(FALSE_ALARM):
+        if added < np.log(FALSE_ALARM) and not any(_same(candidate, c, data) for c in found):
             found.append(candidate)
     return found
+
+
+def _same(one: Candidate, other: Candidate, data: Data) -> bool:
+    """Whether two candidates are one event, refitted from two starts."""
+    a, b = one.effect.when, other.effect.when
+    if one.effect.kind != other.effect.kind or a is None or b is None:
+        return False
+    return float(np.abs(np.subtract(a, b)).max()) < data.duration / LOW
 
 
 def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -> float:
@@ -194,7 +219,8 @@ def _refit(
         return None
     judged = _of_one(judged, effect.amplitudes().size)
     found = refitted.model.effects[-1]
-    if isinstance(found, Deterministic) and found.happens_once and found.when is not None:
+    passing = isinstance(found, Deterministic) and found.happens_once and not found.lasting
+    if passing and found.when is not None:
         if _of_few(found, base, data):
             return None
         judged *= _with_normal_tails(found, data, whitened)

@@ -1,0 +1,121 @@
+"""Transition: the bias moves from one level to another between two times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._event import Event, cosines, sines
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+#: Shortest transition in samples: a shorter one is computed as a step.
+SHORTEST = 1e-6
+
+
+@dataclass(frozen=True)
+class Transition(Event):
+    """x(t) = 0 before `begin`, h (t − begin)/(end − begin) until `end`, then h.
+
+    Examples
+    --------
+    >>> rise = al.effects.Transition(begin=20.0, end=60.0, height=0.2)
+    >>> x = (al.AngleRandomWalk(N=0.01) + rise).simulate(duration=100, rate=10, seed=1).samples
+    >>> print((x[600:].mean() - x[:200].mean()).round(1))
+    0.2
+    """
+
+    begin: float | None = None
+    end: float | None = None
+    height: float | None = None
+
+    kind: ClassVar[str] = "transition"
+    short: ClassVar[str] = "RISE"
+    title: ClassVar[str] = "transition"
+    family: ClassVar[str] = "transition"
+    lasting: ClassVar[bool] = True
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("begin", "s", "when it begins, from the first sample", "shape", symbol="from"),
+        Parameter("end", "s", "when it ends", "shape", symbol="to"),
+        Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",), symbol="h"),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("height", "begin", "end")
+    physics: ClassVar[str] = (
+        "the surroundings changed from one state to another: a heater, a window, the sun, a slow relaxation of the mount"
+    )
+    looks_like: ClassVar[str] = (
+        "the low-passed samples stay on a level, move for a while, and stay on another; a hump at long τ"
+    )
+    check_by: ClassVar[str] = (
+        "look at the samples and at the laboratory's log between these times; log the temperature; repeat the record"
+    )
+    rivals: ClassVar[tuple[str, ...]] = (
+        "bias_step",
+        "rate_random_walk",
+        "rate_ramp",
+        "warm_up",
+        "covariate",
+        "gauss_markov",
+    )
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """From begin to end."""
+        return None if self.begin is None or self.end is None else (self.begin, self.end)
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """None by itself: `BiasStep.best_spans` looks for it between any two places of a step."""
+        return ()
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """A thousand times over the record, before the end where that is known, after the begin."""
+        times = np.linspace(0.0, n / rate, 1026)[1:-1]
+        if name == "begin" and self.end is not None:
+            times = times[times < self.end]
+        if name == "end" and self.begin is not None:
+            times = times[times > self.begin]
+        return times if times.size > 1 else np.array([0.0, n / rate])
+
+    def _edges(self) -> tuple[float, float]:
+        begin = self.begin or 0.0
+        return begin, max(begin if self.end is None else self.end, begin)
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """One column from 0 to 1."""
+        begin, end = self._edges()
+        if end == begin:
+            return (time > begin).astype(float)[:, None]
+        return np.clip((time - begin) / (end - begin), 0.0, 1.0)[:, None]
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64]:
+        """(h(k) − h(l))/(l − k): h(k) transforms max(i − k, 0), whose kink k = rate·time may lie between samples.
+
+        With m the first sample after k and a = πj/2n, max(i − k, 0) is m − k steps at m and one at each later sample:
+        h(k) = −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, up to a part that is the same for every k.
+        """
+        edges = (np.array([p._edges() for p in points]) - start) * rate
+        edges[:, 1] = np.maximum(edges[:, 1], edges[:, 0] + SHORTEST)
+        known, place = np.unique(edges, return_inverse=True)  # many points share an edge
+        place = place.reshape(edges.shape)
+        m = np.clip(np.floor(known) + 1.0, 0.0, n)
+        sine = np.sin(np.pi * j / (2 * n))
+        hinge = cosines(m + 0.5, j, n) / (2.0 * sine)
+        hinge += sines(m, j, n) * np.where(known < n, m - known, 0.0)[:, None]
+        hinge *= -np.sqrt(0.5 / n) / sine
+        found = hinge[place[:, 0]] - hinge[place[:, 1]]
+        found /= (edges[:, 1] - edges[:, 0])[:, None]
+        return np.asarray(found)
