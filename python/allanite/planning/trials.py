@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
-from allanite.suggestion.evidence import Family, arc_length, interval_trials, octave_trials
+from allanite.suggestion.evidence import Family, arc_length, interval_trials, trials_at
 from allanite.suggestion.screens.spectral import directions
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def family_of(
         return Family(effect.family, _arcs(slow.get(effect.family, ()), null, grid), 2), families
     if effect.screened == "line":
         cycles = np.array([effect.values["frequency"] * data.duration])
-        return Family("line", width=float(octave_trials(cycles, data.n)[0])), families
+        return Family("line", width=float(trials_at(cycles, data.n, data.rate)[0])), families
     if effect.screened == "level":
         start, end = effect.when or data.span
         length = (end - start) / data.duration

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.suggestion.known_frequencies import known_bands
+
 __all__ = [
     "Family",
     "arc_length",
@@ -23,8 +25,8 @@ __all__ = [
     "line_trials",
     "log_chance",
     "may_show",
-    "octave_trials",
     "refine",
+    "trials_at",
     "two_levels",
 ]
 
@@ -95,17 +97,24 @@ def line_trials(n: int) -> float:
     return 0.5 * n * float(np.sqrt(np.pi / 3.0))
 
 
-def octave_trials(cycles: NDArray[np.float64], n: int) -> NDArray[np.float64]:
-    """W of a search for a line of so many cycles, over its share of the chance.
+def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
+    """W of a search for a line of so many cycles in n samples at `rate` Hz, over its share of the chance.
 
-    Baluev's W is proportional to the range of frequencies searched. Octaves from one cycle to n/2 share one half of the
-    chance equally, so that a slow line does not pay for all the fast ones; all frequencies share the other half, so that
-    a fast one hardly pays for that.
+    Baluev's W is proportional to the range of frequencies searched. Octaves from one cycle to n/2 share one part of the
+    chance equally, so that a slow line does not pay for all the fast ones. All frequencies share a second part, so that a
+    fast one hardly pays for that. Frequencies that are known beforehand share a third part, where the record has some.
     """
+    whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))
     place = np.floor(np.log2(np.maximum(cycles, 1.0)))
     of_octave = 0.5 * n / (octaves * np.minimum(2.0**place, 0.25 * n))
-    return np.asarray(line_trials(n) * 2.0 / (1.0 + of_octave))
+    bands = known_bands(n, rate)
+    widths = np.maximum(whole * (bands[:, 1] - bands[:, 0]) / (0.5 * rate), 1.0)
+    frequency = np.asarray(cycles)[..., None] * rate / n
+    known = ((bands[:, 0] <= frequency) & (frequency <= bands[:, 1])).any(axis=-1)
+    of_known = known * whole / max(float(widths.sum()), 1.0)
+    shares = 3.0 if bands.size else 2.0
+    return np.asarray(shares * whole / (1.0 + of_octave + of_known))
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:

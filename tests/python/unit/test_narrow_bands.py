@@ -7,7 +7,8 @@ import allanite as al
 import generators as g
 from allanite.fit.rivals.evidence import evidence, gained, over_true
 from allanite.study.moves import one_thing
-from allanite.suggestion.evidence import arc_length, line_trials, octave_trials
+from allanite.suggestion.evidence import arc_length, line_trials, trials_at
+from allanite.suggestion.known_frequencies import known_bands
 from allanite.suggestion.screens.spectral import directions
 
 RATE, LENGTH, N = 50.0, 60_000, 0.0126
@@ -85,13 +86,19 @@ def test_what_a_discrepancy_describes_is_not_explained():
 
 
 @pytest.mark.parametrize("n", [1000, 100_000])
-def test_shares_of_the_chance_of_a_line_are_one_in_all(n):
+@pytest.mark.parametrize("rate", [1.0, 170.0, 1.0 / 86400.0])
+def test_shares_of_the_chance_of_a_line_are_one_in_all(n, rate):
     # The mean over all places of a search, at four to a cycle of the record.
     cycles = np.arange(4.0, 0.5 * n, 0.25)
-    share = line_trials(n) / octave_trials(cycles, n)
-    # Below four cycles nothing is looked for: two octaves of the half that is shared by octaves.
-    unused = 0.5 * 2.0 / np.log2(n / 2.0)
-    assert share.sum() * 0.25 / (0.5 * n) == pytest.approx(1.0 - unused, abs=0.05)
+    share = line_trials(n) / trials_at(cycles, n, rate)
+    # Below four cycles nothing is looked for: two octaves of the part that is shared by octaves, and known periods.
+    bands = known_bands(n, rate)
+    shares = 3.0 if bands.size else 2.0
+    unused = 2.0 / np.log2(n / 2.0) / shares
+    widths = np.maximum((bands[:, 1] - bands[:, 0]) * n / rate, 2.0 / np.sqrt(np.pi / 3.0))
+    slow = bands[:, 0] * n / rate < 4.0
+    unused += (widths[slow].sum() / widths.sum() / shares) if bands.size else 0.0
+    assert share.sum() * 0.25 / (0.5 * n) == pytest.approx(1.0 - unused, abs=0.1)
 
 
 def test_a_family_pays_for_its_own_grids():

@@ -11,7 +11,7 @@ import allanite as al
 import generators as g
 from allanite.cli import cli
 from allanite.common.errors import InputError, TooShortError
-from allanite.suggestion.evidence import octave_trials
+from allanite.suggestion.evidence import trials_at
 
 BASE = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"
 LAG = "GM(q_c=1.9e-3,T=30)"
@@ -40,7 +40,7 @@ def test_a_line_in_white_noise_is_the_textbook_case():
     # ½ Σ s²/S = A² n/(4σ²), and half of each of three numbers. N takes up a hundred-thousandth of it.
     assert found.delta_log_likelihood == pytest.approx(energy / 4 + 1.5, rel=0.02)
     x = found.needed
-    trials = float(octave_trials(np.array([7.3 * n / rate]), n)[0])
+    trials = float(trials_at(np.array([7.3 * n / rate]), n, rate)[0])
     chance = trials * np.sqrt(x) * np.exp(-x)
     # A share of 1 % for each of nine to eleven families.
     assert 0.01 / 12 < chance < 0.01 / 8

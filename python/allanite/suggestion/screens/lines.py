@@ -16,7 +16,8 @@ from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.likelihood.stop_band import empty
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.shapes.shape import ZOOM, polish_line
-from allanite.suggestion.evidence import Family, log_chance, octave_trials
+from allanite.suggestion.evidence import Family, log_chance, trials_at
+from allanite.suggestion.known_frequencies import known_bands
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def screen_lines(
     for k in range(MOST):
         go_on()
         give_back(data.samples.size)
-        top, above = _strongest(ratio, data.n)
+        top, above = _strongest(ratio, data)
         if ratio[top] <= LEAST or (k >= FEWEST and above < CLEAR):
             break
         level = next(level for end, level in levels if top < end)
@@ -121,7 +122,7 @@ def screen_lines(
                 # The search over all frequencies was for the strongest line alone.
                 judged = min(whole, max(gains))
                 cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
-                trials = float(octave_trials(np.array([cycles]), data.n)[0])
+                trials = float(trials_at(np.array([cycles]), data.n, data.rate)[0])
                 found.append(
                     Candidate(
                         refitted.model.effects[-1],
@@ -137,12 +138,15 @@ def screen_lines(
     return tuple(found)
 
 
-def _strongest(ratio: NDArray[np.float64], n: int) -> tuple[int, float]:
+def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
     """The place, in half cycles, that stands out most, and by how much over the price of finding it."""
-    # Octaves share the trials equally: a line of a few cycles does not pay for all frequencies above it.
-    octaves = [2**k for k in range(1, (ratio.size - 1).bit_length())]
-    tops = np.array([low + int(np.argmax(ratio[low : 2 * low])) for low in octaves])
-    surplus = ratio[tops] - np.log(octave_trials(tops / 2.0, n))
+    # Octaves and known frequencies have shares of the trials: neither pays for all frequencies.
+    octaves = [(2**k, 2 ** (k + 1)) for k in range(1, (ratio.size - 1).bit_length())]
+    known = 2.0 * data.n / data.rate * known_bands(data.n, data.rate)
+    ranges = [*octaves, *((int(np.ceil(low)), int(high) + 1) for low, high in known)]
+    ranges = [(low, high) for low, high in ranges if low < min(high, ratio.size)]
+    tops = np.array([low + int(np.argmax(ratio[low:high])) for low, high in ranges])
+    surplus = ratio[tops] - np.log(trials_at(tops / 2.0, data.n, data.rate))
     surplus[ratio[tops] <= LEAST] = -np.inf
     best = int(np.argmax(surplus))
     return int(tops[best]), float(surplus[best])

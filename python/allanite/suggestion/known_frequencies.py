@@ -1,0 +1,44 @@
+"""Frequencies that are expected before a record is seen: calendar, tides, satellites, mains."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["known_bands"]
+
+DAY = 86400.0
+#: Periods in s: the tropical year and its half and third, the draconitic year of GPS (Ray et al. 2008, GPS Solut. 12),
+#: the day and its half and third, the sidereal day and its half (the orbit of GPS), the tides M2, O1 and N2 (Doodson
+#: 1921, Proc. R. Soc. A 100).
+PERIODS = (
+    365.2422 * DAY,
+    365.2422 / 2 * DAY,
+    365.2422 / 3 * DAY,
+    351.4 * DAY,
+    DAY,
+    DAY / 2,
+    DAY / 3,
+    86164.1,
+    86164.1 / 2,
+    12.4206 * 3600,
+    25.8193 * 3600,
+    12.6583 * 3600,
+)
+#: Mains frequencies and their first overtones in Hz, and by how much they and the clock of a sensor may be off.
+MAINS, TOLERANCE = (50.0, 60.0, 100.0, 120.0), 0.002
+
+
+def known_bands(n: int, rate: float) -> NDArray[np.float64]:
+    """Bands in Hz where n samples at `rate` Hz show known frequencies, aliases included; shape (bands, 2).
+
+    A band is one resolution 1/T wide at least. Periods of which the record holds fewer than two are left out.
+    """
+    width = rate / n
+    exact = np.array([1.0 / period for period in PERIODS])
+    frequency = np.concatenate([exact, MAINS])
+    half = np.concatenate([np.zeros(exact.size), TOLERANCE * np.array(MAINS)])
+    half = np.maximum(half, 0.5 * width)
+    seen = np.abs(frequency - rate * np.round(frequency / rate))
+    there = seen > 2.0 * width
+    return np.column_stack([seen - half, np.minimum(seen + half, 0.5 * rate)])[there]

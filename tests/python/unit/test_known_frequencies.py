@@ -1,0 +1,38 @@
+"""A year, a day, the tides and the mains have trials of their own; no other line pays much for that."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+from allanite.suggestion.evidence import trials_at
+from allanite.suggestion.known_frequencies import known_bands
+
+DAY = 86400.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_an_annual_line_is_found_beside_flicker(seed):
+    """17 years of daily heights: the line has about 15 of logL, little for a search of all frequencies."""
+    n, rng = 6236, np.random.default_rng([seed, 17])
+    x = g.flicker(rng, n, 1.0 / DAY, 3.0) + 3.5 * rng.standard_normal(n)
+    x += 2.7 * np.cos(2.0 * np.pi * np.arange(n) / 365.2422 + 1.0)
+    study = al.improve(al.Recording(1e-3 * x, rate=1.0 / DAY), "N+B")
+    (line,) = (e for e in study.fit.model if e.kind == "sinusoid")
+    assert 1.0 / line.frequency == pytest.approx(365.2422 * DAY, rel=0.03)
+
+
+def test_mains_are_known_where_they_are_aliased():
+    bands = known_bands(100_000, 99.0)
+    # 50 Hz is seen at 99 − 50, 60 Hz at 39, 120 Hz at 21 Hz.
+    for alias in (49.0, 39.0, 21.0, 1.0):
+        assert ((bands[:, 0] <= alias) & (alias <= bands[:, 1])).any(), alias
+    assert (bands[:, 1] <= 49.5).all()
+
+
+def test_a_known_line_pays_less_and_another_hardly_more():
+    n, rate = 200_000, 110.0
+    at_mains, beside = trials_at(np.array([50.0, 44.0]) * n / rate, n, rate)
+    assert at_mains < 0.1 * beside
+    # Shares of a third in place of halves.
+    assert beside < 1.51 * float(trials_at(np.array([44.0 * n / rate]), n, 0.9)[0])
