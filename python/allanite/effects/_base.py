@@ -50,6 +50,8 @@ class Effect:
     (True, 1)
     >>> len(lag.variants()), lag.extended(), lag.otherwise(), lag.shape_error("q_c", 1e-4, 1000.0)
     (1, (), (), None)
+    >>> al.GaussMarkov.seen_in(np.ones(100), 10.0)
+    ()
     >>> lag.kept("q_c"), al.GaussMarkov(q_c=0.01, hold=("q_c",)).kept("q_c")
     ('', 'held')
     >>> slow = al.GaussMarkov(limits={"correlation_time": (600, 900)})
@@ -233,6 +235,14 @@ class Effect:
         grid = self.searched(name, n, rate)
         most = 0.5 * rate if name == "frequency" else np.inf
         return float(grid.min()) / 2.0, min(2.0 * float(grid.max()), most)
+
+    @classmethod
+    def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
+        """Effects of this kind that single ordinates suggest, to be tried beside the grid; by default none.
+
+        `power` are the squared cosine ordinates of n samples at `rate` Hz over what the model expects, shape (n,).
+        """
+        return ()
 
     def errors(self, rate: float) -> dict[str, float]:
         """Standard errors of values that the spectrum does not determine, at `rate` Hz; by default none."""

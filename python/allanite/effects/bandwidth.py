@@ -18,6 +18,9 @@ from allanite.effects.terms import White
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
+#: The longest mean in parts of the record, the shortest that is read from zeros of the spectrum in samples, and standard
+#: deviations by which its lag must stand out.
+SHARE, SHORTEST, SURE = 10.0, 8, 6.5
 #: Floor from which the one of a record is looked for, and its range.
 FLOOR, FLOORS = 0.1, (1e-3, 0.45)
 
@@ -163,6 +166,42 @@ class Bandwidth(Modifier):
             # A shorter one has no lower cutoff.
             low = max(low, 0.7 / (self.order or 64.0))
         return rate * np.geomspace(low, lowpass.HIGHEST[design], 24)
+
+    def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
+        """Ends of a cutoff as of every frequency; means may be as long as a tenth of the record."""
+        low, high = super().search_ends(name, n, rate)
+        if name == "cutoff" and self.design == "moving_average":
+            low = min(
+                low, rate * max(lowpass.MEANS[int(self.order or 1)] * SHARE / n, lowpass.LOWEST)
+            )
+        return low, high
+
+    @classmethod
+    def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Bandwidth, ...]:
+        """Means over as many samples as the zeros of the spectrum tell, of 8 up to a tenth of the record.
+
+        ln sin²(πfL) is −Σ 2 cos(2πfkL)/k: the cepstrum of the mean of L samples has −2 at lag L, in noise of variance
+        2π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
+        """
+        n = power.size
+        lags = np.arange(SHORTEST, int(n / SHARE) + 1)
+        if not lags.size:
+            return ()
+        logarithm = np.log(np.maximum(power, 1e-300))
+        cepstrum = 2.0 / n * np.fft.rfft(logarithm - logarithm.mean(), 2 * n)[lags].real
+        best = int(np.argmin(cepstrum))
+        # The chance that any of the lags is lower is below one in a thousand for records of up to 10⁸ samples.
+        if cepstrum[best] > -SURE * np.pi * np.sqrt(2.0 / n):
+            return ()
+        orders = lowpass.DESIGNS["moving_average"]
+        return tuple(
+            cls(
+                cutoff=float(lowpass.MEANS[order] * rate / lags[best]),
+                order=float(order),
+                design="moving_average",
+            )
+            for order in orders
+        )
 
     @property
     def whole(self) -> LowPass | None:

@@ -12,7 +12,7 @@ from allanite.common.errors import TooShortError
 from allanite.common.several import Several, by_column, former_use
 from allanite.common.threads import before, results, side_by_side
 from allanite.common.validation import positive, recorded
-from allanite.effects import Away, Modifier, Stochastic
+from allanite.effects import Away, Model, Modifier, Stochastic, as_model
 from allanite.fit import fit_model
 from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.rivals.alternatives import shown
@@ -36,7 +36,7 @@ from allanite.suggestion.screens.drifts import is_placed
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from allanite.effects import Effect, Model
+    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.recording import Recording
     from allanite.suggestion import Check, Suggestion
@@ -111,7 +111,7 @@ def improve(
     deadline = None
     if seconds is not None:
         deadline = time.monotonic() + positive(seconds, "seconds", "s", "give seconds, such as 60")
-    fit = fit_model(recording, model)
+    fit = fit_model(recording, with_given_designs(as_model(model)))
     recording = fit.recording
     ladder = [Rung(fit)]
     while True:
@@ -189,6 +189,18 @@ def improve_columns(
         recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance, seconds)
     )
     return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
+
+
+def with_given_designs(model: Model) -> Model:
+    """The model with the designs and orders of its filters held where they are given."""
+
+    def held(effect: Effect) -> Effect:
+        given = (p.name for p in effect.parameters if p.role == "choice" and p.name != "column")
+        names = [n for n in given if effect.values[n] is not None and n not in effect.held]
+        filtering = isinstance(effect, Modifier) and names
+        return replace(effect, hold=(*effect.hold, *names)) if filtering else effect
+
+    return Model(tuple(map(held, model.effects)))
 
 
 def _stop(check: Check, tolerance: float | None) -> str | None:

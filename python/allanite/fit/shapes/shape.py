@@ -102,12 +102,9 @@ def fit_shapes(
     opened = [i for i, e in enumerate(blank) if not isinstance(e, Deterministic) and _open(e)]
     # Shapes of later effects that are open as well start from the middle of their grids: once more when all are known.
     for place in opened * (2 if len(opened) > 1 else 1):
-        tried = [
-            (part.maximise(m), m)
-            for m in map(
-                _filled(part.data), grid_models(_with(model, place, blank[place]), place, part.data)
-            )
-        ]
+        points = grid_models(_with(model, place, blank[place]), place, part.data)
+        points += [_with(model, place, e) for e in _seen(blank[place], part.data)]
+        tried = [(part.maximise(m), m) for m in map(_filled(part.data), points)]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
         ends = [(m, found) for found, m in tried[:1]]
         if polished:
@@ -123,6 +120,15 @@ def fit_shapes(
         model, start = put_together(model, place, part), None
     found = part.maximise(model, start)
     return polish(model, free_places(model), found, part) if polished else (model, found)
+
+
+def _seen(effect: Effect, data: Data) -> list[Effect]:
+    """What single ordinates suggest for an effect, of what agrees with the values that it has."""
+    if data.ordinates.size != data.n:
+        return []
+    given = {k: v for k, v in effect.values.items() if v is not None}
+    seen = type(effect).seen_in(data.ordinates**2, data.rate)
+    return [e for e in seen if all(e.values[name] == value for name, value in given.items())]
 
 
 def reopened(model: Model, given: Model) -> Model | None:

@@ -156,6 +156,8 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
         families.append(cls.family)
         if points[0].occupies is not None:
             points = _promising(points, unit, solution)
+        if white.size == data.n:
+            points = [*points, *cls.seen_in(white**2, data.rate)]
         best = _refit(points, solution, part, arcs[-1])
         narrow = _within_a_bin(points[0], solution, part, white, arcs[-1])
         both = [c for c in (best, narrow) if c is not None]

@@ -1,0 +1,38 @@
+"""A mean over many samples is read from the zeros of the spectrum; the design of a filter that is given stays."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+
+
+def _mean_of(length, n, seed, rate=100.0):
+    rng = np.random.default_rng([seed, length])
+    white = g.white(rng, n + length - 1, rate, 0.01)
+    return al.Recording(np.convolve(white, np.ones(length) / length, "valid"), rate, unit="deg/s")
+
+
+@pytest.mark.parametrize(("length", "n"), [(50, 10_000), (230, 12_000), (500, 20_000)])
+def test_a_mean_over_many_samples_is_named(length, n):
+    study = al.improve(_mean_of(length, n, 1), "N+B+K")
+    (found,) = (e for e in study.fit.model if e.kind == "bandwidth")
+    assert (found.design, found.order) == ("moving_average", 1)
+    # −3 dB of a mean over a time T is 0.4429/T.
+    assert found.cutoff == pytest.approx(0.442947 * 100.0 / length, rel=2e-3)
+    assert {"rate_random_walk", "gauss_markov"}.isdisjoint(e.kind for e in study.fit.model)
+    # White noise behind the mean of L samples leaves n/L independent ones; five standard errors of an amplitude.
+    assert study.fit["N"] == pytest.approx(0.01, rel=5.0 / np.sqrt(2.0 * n / length))
+
+
+def test_a_design_that_is_given_stays():
+    study = al.improve(_mean_of(50, 10_000, 2), "N+BW(design=sampled,order=2)", limit=1)
+    (found,) = (e for e in study.fit.model if e.kind == "bandwidth")
+    assert (found.design, found.order) == ("sampled", 2)
+    assert not study.adequate
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_mean_is_seen_in_white_noise(seed):
+    power = np.random.default_rng([seed, 4]).standard_normal(20_000) ** 2
+    assert al.effects.Bandwidth.seen_in(power, 100.0) == ()
