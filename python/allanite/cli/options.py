@@ -36,6 +36,7 @@ __all__ = [
     "recording_of",
     "recordings_of",
     "said_early",
+    "time_option",
 ]
 
 DEFAULT_MODEL = "N+B+K"
@@ -79,6 +80,40 @@ def plot_option(command: Any) -> Any:
         help="Of the figure: paper is one column of 88 mm in 8 pt without title, slides has large letters.",
     )
     return click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")(style(command))
+
+
+class Seconds(click.types.FloatParamType):
+    """A positive time: 60, 60s, 10min or 2h."""
+
+    name = "seconds"
+    units = (("min", 60.0), ("h", 3600.0), ("s", 1.0))
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Seconds; a float is one already."""
+        text, factor = str(value).strip(), 1.0
+        for unit, size in self.units:
+            if text.endswith(unit):
+                text, factor = text.removesuffix(unit).strip(), size
+                break
+        try:
+            number = factor * float(text)
+        except ValueError:
+            number = -1.0
+        if not 0.0 < number < float("inf"):
+            self.fail(f"{value!r} is not a time, as 60s, 10min or 2h is", param, ctx)
+        return number
+
+
+time_option = click.option(
+    "--time",
+    "seconds",
+    type=Seconds(),
+    metavar="TIME",
+    help="Look for no further effect after this time, e.g. 60s or 10min; each axis gets a first model."
+    " Default: a minute of processor time, and 10 s for every million samples.",
+)
 
 
 class RateType(click.ParamType[float | str]):

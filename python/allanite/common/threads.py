@@ -59,6 +59,11 @@ def at_once() -> int:
     return min(WORKERS, processors())
 
 
+def columns_at_work() -> int:
+    """Columns that are computed now, that of the caller included; 1 outside of `side_by_side`."""
+    return max(1, len(_at_work.get(())))
+
+
 class Ended(BaseException):
     """Raised inside work that is not wanted any more; no error, so that nothing inside takes it for one."""
 
@@ -81,15 +86,15 @@ def go_on() -> None:
 
 
 @contextmanager
-def before(deadline: float | None) -> Iterator[None]:
-    """End what is computed inside at its next `go_on` after a deadline (`time.monotonic`), with `TimeoutError`."""
+def before(deadline: float | None, clock: Callable[[], float] = time.monotonic) -> Iterator[None]:
+    """End what is computed inside at its next `go_on` after a deadline of a `clock`, with `TimeoutError`."""
     if deadline is None:
         yield
         return
     outer = _wanted.get()
 
     def is_wanted() -> bool:
-        return time.monotonic() < deadline and (outer is None or outer())
+        return clock() < deadline and (outer is None or outer())
 
     try:
         with while_wanted(is_wanted):

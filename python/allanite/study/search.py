@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.blas import one_thread
 from allanite.common.errors import TooShortError
 from allanite.common.several import Several, by_column, former_use
-from allanite.common.threads import before, results, side_by_side
+from allanite.common.threads import before, columns_at_work, results, side_by_side
 from allanite.common.validation import positive, recorded
 from allanite.effects import Away, Model, Modifier, Stochastic, as_model
 from allanite.fit import fit_model
@@ -43,6 +43,9 @@ if TYPE_CHECKING:
 
 __all__ = ["LIMIT", "full", "improve", "improve_columns", "next_rung"]
 
+#: Processor time of a search where none is given: seconds, and seconds for each sample. Half of all searches of the
+#: benchmark of decisions take 3 s, one of a million samples takes 10 to 40 s.
+BUDGET = (60.0, 1e-5)
 #: No sensor record supports more additions than this, beside lines and stretches that are left out; no more of these.
 LIMIT, ALONE = 8, 32
 #: Least part of a suggestion's rise of logL that is still there beside the lines before it.
@@ -79,7 +82,8 @@ def improve(
     tolerance : float, optional
         Per cent of the deviation: a model whose discrepancy is below it is good enough.
     seconds : float, optional
-        Time after which no further effect is looked for. The first model is fitted and checked whatever it takes.
+        Time after which no further effect is looked for. The first model is fitted and checked whatever it takes. By
+        default a minute of processor time, and ten seconds more for every million samples.
 
     Returns
     -------
@@ -108,9 +112,13 @@ def improve(
         former_use(recording.columns, "al.improve_columns(recording, model)")
         several: Any = improve_columns(recording, model, on_progress, limit, tolerance, seconds)
         return several
-    deadline = None
-    if seconds is not None:
-        deadline = time.monotonic() + positive(seconds, "seconds", "s", "give seconds, such as 60")
+    if seconds is None:
+        clock = time.process_time
+        allowed = columns_at_work() * (BUDGET[0] + BUDGET[1] * recording.n)
+    else:
+        clock = time.monotonic
+        allowed = positive(seconds, "seconds", "s", "give seconds, such as 60")
+    deadline = clock() + allowed
     fit = fit_model(recording, with_given_designs(as_model(model)))
     recording = fit.recording
     ladder = [Rung(fit)]
@@ -123,7 +131,7 @@ def improve(
             stop = "limit"
         better = None
         try:
-            with before(deadline):
+            with before(deadline, clock):
                 if stop is None:
                     better, stop = next_rung(ladder, check), "nothing helps"
                 elif stop != "within tolerance":
@@ -135,7 +143,7 @@ def improve(
             doubted = stop == "adequate" and study.doubts
             return replace(study, stopped_because="nothing helps") if doubted else study
         ladder.append(better)
-        with suppress(TimeoutError), before(deadline):
+        with suppress(TimeoutError), before(deadline, clock):
             for rung in _more(ladder, check):
                 if full(ladder, limit) or _within(rung.fit, tolerance):
                     break

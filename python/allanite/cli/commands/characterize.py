@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.cli.commands.improve import Percent
-from allanite.cli.options import INFLATE, LogOptions, log_options, model_option, plot_option
+from allanite.cli.options import (
+    INFLATE,
+    LogOptions,
+    log_options,
+    model_option,
+    plot_option,
+    time_option,
+)
 from allanite.cli.words import words_of
 from allanite.common.plain import plain
 from allanite.export import TARGETS, export_files
@@ -20,30 +27,6 @@ if TYPE_CHECKING:
 
     from allanite.axes import Characterization
     from allanite.recording import Recording
-
-
-class Seconds(click.types.FloatParamType):
-    """A positive time: 60, 60s, 10min or 2h."""
-
-    name = "seconds"
-    units = (("min", 60.0), ("h", 3600.0), ("s", 1.0))
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Seconds; a float is one already."""
-        text, factor = str(value).strip(), 1.0
-        for unit, size in self.units:
-            if text.endswith(unit):
-                text, factor = text.removesuffix(unit).strip(), size
-                break
-        try:
-            number = factor * float(text)
-        except ValueError:
-            number = -1.0
-        if not 0.0 < number < float("inf"):
-            self.fail(f"{value!r} is not a time, as 60s, 10min or 2h is", param, ctx)
-        return number
 
 
 @click.command("characterize")
@@ -61,13 +44,7 @@ class Seconds(click.types.FloatParamType):
     show_default=True,
     help="Most additions to a model; lines and excluded samples do not count.",
 )
-@click.option(
-    "--time",
-    "seconds",
-    type=Seconds(),
-    metavar="TIME",
-    help="Look for no further effect after this time, e.g. 60s or 10min; each axis gets a first model.",
-)
+@time_option
 @plot_option
 @click.option("--report", metavar="FILE", help="Report on all axes: HTML or Markdown.")
 @click.option("--save", metavar="FILE", help="Write the models of all axes as JSON.")

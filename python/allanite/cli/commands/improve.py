@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.cli.options import LogOptions, log_options, model_option, plot_option, time_option
 
 
 class Percent(click.types.FloatParamType):
@@ -35,6 +35,7 @@ class Percent(click.types.FloatParamType):
     type=Percent(),
     help="Stop once the model is within this much of the deviation, e.g. 5%.",
 )
+@time_option
 @plot_option
 @log_options
 def command(
@@ -42,6 +43,7 @@ def command(
     model: str,
     save: str | None,
     tolerance: float | None,
+    seconds: float | None,
     plot: str | None,
     options: LogOptions,
 ) -> None:
@@ -64,10 +66,13 @@ def command(
     output.check_targets(plot, save)
     if len(columns) == 1:
         with output.progress(columns[0].columns[0], options) as on_progress:
-            studies = [improve(columns[0], starts[0], on_progress, tolerance=tolerance)]
+            study = improve(
+                columns[0], starts[0], on_progress, tolerance=tolerance, seconds=seconds
+            )
+            studies = [study]
     else:
         with output.progress_of_axes(len(columns), options) as on_axes:
-            found = improve_columns(columns, starts, on_axes, tolerance=tolerance)
+            found = improve_columns(columns, starts, on_axes, tolerance=tolerance, seconds=seconds)
         studies = results(found)
     if save is not None:
         output.save_fits([study.fit for study in studies], save)
