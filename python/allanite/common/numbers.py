@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterable
@@ -51,12 +52,21 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
 
 
 def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> str:
-    """(multiple, amplitude, phase) of each harmonic of a line: ``34.6 Hz 0.00795 °/s (harmonic 2)``."""
+    """(multiple, amplitude, phase) of each harmonic of a line: ``34.6 Hz 0.00795 °/s (harmonic 2)``.
+
+    Of lines that are evenly spaced and no harmonics how many, their distance, the highest and the range of amplitudes.
+    """
     given = list(overtones)
+    multiples, amplitudes = given[::3], given[1::3]
+    if any(m != round(m) for m in multiples):
+        apart = min(b - a for a, b in itertools.pairwise(sorted([1.0, *multiples]))) * frequency
+        sizes = f"{number(min(amplitudes))} … {number(max(amplitudes))} {unit}".rstrip()
+        highest = number(max(multiples) * frequency, 4)
+        return f"{len(multiples)} further lines {number(apart, 4)} Hz apart, up to {highest} Hz, {sizes}"
     return ", ".join(
         f"{number(multiple * frequency, 4)} Hz {number(amplitude)} {unit}".rstrip()
         + f" (harmonic {multiple:.0f})"
-        for multiple, amplitude in zip(given[::3], given[1::3], strict=True)
+        for multiple, amplitude in zip(multiples, amplitudes, strict=True)
     )
 
 

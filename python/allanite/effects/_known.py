@@ -159,8 +159,8 @@ class Periodic(Deterministic):
     low: ClassVar[bool] = False
 
     @classmethod
-    def at(cls, frequency: float, multiples: Sequence[int]) -> Self | None:
-        """The effect at a line of this `frequency` (Hz) whose harmonics at these `multiples` (1 among them) stand out.
+    def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
+        """The effect at a line of this `frequency` (Hz) with lines at these `multiples` of it, 1 among them.
 
         None, for an effect that has places of its own, where it is none of its lines.
         """
@@ -174,7 +174,7 @@ class Periodic(Deterministic):
         return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
 
     @property
-    def lines(self) -> tuple[tuple[int, float, float], ...]:
+    def lines(self) -> tuple[tuple[float, float, float], ...]:
         """(multiple of the frequency, amplitude, phase) of each line: amplitude · sin(2π·multiple·f·t + phase)."""
         raise NotImplementedError
 

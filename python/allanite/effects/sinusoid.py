@@ -18,7 +18,9 @@ from allanite.effects._known import Periodic
 class Sinusoid(Periodic):
     """x(t) = A sin(2πft + φ); σ²(τ) = A² sin⁴(πfτ)/(m sin(πfτ0))². First peak 0.7246 A at τ = 0.371/f.
 
-    `overtones` are (multiple, amplitude, phase) of each harmonic, one after the other: 2, A₂, φ₂, 3, A₃, φ₃ …
+    `overtones` are (multiple, amplitude, phase) of each further line, one after the other: 2, A₂, φ₂, 3, A₃, φ₃ … of
+    harmonics. Lines that are evenly spaced and no harmonics have multiples that are not whole: the ratio of their
+    frequencies to that of the first.
 
     References
     ----------
@@ -77,26 +79,33 @@ class Sinusoid(Periodic):
     def __post_init__(self) -> None:
         super().__post_init__()
         given = self.overtones or ()
-        if len(given) % 3 or any(m != round(m) or m < 2 for m in given[::3]):
+        if len(given) % 3 or any(m <= 1.0 for m in given[::3]):
             raise InputError(
-                f"sinusoid: overtones = {given} must be multiple (2, 3, …), amplitude, phase of each harmonic"
+                f"sinusoid: overtones = {given} must be multiple (2, 3, …, above 1), amplitude, phase of each further line"
             )
 
     @classmethod
-    def at(cls, frequency: float, multiples: Sequence[int]) -> Self:
-        """The line with a harmonic, of which nothing is known yet, at each further multiple."""
+    def at(cls, frequency: float, multiples: Sequence[float]) -> Self:
+        """The line with a further one, of which nothing is known yet, at each further multiple."""
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         return cls(frequency=frequency, overtones=empty or None)
 
     @property
-    def lines(self) -> tuple[tuple[int, float, float], ...]:
-        """(multiple of the frequency, amplitude, phase) of the fundamental and each harmonic."""
+    def lines(self) -> tuple[tuple[float, float, float], ...]:
+        """(multiple of the frequency, amplitude, phase) of the first line and each further one."""
         rest = self.overtones or ()
         first = (1, self.amplitude or 0.0, self.phase or 0.0)
-        return (
-            first,
-            *((round(m), a, p) for m, a, p in zip(*(rest[i::3] for i in range(3)), strict=True)),
-        )
+        further = zip(*(rest[i::3] for i in range(3)), strict=True)
+        return (first, *((round(m) if m == round(m) else m, a, p) for m, a, p in further))
+
+    @property
+    def spaced(self) -> bool:
+        """Whether it is several lines that are evenly spaced and no harmonics."""
+        return any(m != round(m) for m, _, _ in self.lines)
+
+    def name_for(self, kind: str = "") -> str:
+        """The name; of evenly spaced lines how many they are."""
+        return f"comb of {len(self.lines)} lines" if self.spaced else super().name_for(kind)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """Amplitude and phase of a sin + b cos, line by line."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import tidy
+from allanite.common.numbers import number, tidy
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
 from allanite.effects import Periodic
@@ -30,7 +31,12 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     )
     name = before.display_name(effect)
     if isinstance(effect, Periodic) and len(effect.lines) > 1:
-        name += f" with harmonics {', '.join(str(m) for m, _, _ in effect.lines[1:])}"
+        further = [m for m, _, _ in effect.lines[1:]]
+        if all(m == round(m) for m in further):
+            name += f" with harmonics {', '.join(map(str, further))}"
+        else:
+            apart = min(b - a for a, b in itertools.pairwise([1.0, *further]))
+            name += f", {number(apart * (effect.frequency or 0.0), 4)} Hz apart"
     text = f"{name} ({numbers})" if numbers else name
     curve = found.curve
     own = [k for k in curve.components if k.split(" ")[0] == effect.kind]

@@ -109,7 +109,7 @@ def line_ordinates(
 
 def comb_ordinates(
     frequency: float | NDArray[np.float64],
-    multiples: Sequence[int],
+    multiples: Sequence[float],
     j: NDArray[np.int64],
     data: Data,
 ) -> NDArray[np.float64]:
@@ -120,7 +120,7 @@ def comb_ordinates(
 
 def comb_gains(
     frequency: NDArray[np.float64],
-    multiples: Sequence[int],
+    multiples: Sequence[float],
     j: NDArray[np.int64],
     values: NDArray[np.float64],
     variance: NDArray[np.float64],
@@ -137,7 +137,7 @@ def comb_gains(
 
 
 def comb_window(
-    frequency: float, multiples: Sequence[int], data: Data, half: int = WINDOW
+    frequency: float, multiples: Sequence[float], data: Data, half: int = WINDOW
 ) -> NDArray[np.int64]:
     """Ordinates about a line and its harmonics."""
     return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))

@@ -226,7 +226,7 @@ def polish_line(
     values: NDArray[np.float64],
     noise: Noise,
     data: Data,
-    multiples: Sequence[int] = (1,),
+    multiples: Sequence[float] = (1,),
 ) -> float:
     """Frequency near `start` (within 1/T) at which a line, with its harmonics, explains most of ordinates j, Hz.
 

@@ -21,7 +21,7 @@ from allanite.suggestion.known_frequencies import known_bands
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
@@ -40,6 +40,8 @@ CLEAR, HIGHEST = 8.0, 12
 #: Highest harmonic of a train of pulses, which has them all: which of them the strongest line may be, and the share of
 #: those looked for that must stand out.
 PULSES, STRONGEST, MOST_OF = 64, 32, 0.6
+#: Lines that are looked through for a comb; how far above the price of a search each must stand; fewest of a comb.
+PEAKS, ALONE, FEWEST_SPACED = 48, 3.0, 5
 #: Ordinates to each side in which a line's width is looked for.
 WIDE = 256
 #: Median of χ²₁: that of the squared ordinates of white noise over their variance.
@@ -97,7 +99,13 @@ def screen_lines(
         level = next(level for end, level in levels if top < end)
         width, surplus = _wander(top, solution, data, level)
         base, multiples = _comb(ratio, top, width)
-        for place, reach in [(m * base, m * (8 + width)) for m in multiples] + [(top, 8 + width)]:
+        spaced = evenly_spaced(_peaks(ratio, data)) if k == 0 and len(multiples) == 1 else None
+        if spaced is not None:
+            (base, multiples), width, surplus = spaced, 0, 0.0
+            reaches = [(round(m * base), 8) for m in multiples]
+        else:
+            reaches = [(m * base, m * (8 + width)) for m in multiples] + [(top, 8 + width)]
+        for place, reach in reaches:
             _take_out(ratio, place, reach)
         start = base * data.rate / (2.0 * data.n)
         for effect in _lines_at(start, multiples, solution, data):
@@ -129,7 +137,7 @@ def screen_lines(
                         whole,
                         "line",
                         refitted,
-                        1 + 2 * len(multiples),
+                        1 + 2 * len(multiples) + (spaced is not None),
                         log_chance=log_chance(Family("line", width=trials), judged),
                         judged=judged,
                         note=_note(frequency, width, surplus - max(gains), data),
@@ -152,6 +160,47 @@ def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
     return int(tops[best]), float(surplus[best])
 
 
+def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
+    """Places of the lines that stand out by themselves, in half cycles; the strongest `PEAKS`."""
+    left, found = ratio.copy(), []
+    for _ in range(PEAKS):
+        top, above = _strongest(left, data)
+        if left[top] <= LEAST or above < ALONE:
+            break
+        found.append(top)
+        _take_out(left, top, 8)
+    return found
+
+
+def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
+    """The lowest of evenly spaced lines among these `places`, and the multiples of it at which the lines are.
+
+    At least `FEWEST_SPACED` of them, and `MOST_OF` of all places between the lowest and the highest. None where there are
+    none, or where they are harmonics.
+    """
+    at = np.sort(np.array(places, dtype=np.float64))
+    best: tuple[int, float, float, NDArray[np.float64]] | None = None
+    for i in range(at.size):
+        for other in range(i + 1, at.size):
+            start, step = at[i], at[other] - at[i]
+            # Places are known to one; the distance better, the more lines are taken.
+            for reach, tolerance in ((3, 3.0), (8, 2.0), (at.size * 2, 2.0)):
+                order = np.round((at - start) / step)
+                on = (np.abs(at - start - order * step) <= tolerance) & (np.abs(order) <= reach)
+                if on.sum() < 3:
+                    break
+                step, start = (float(v) for v in np.polyfit(order[on], at[on], 1))
+            else:
+                count, span = int(on.sum()), int(np.ptp(order[on])) + 1
+                enough = count >= FEWEST_SPACED and count >= MOST_OF * span
+                if enough and (best is None or count > best[0]):
+                    best = count, start + order[on].min() * step, step, order[on] - order[on].min()
+    if best is None or abs(best[1] / best[2] - round(best[1] / best[2])) * best[2] <= 2.0:
+        return None
+    _, lowest, step, order = best
+    return lowest, [float(1.0 + k * step / lowest) for k in order]
+
+
 def _take_out(ratio: NDArray[np.float64], place: int, reach: int) -> None:
     """Zero in place of a line, and of its side lobes: they are sin²(πd/2)/(πd/2)² of it, at d half cycles."""
     first = max(0, place - reach)
@@ -161,7 +210,7 @@ def _take_out(ratio: NDArray[np.float64], place: int, reach: int) -> None:
 
 
 def _lines_at(
-    start: float, multiples: list[int], solution: Solution, data: Data
+    start: float, multiples: Sequence[float], solution: Solution, data: Data
 ) -> Iterator[Periodic]:
     """The effects that a line with these harmonics may be: one that has places of its own before the plain sinusoid."""
     for cls in reversed(tuple(CATALOGUE)):

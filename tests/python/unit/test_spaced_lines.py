@@ -1,0 +1,47 @@
+"""Evenly spaced lines that are no harmonics are one comb; others stay lines of their own."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+from allanite.suggestion.screens.lines import evenly_spaced
+
+RATE, LENGTH = 100.0, 20_000
+
+
+def _lines(frequencies, amplitude, seed):
+    rng = np.random.default_rng([seed, 61])
+    x = g.white(rng, LENGTH, RATE, 0.01)
+    for f in frequencies:
+        x = x + g.sinusoid(LENGTH, RATE, f, amplitude, rng.uniform(0.0, 6.28))
+    return al.Recording(x, RATE, unit="deg/s")
+
+
+def test_a_comb_is_one_effect():
+    """Nine lines, 2.13 Hz apart from 3.37 Hz, one of them missing."""
+    frequencies = [3.37 + 2.13 * k for k in range(10) if k != 4]
+    study = al.improve(_lines(frequencies, 0.01, 3), "N")
+    assert study.adequate
+    (comb,) = (e for e in study.fit.model if e.kind == "sinusoid")
+    found = [m * comb.frequency for m, _, _ in comb.lines]
+    # √6/(πT) σ√2/(A√n) (Rife & Boorstyn 1974) is 4·10⁻⁴ Hz for each line; a comb's are better.
+    assert found == pytest.approx(frequencies, abs=1e-3)
+    assert [a for _, a, _ in comb.lines] == pytest.approx([0.01] * 9, rel=0.45)
+    assert study.ladder[1].changes == ("+ comb of 9 lines",)
+    assert "8 further lines 2.13 Hz apart, up to 22.54 Hz" in str(study)
+
+
+def test_unrelated_lines_are_no_comb():
+    study = al.improve(_lines([3.3, 4.7, 8.9, 16.9, 23.2, 31.8], 0.012, 2), "N")
+    assert [len(e.lines) for e in study.fit.model if e.kind == "sinusoid"] == [1] * 6
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_random_places_are_not_evenly_spaced(seed):
+    places = np.random.default_rng([seed, 62]).choice(20_000, 20, replace=False)
+    assert evenly_spaced([int(p) for p in places]) is None
+
+
+def test_harmonics_are_left_to_their_fundamental():
+    assert evenly_spaced([500 * k for k in range(1, 9)]) is None
