@@ -134,6 +134,8 @@ class Study:
         ``adequate``, ``within tolerance``, ``nothing helps``, ``limit`` or ``time``.
     tolerance : float or None
         Per cent of the deviation that was asked for.
+    tried : tuple of Effect
+        Effects that the search added and took back, of kinds that the last model lacks.
 
     Examples
     --------
@@ -151,6 +153,7 @@ class Study:
     check: Check
     stopped_because: str
     tolerance: float | None = None
+    tried: tuple[Effect, ...] = ()
 
     @property
     def fit(self) -> Fit:
@@ -238,6 +241,7 @@ class Study:
             "adequate": self.adequate and not self.fit.limited_by_quantization,
             "verdict": self.verdict,
             "stopped_because": self.reason,
+            "tried": [effect.kind for effect in self.tried],
             "unexplained": self.unexplained,
         }
 
@@ -273,6 +277,9 @@ class Study:
         lines.append(f"stopped: {self.ending}")
         if not self._good_enough:
             lines += ["left unexplained:", *(f"  {s}" for s in self.left)]
+        if self.tried:
+            titles = dict.fromkeys(self.fit.display_name(effect) for effect in self.tried)
+            lines.append(f"tried and dropped: {', '.join(titles)}")
         lines += ["", fit_table(self.fit, remedy="", whole=self._good_enough)]
         if self.undecided is not None:
             lines.append(f"! {undecided_sentence(self.fit, self.undecided)}")

@@ -28,6 +28,7 @@ from allanite.study.moved import alone, bins_moved, faded, moved, rise
 from allanite.study.moves import added_to, pruned, swapped, with_samples_out
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
+from allanite.study.story import dropped_on_the_way, story
 from allanite.study.visits import every_visit
 from allanite.study.wandering import wandering
 from allanite.suggestion import check_fit, same_misfit
@@ -139,9 +140,7 @@ def improve(
         except TimeoutError:
             stop = stop or "time"
         if better is None:
-            study = Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
-            doubted = stop == "adequate" and study.doubts
-            return replace(study, stopped_because="nothing helps") if doubted else study
+            return _study(recording, ladder, check, stop or "nothing helps", tolerance)
         ladder.append(better)
         with suppress(TimeoutError), before(deadline, clock):
             for rung in _more(ladder, check):
@@ -197,6 +196,23 @@ def improve_columns(
         recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance, seconds)
     )
     return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
+
+
+def _study(
+    recording: Recording,
+    ladder: list[Rung],
+    check: Check,
+    stop: str,
+    tolerance: float | None,
+) -> Study:
+    """The result of a search: its steps in the order in which they are read."""
+    steps = story(ladder) if stop != "time" else tuple(ladder)
+    study = Study(recording, steps, check, stop, tolerance, dropped_on_the_way(ladder))
+    return (
+        replace(study, stopped_because="nothing helps")
+        if stop == "adequate" and study.doubts
+        else study
+    )
 
 
 def with_given_designs(model: Model) -> Model:

@@ -1,0 +1,118 @@
+"""The steps that users read: the last model built up from the first, without the detours of the search."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from allanite.effects import Model, Modifier
+from allanite.fit import refitted, removes
+from allanite.fit.engine import solve
+from allanite.fit.rivals.evidence import evidence
+from allanite.study.errors import errors_fall
+from allanite.study.ladder import Rung
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+
+__all__ = ["dropped_on_the_way", "story"]
+
+
+def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
+    """The same first and last fit, with the effects of the last model added one after the other.
+
+    Each step adds the effect that raises logL most without raising an error beyond its scatter; where none does, the rest
+    comes at once. Samples are excluded first. An effect of the start that the last model lacks leaves as soon as the
+    evidence rises without it. A search that never took back what it added, and never raised an error, is its own story.
+    """
+    if _is_direct(ladder):
+        return tuple(ladder)
+    last = ladder[-1].fit
+    kept, new, leaving = _compared(ladder[0].fit.model, last.model)
+    found = [ladder[0]]
+    while new:
+        before = found[-1].fit
+        masks = [e for e in new if removes(e)]
+        for effect in masks[:1] or _by_gain(before, kept, leaving, new):
+            rest = [e for e in new if e is not effect]
+            fit, gone = last, leaving
+            if rest:
+                fit, gone = _step(before, [*kept, effect], leaving)
+            if masks or not rest or errors_fall(before, fit):
+                found.append(_rung(ladder, fit, [effect], gone))
+                kept, new = [*kept, effect], rest
+                leaving = [e for e in leaving if e not in gone]
+                break
+        else:
+            found.append(_rung(ladder, last, new, leaving))
+            break
+    return tuple(found)
+
+
+def dropped_on_the_way(ladder: Sequence[Rung]) -> tuple[Effect, ...]:
+    """Effects that a search added and took back, of kinds that the last model lacks."""
+    there = {e.kind for e in ladder[-1].fit.model}
+    tried = {e.kind: e for rung in ladder for e in rung.new if e.kind not in there}
+    return tuple(tried.values())
+
+
+def _is_direct(ladder: Sequence[Rung]) -> bool:
+    steps = itertools.pairwise(ladder)
+    return all(
+        len(rung.removed) == rung.dropped_start and errors_fall(before.fit, rung.fit)
+        for before, rung in steps
+    )
+
+
+def _compared(first: Model, last: Model) -> tuple[list[Effect], list[Effect], list[Effect]]:
+    """Effects of the last model that the first has, those that it lacks, and those of the first that the last lacks."""
+    both = Counter(e.kind for e in first) & Counter(e.kind for e in last)
+    left, kept, new = both.copy(), [], []
+    for effect in last:
+        (kept if left[effect.kind] else new).append(effect)
+        left[effect.kind] -= left[effect.kind] > 0
+    leaving = []
+    for effect in first:
+        if both[effect.kind]:
+            both[effect.kind] -= 1
+        else:
+            leaving.append(effect)
+    return kept, new, leaving
+
+
+def _by_gain(
+    before: Fit, kept: list[Effect], leaving: list[Effect], new: list[Effect]
+) -> list[Effect]:
+    """The new effects by their rise of logL beside those that are there, at the shapes of the last model."""
+
+    def gain(effect: Effect) -> float:
+        model = Model((*kept, *leaving, effect))
+        return solve(before.data, model, like=before.solution, polish=False).log_likelihood
+
+    return sorted(new, key=gain, reverse=True)
+
+
+def _step(before: Fit, kept: list[Effect], leaving: list[Effect]) -> tuple[Fit, list[Effect]]:
+    """The fit of a step, and the effects of the start that leave with it."""
+    fit, gone = refitted(before, Model((*kept, *leaving))), []
+    for effect in leaving:
+        still = [e for e in leaving if e is not effect and e not in gone]
+        less = refitted(fit, Model((*kept, *still)))
+        if evidence(less.solution) >= evidence(fit.solution):
+            fit, gone = less, [*gone, effect]
+    return fit, gone
+
+
+def _rung(ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]) -> Rung:
+    """A step with what the search knew of its first effect."""
+    known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
+    # What is excluded and how loud a sensor is at a time change the samples: the search knows what that is worth.
+    in_time = isinstance(new[0], Modifier) and (new[0].removes or new[0].passing)
+    risen = known.risen if known is not None and in_time else None
+    trials = known.trials if known is not None else None
+    kinds = tuple(e.kind for e in gone)
+    return Rung(fit, new[0], kinds, risen, len(kinds), tuple(new[1:]), trials)

@@ -1,0 +1,48 @@
+"""The steps of a study lead from the first to the last model without detours, and no error rises beyond its scatter."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+from allanite.study.errors import errors_fall
+
+RATE, LENGTH = 50.0, 12_000
+TIME = np.arange(LENGTH) / RATE
+
+
+def _loud_beside_a_lag(seed):
+    """White noise that is loud for 20 s and a lag of 1 s: the level is found first and lets the Allan error rise."""
+    rng = np.random.default_rng([seed, 71])
+    gain = np.where((TIME > 60.0) & (TIME < 80.0), 3.0, 1.0)
+    x = gain * g.white(rng, LENGTH, RATE, 0.01)
+    return x + g.gauss_markov(rng, LENGTH, RATE, 3e-2, 1.0)
+
+
+def _wandering_line(seed):
+    """A band that drifts over half its frequency: resonances stand for it first."""
+    rng = np.random.default_rng([seed, 72])
+    x = g.white(rng, LENGTH, RATE, 0.01)
+    return x + g.moving_band(rng, LENGTH, RATE, 6.0 + 3.0 * TIME / TIME[-1], 0.1, 2e-2)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("make", [_loud_beside_a_lag, _wandering_line])
+def test_steps_never_go_back(make):
+    study = al.improve(al.Recording(make(1), RATE, unit="deg/s"), "N+B+K")
+    ladder = study.ladder
+    assert len(ladder) > 1
+    start = {"angle_random_walk", "bias_instability", "rate_random_walk"}
+    for before, rung in itertools.pairwise(ladder):
+        assert set(rung.removed) <= start
+        assert errors_fall(before.fit, rung.fit), rung
+        kinds = [e.kind for e in before.fit.model if e.kind not in rung.removed]
+        assert sorted([*kinds, *(e.kind for e in rung.new)]) == sorted(
+            e.kind for e in rung.fit.model
+        )
+    assert np.all(np.diff(study.misfit_left) <= 1e-9)
+    there = {e.kind for e in study.fit.model}
+    assert not there & {e.kind for e in study.tried}
+    assert study.to_dict()["tried"] == [e.kind for e in study.tried]
