@@ -13,7 +13,14 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.rivals.undecided import Undecided
 
-__all__ = ["fit_table", "is_wider", "misfit_line", "parameter_rows", "undecided_sentence"]
+__all__ = [
+    "alternative_texts",
+    "fit_table",
+    "is_wider",
+    "misfit_line",
+    "parameter_rows",
+    "undecided_sentence",
+]
 
 #: An interval is another one if an end lies farther out by this share of its width.
 WIDER = 0.1
@@ -146,10 +153,30 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
 WRONG = "! the model is not adequate: limits and intervals are those of a wrong model"
 
 
-def fit_table(fit: Fit, remedy: str = "; improve adds what is missing", whole: bool = True) -> str:
+def alternative_texts(fit: Fit, found: Undecided | None) -> list[str]:
+    """What may stand in the place of each effect of a fit, with the odds: ``not needed with rate ramp (62 : 38)``."""
+    texts = []
+    for either in (None,) * len(fit.model) if found is None else found.instead:
+        text = ""
+        if either is not None:
+            new, share = either
+            odds = f"({100.0 * (1.0 - share):.0f} : {100.0 * share:.0f})"
+            names = " and ".join(dict.fromkeys(map(fit.display_name, new)))
+            text = f"not needed with {names} {odds}" if names else f"not needed {odds}"
+        texts.append(text)
+    return texts
+
+
+def fit_table(
+    fit: Fit,
+    remedy: str = "; improve adds what is missing",
+    whole: bool = True,
+    over: Undecided | None = None,
+) -> str:
     """Recording, coefficients with intervals, agreement; of a wrong model the remedy, unless the text around says it.
 
-    Where the curve agrees the text around may say that the `whole` comparison is not adequate.
+    Where the curve agrees the text around may say that the `whole` comparison is not adequate. Beside the first number of
+    an effect stands what may take its place, by the models that the record cannot tell apart (`over`).
     """
     r = fit.recording
     lines = [
@@ -157,8 +184,9 @@ def fit_table(fit: Fit, remedy: str = "; improve adds what is missing", whole: b
         f"model {fit.model.name} ({fit.method})",
         "",
     ]
-    rows = parameter_rows(fit)
-    widths = [max(len(row[i]) for row in rows) for i in range(4)]
+    others = iter(alternative_texts(fit, over))
+    rows = [(*row, next(others) if row[0] else "") for row in parameter_rows(fit)]
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
     lines += [
         "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
         for row in rows

@@ -280,7 +280,7 @@ class Study:
         if self.tried:
             titles = dict.fromkeys(self.fit.display_name(effect) for effect in self.tried)
             lines.append(f"tried and dropped: {', '.join(titles)}")
-        lines += ["", fit_table(self.fit, remedy="", whole=self._good_enough)]
+        lines += ["", fit_table(self.fit, "", self._good_enough, self.undecided)]
         if self.undecided is not None:
             lines.append(f"! {undecided_sentence(self.fit, self.undecided)}")
         return "\n".join(lines)

@@ -71,7 +71,9 @@ def _is_direct(ladder: Sequence[Rung]) -> bool:
 def _compared(first: Model, last: Model) -> tuple[list[Effect], list[Effect], list[Effect]]:
     """Effects of the last model that the first has, those that it lacks, and those of the first that the last lacks."""
     both = Counter(e.kind for e in first) & Counter(e.kind for e in last)
-    left, kept, new = both.copy(), [], []
+    left = both.copy()
+    kept: list[Effect] = []
+    new: list[Effect] = []
     for effect in last:
         (kept if left[effect.kind] else new).append(effect)
         left[effect.kind] -= left[effect.kind] > 0
@@ -98,7 +100,8 @@ def _by_gain(
 
 def _step(before: Fit, kept: list[Effect], leaving: list[Effect]) -> tuple[Fit, list[Effect]]:
     """The fit of a step, and the effects of the start that leave with it."""
-    fit, gone = refitted(before, Model((*kept, *leaving))), []
+    fit = refitted(before, Model((*kept, *leaving)))
+    gone: list[Effect] = []
     for effect in leaving:
         still = [e for e in leaving if e is not effect and e not in gone]
         less = refitted(fit, Model((*kept, *still)))

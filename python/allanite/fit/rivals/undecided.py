@@ -41,10 +41,14 @@ class Undecided:
     intervals : tuple of dict of str to (float, float)
         Of every effect of the chosen model the 95 % intervals of its coefficients over all of them, by parameter, in the
         units of the estimates. An effect that a model does not have is 0 there.
+    instead : tuple of (tuple of Effect, float) or None
+        Of every effect of the chosen model what the likeliest model without it has instead, and the probability of all
+        models without it; None where every model has it.
     """
 
     models: tuple[tuple[str, float], ...]
     intervals: tuple[dict[str, tuple[float, float]], ...]
+    instead: tuple[tuple[tuple[Effect, ...], float] | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +113,29 @@ def undecided(fit: Fit) -> Undecided | None:
         intervals.append(own)
     names = (solution.model.name for _, solution in found.values())
     models = tuple(zip(names, map(float, weights), strict=True))
-    return Undecided(models, tuple(intervals))
+    likely = list(zip((s.model for _, s in found.values()), map(float, weights), strict=True))
+    return Undecided(models, tuple(intervals), _instead(fit.model, likely[1:]))
+
+
+def _instead(
+    chosen: Model, others: list[tuple[Model, float]]
+) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
+    """`Undecided.instead` of every effect of the chosen model."""
+    own = Counter(e.kind for e in chosen)
+    found: list[tuple[tuple[Effect, ...], float] | None] = []
+    for effect in chosen:
+        without = [
+            (weight, model)
+            for model, weight in others
+            if sum(e.kind == effect.kind for e in model) < own[effect.kind]
+        ]
+        if not without:
+            found.append(None)
+            continue
+        _, likeliest = max(without, key=lambda each: each[0])
+        new = tuple(e for e in likeliest if e.kind not in own)
+        found.append((new, sum(weight for weight, _ in without)))
+    return tuple(found)
 
 
 def _kinds(model: Model) -> tuple[str, ...]:

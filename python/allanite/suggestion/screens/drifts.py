@@ -219,8 +219,8 @@ def _refit(
         return None
     judged = _of_one(judged, effect.amplitudes().size)
     found = refitted.model.effects[-1]
-    passing = isinstance(found, Deterministic) and found.happens_once and not found.lasting
-    if passing and found.when is not None:
+    assert isinstance(found, Deterministic)
+    if found.happens_once and not found.lasting and found.when is not None:
         if _of_few(found, base, data):
             return None
         judged *= _with_normal_tails(found, data, whitened)

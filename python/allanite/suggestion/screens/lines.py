@@ -98,13 +98,16 @@ def screen_lines(
             break
         level = next(level for end, level in levels if top < end)
         width, surplus = _wander(top, solution, data, level)
+        base: float
+        multiples: Sequence[float]
         base, multiples = _comb(ratio, top, width)
         spaced = evenly_spaced(_peaks(ratio, data)) if k == 0 and len(multiples) == 1 else None
         if spaced is not None:
             (base, multiples), width, surplus = spaced, 0, 0.0
             reaches = [(round(m * base), 8) for m in multiples]
         else:
-            reaches = [(m * base, m * (8 + width)) for m in multiples] + [(top, 8 + width)]
+            reaches = [(round(m * base), round(m * (8 + width))) for m in multiples]
+            reaches.append((top, 8 + width))
         for place, reach in reaches:
             _take_out(ratio, place, reach)
         start = base * data.rate / (2.0 * data.n)
