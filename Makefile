@@ -47,11 +47,11 @@ test-rust: ## the core's own tests, no interpreter needed (PROPTEST_RNG_SEED= lo
 test-python: $(VENV)/.developed ## the package's tests, warnings are errors
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not statistical and not long'
 
-test-claims: $(VENV)/.developed ## every statistical claim on few records
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m statistical
+test-claims: $(VENV)/.developed ## statistical claims on few records, but for the longest
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'statistical and not long'
 
-test-long: $(VENV)/.developed ## what takes more than some seconds: whole commands, the page in every view, fleets
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'long and not statistical'
+test-long: $(VENV)/.developed ## what is long: whole commands, the page in every view, fleets, the longest claims
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m long
 
 floors: $(VENV)/.made ## the tests with the lowest versions that pyproject.toml allows, in target/floors
 	$(PYTHON) -m venv target/floors

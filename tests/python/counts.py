@@ -5,6 +5,8 @@
 
 import os
 
+import pytest
+
 FULL = bool(os.environ.get("ALLANITE_FULL"))
 
 
@@ -23,3 +25,8 @@ def halves(one, seeds, clean):
     middle = len(seeds) if FULL else (len(seeds) + 1) // 2
     found = [one(seed) for seed in seeds[:middle]]
     return found if clean(found) else found + [one(seed) for seed in seeds[middle:]]
+
+
+def nightly(cases, *slow):
+    """The cases of a parametrized test, of which the `slow` ones run every night and not in CI."""
+    return [pytest.param(c, marks=pytest.mark.long) if c in slow else c for c in cases]

@@ -14,7 +14,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from counts import halves, records
+from counts import halves, nightly, records
 
 RATE, LENGTH, SEEDS = 50.0, 180_000, range(records(10, 20))
 #: Of the records: how many may be named otherwise, left inadequate or predicted worse; and how many intervals may miss.
@@ -173,7 +173,9 @@ def _clean(kind, found):
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize(
+    "kind", nightly(CASES, "covariate", "bandwidth", "warm_up", "rate_random_walk")
+)
 def test_every_effect_at_the_edge(kind):
     found = halves(lambda seed: _one(kind, seed), SEEDS, lambda first: _clean(kind, first))
     gains = [0.0 if hit is None else hit.delta_log_likelihood for _, hit, *_ in found]

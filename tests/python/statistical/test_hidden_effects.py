@@ -12,7 +12,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from counts import halves
+from counts import halves, nightly
 
 RATE, LENGTH, SEEDS = 100.0, 720_000, range(10)
 N, B, K = 0.0126, 0.002, 9.07e-5
@@ -88,7 +88,12 @@ def _clean(kind, found):
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize("kind", HIDDEN)
+@pytest.mark.parametrize(
+    "kind",
+    nightly(
+        HIDDEN, "gauss_markov", "rate_ramp", "bias_instability", "quantization", "rate_random_walk"
+    ),
+)
 def test_hidden_effect(kind):
     found = halves(lambda seed: _study(kind, seed), SEEDS, lambda first: _clean(kind, first))
     told = "\n".join(f"seed {i}: {_told(s)}" for i, s in enumerate(found))

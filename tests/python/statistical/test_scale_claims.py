@@ -86,6 +86,7 @@ def test_another_level_is_found_in_a_few_segments(factor):
         assert alarm.since_s == pytest.approx(1024.0, abs=21.0)
 
 
+@pytest.mark.long
 def test_a_fleet_with_three_odd_units(tmp_path):
     usual = "N(N=0.01)+K(K=0.0003)"
     odd = {5: ("sinusoid", "SIN(frequency=3,amplitude=0.012)"), 17: ("N", None)}

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from counts import halves, records
+from counts import halves, nightly, records
 
 pytestmark = pytest.mark.statistical
 
@@ -75,7 +75,16 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    nightly(
+        CASES,
+        "quantization and temperature",
+        "lag and line",
+        "flicker, random walk and line",
+        "level and step",
+    ),
+)
 def test_the_ladder_finds_all_and_nothing_else(case):
     make, start, kinds = CASES[case]
 
@@ -92,6 +101,7 @@ def test_the_ladder_finds_all_and_nothing_else(case):
     assert len(told) <= 1, "\n".join(told)
 
 
+@pytest.mark.long
 def test_a_temperature_that_has_nothing_to_do_with_it():
     """Columns of noise, of a random walk of their own and of a smooth day, beside records that drift."""
     false, count = [], records(45, 200)

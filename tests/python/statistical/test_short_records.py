@@ -10,6 +10,7 @@ from counts import records
 pytestmark = pytest.mark.statistical
 
 
+@pytest.mark.long
 def test_nothing_is_missing_from_a_thousand_white_samples():
     count, false = records(60, 150), []
     for seed in range(count):

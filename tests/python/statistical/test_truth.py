@@ -52,6 +52,7 @@ TRUE = {
 RECORDS, CHECKED, LENGTH = records(40, 80), records(10, 16), 60_000
 
 
+@pytest.mark.long
 def test_true_models_have_uniform_p_values_and_no_suggestions():
     p_values, significant = [], []
     for name, make in TRUE.items():

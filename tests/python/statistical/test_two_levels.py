@@ -41,6 +41,7 @@ def test_two_levels_are_burst_noise():
         assert first.effect.values["dwell_time"] == pytest.approx(DWELL, rel=0.5), seed
 
 
+@pytest.mark.long
 def test_a_bell_is_never_burst_noise():
     for seed in range(RECORDS):
         found = _suggestions(seed, "gauss_markov")
