@@ -61,6 +61,8 @@ class Model:
     >>> twice = al.parse_model("N(N=1)+LEVEL(start=0,end=30,factor=3)")
     >>> print(twice.mean_level((0.0, 80.0)), twice.steady((0.0, 80.0)))
     2.0 N(N=2)
+    >>> model.limited("a fit") is model
+    True
     >>> model.save("model.json")
     >>> al.parse_model("model.json") == model
     True

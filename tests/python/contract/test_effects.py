@@ -77,6 +77,7 @@ VALUES = [
     ("STEP", {"time": 11.0, "height": -0.4}),
     ("EXC", {"start": 11.0, "end": 23.0, "height": -0.4}),
     ("EXCS", {"starts": (11.0, 30.0), "ends": (23.0, 33.0), "heights": (-0.4, 0.2)}),
+    ("RISE", {"begin": 11.0, "end": 23.0, "height": -0.4}),
     ("PULSE", {"time": 11.0, "time_constant": 3.0, "height": -0.4}),
     ("WARM", {"time_constant": 5.0, "amplitude": -0.4}),
     ("RTS", {"amplitude": 0.5, "dwell_time": 1.5}),
