@@ -325,10 +325,9 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
         return None  # of a short record it would leave too little
     if rung is None:
         return None
-    after = rung.fit.solution
-    if not all(
-        is_placed(own, rung.fit.data.duration) for own in after.effects if own.effect in rung.new
-    ):
+    kinds = {effect.kind for effect in rung.new}
+    after = [own for own in rung.fit.solution.effects if own.effect.kind in kinds] if kinds else []
+    if not all(is_placed(own, rung.fit.data.duration) for own in after):
         return None
     hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE
     if hardly and rises(ladder[-1].fit, rung.fit) and not within_chance(rung.fit):
