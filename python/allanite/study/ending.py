@@ -26,8 +26,8 @@ MOVE = 0.5
 def exchanged(ladder: Sequence[Rung]) -> Rung | None:
     """The rung on which another effect, or two, take the place of one of the last model; None where no score is higher.
 
-    The score is ln of the evidence. What describes without explaining pays `RIVAL` in addition, so that it comes only
-    where the effects of the standard explain clearly less. No step raises an error beyond its scatter.
+    The score is ln of the evidence. What describes without explaining and the refined forms of a dependence pay `RIVAL` in
+    addition, so that they come only where plainer effects explain clearly less. No step raises an error beyond its scatter.
     """
     fit = ladder[-1].fit
     reachable = sorted(_reachable(fit), key=lambda found: -found[0])
@@ -66,7 +66,8 @@ def _priors(fit: Fit) -> float:
 
 
 def _prior(effect: Effect) -> float:
-    return -RIVAL if effect.last_resort else 0.0
+    refined = isinstance(effect, Deterministic) and effect.refined
+    return -RIVAL if effect.last_resort or refined else 0.0
 
 
 def _may_come(effect: Effect, out: Effect) -> bool:

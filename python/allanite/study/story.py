@@ -10,7 +10,7 @@ from allanite.effects import Model, Modifier
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
-from allanite.study.errors import errors_fall
+from allanite.study.errors import errors_fall, rises
 from allanite.study.ladder import Rung
 
 if TYPE_CHECKING:
@@ -25,9 +25,10 @@ __all__ = ["dropped_on_the_way", "story"]
 def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
     """The same first and last fit, with the effects of the last model added one after the other.
 
-    Each step adds the effect that raises logL most without raising an error beyond its scatter; where none does, the rest
-    comes at once. Samples are excluded first. An effect of the start that the last model lacks leaves as soon as the
-    evidence rises without it. A search that never took back what it added, and never raised an error, is its own story.
+    Each step adds the effect that raises logL most among those that do not raise the Allan error, or raise no error beyond
+    its scatter; where there are none, the rest comes at once. Samples are excluded first. An effect of the start that the
+    last model lacks leaves as soon as the evidence rises without it. A search that never took back what it added, and never
+    raised an error beyond its scatter, is its own story.
     """
     if _is_direct(ladder):
         return tuple(ladder)
@@ -37,19 +38,22 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
     while new:
         before = found[-1].fit
         masks = [e for e in new if removes(e)]
+        tolerable: list[tuple[Effect, Fit, list[Effect]]] = []
         for effect in masks[:1] or _by_gain(before, kept, leaving, new):
-            rest = [e for e in new if e is not effect]
             fit, gone = last, leaving
-            if rest:
+            if len(new) > 1:
                 fit, gone = _step(before, [*kept, effect], leaving)
-            if masks or not rest or errors_fall(before, fit):
-                found.append(_rung(ladder, fit, [effect], gone))
-                kept, new = [*kept, effect], rest
-                leaving = [e for e in leaving if e not in gone]
-                break
-        else:
+            if masks or len(new) == 1 or errors_fall(before, fit):
+                tolerable.append((effect, fit, gone))
+                if not rises(before, fit):
+                    break
+        if not tolerable:
             found.append(_rung(ladder, last, new, leaving))
             break
+        effect, fit, gone = tolerable[0] if rises(before, tolerable[-1][1]) else tolerable[-1]
+        found.append(_rung(ladder, fit, [effect], gone))
+        kept, new = [*kept, effect], [e for e in new if e is not effect]
+        leaving = [e for e in leaving if e not in gone]
     return tuple(found)
 
 
