@@ -48,7 +48,9 @@ def judged(sensor):
     curve = axis.curve
     true = sensor.bias(curve.temperature) - sensor.bias(curve.reference)
     inside = float(np.mean((true >= curve.low - 1e-12) & (true <= curve.high + 1e-12)))
-    low, high = axis.random["K"].interval
+    interval = axis.random["K"].interval
+    assert interval is not None
+    low, high = interval
     right = [t.log_likelihood for t in axis.tried if is_right(t.form, sensor.law)]
     simpler = [
         t.log_likelihood

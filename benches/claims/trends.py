@@ -56,6 +56,7 @@ def study(count, days, folder=None, first=0):
         began = process_time()
         found = al.trend(al.Recording(x, rate=1.0 / DAY), unit="mm")
         used += process_time() - began
+        assert found.rate.interval is not None
         low, high = found.rate.interval
         names[found.noise.name] += 1
         rows.append(

@@ -16,7 +16,7 @@ import click
 
 from allanite.cli.interrupt import heard
 from allanite.cli.words import WORDS
-from allanite.common.errors import AllaniteError, TooShortError
+from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.common.memory import address_space
 from allanite.common.plain import plain
 
@@ -175,14 +175,21 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(code)
 
 
+def _check_address_space() -> None:
+    found = address_space()
+    if found < MIN_ADDRESS_SPACE:
+        raise InputError(
+            f"the address space is limited to {found / 1e6:.0f} MB (ulimit -v):"
+            f" {MIN_ADDRESS_SPACE / 1e6:.0f} MB are needed"
+        )
+
+
 def _run(arguments: Sequence[str] | None) -> int:
     if sys.stdout is None:
         return _fail("standard output is closed: give it a place to go", 2)
-    if address_space() < MIN_ADDRESS_SPACE:
-        found, needed = (f"{size / 1e6:.0f} MB" for size in (address_space(), MIN_ADDRESS_SPACE))
-        return _fail(f"the address space is limited to {found} (ulimit -v): {needed} are needed", 2)
     try:
         with heard(last=arguments is None):
+            _check_address_space()
             if arguments is None:
                 from allanite import _kernels
 

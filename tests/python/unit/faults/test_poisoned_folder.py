@@ -51,6 +51,10 @@ RUNS = {
     "watch": ("log.csv", "--model", "{out}/model.json", "--column", "gyro", "x"),
     "demo": ("-o", "{out}/demo"),
     "explore": ("log.csv", "--no-browser"),
+    "combine": ("logs/a.csv", "logs/b.csv", "--model", "N"),
+    "thermal": ("warm.csv", "--model", "N"),
+    "timing": ("phase.csv",),
+    "trend": ("phase.csv", "--unit", "s"),
 }
 #: Formats that a library reads.
 FOREIGN = ("log.npy", "log.npz", "log.h5", "log.parquet", "log.mat")
@@ -81,6 +85,14 @@ class Poisoned:
         rows = "".join(f"{i / 10},{v!r}\n" for i, v in enumerate(x.tolist()))
         for path in ("log.csv", "logs/a.csv", "logs/b.csv"):
             (self.folder / path).write_text("time [s],gyro [rad/s]\n" + rows)
+        for name, column in (("warm", "gyro [rad/s],temperature [degC]"), ("phase", "phase [s]")):
+            more = [
+                f"{i / 10},{v!r}" + f",{20 + i / 30}" * (name == "warm")
+                for i, v in enumerate(x.tolist())
+            ]
+            (self.folder / f"{name}.csv").write_text(
+                f"time [s],{column}\n" + "\n".join(more) + "\n"
+            )
         (self.folder / "sheet.toml").write_text(
             '[figures]\nangle_random_walk = "1 rad/s/√Hz"\n', "utf-8"
         )
