@@ -6,7 +6,7 @@ import itertools
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from allanite.effects import Model, Modifier
+from allanite.effects import Model, Modifier, Moving
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
@@ -117,9 +117,10 @@ def _step(before: Fit, kept: list[Effect], leaving: list[Effect]) -> tuple[Fit, 
 def _rung(ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]) -> Rung:
     """A step with what the search knew of its first effect."""
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
-    # What is excluded and how loud a sensor is at a time change the samples: the search knows what that is worth.
+    # The mean spectrum does not know what is excluded, how loud a sensor is at a time, and what moves: the search does.
     in_time = isinstance(new[0], Modifier) and (new[0].removes or new[0].passing)
-    risen = known.risen if known is not None and in_time else None
+    elsewhere = in_time or isinstance(new[0], Moving)
+    risen = known.risen if known is not None and elsewhere else None
     trials = known.trials if known is not None else None
     kinds = tuple(e.kind for e in gone)
     return Rung(fit, new[0], kinds, risen, len(kinds), tuple(new[1:]), trials)
