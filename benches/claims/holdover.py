@@ -29,7 +29,7 @@ CLOCKS = {
 
 
 def one(name, seed, samples):
-    """Whether the band after each time holds the phase."""
+    """True for each time at which the holdover band contains the measured phase."""
     model, drift = CLOCKS[name]
     ahead = round(max(AFTER) * RATE)
     n = samples + ahead

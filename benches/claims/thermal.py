@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 import allanite as al
 import thermal_sensors as ts
 
-#: ΔlogL beside the best form of another kind from which on a wrong form counts.
+#: A wrong form counts as an error if the true form leads every other form by this ΔlogL.
 CLEAR = 10.0
 
 
@@ -36,14 +36,14 @@ def recordings(sensor):
 
 
 def is_right(form, law):
-    """Whether the form is the true one."""
+    """True if the selected form is that of the simulated law."""
     if law in ("lag", "hysteresis"):
         return form.memory == law
     return form.name == law
 
 
 def judged(sensor):
-    """Whether the band holds the law at 95 % of the temperatures, whether K's interval holds K, and the form."""
+    """Whether the band contains the law at 95 % of temperatures, whether K is in its interval, and the form."""
     axis = al.thermal(recordings(sensor)).axes[0]
     curve = axis.curve
     true = sensor.bias(curve.temperature) - sensor.bias(curve.reference)

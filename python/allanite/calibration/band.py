@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Curve", "curve_of"]
 
-#: Draws of the law of which the band is made: its multiplier is then known to 2 %.
+#: Simulated laws from which the band is computed. Its multiplier then has a standard error of 2 %.
 DRAWS = 4000
 #: Temperatures of the curve, evenly over the covered range.
 POINTS = 101

@@ -181,7 +181,7 @@ class Bandwidth(Modifier):
         """Means over as many samples as the zeros of the spectrum tell, of 8 up to a tenth of the record.
 
         ln sin²(πfL) is −Σ 2 cos(2πfkL)/k: the cepstrum of the mean of L samples has −2 at lag L, in noise of variance
-        2π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
+        π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
         """
         n = power.size
         lags = np.arange(SHORTEST, int(n / SHARE) + 1)
@@ -191,7 +191,7 @@ class Bandwidth(Modifier):
         cepstrum = 2.0 / n * np.fft.rfft(logarithm - logarithm.mean(), 2 * n)[lags].real
         best = int(np.argmin(cepstrum))
         # The chance that any of the lags is lower is below one in a thousand for records of up to 10⁸ samples.
-        if cepstrum[best] > -SURE * np.pi * np.sqrt(2.0 / n):
+        if cepstrum[best] > -SURE * np.pi / np.sqrt(n):
             return ()
         orders = lowpass.DESIGNS["moving_average"]
         return tuple(

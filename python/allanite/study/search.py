@@ -44,8 +44,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LIMIT", "full", "improve", "improve_columns", "next_rung"]
 
-#: Processor time of a search where none is given: seconds, and seconds for each sample. Half of all searches of the
-#: benchmark of decisions take 3 s, one of a million samples takes 10 to 40 s.
+#: Processor time of a search where none is given: seconds, and seconds for each sample. Chosen, not derived.
 BUDGET = (60.0, 1e-5)
 #: No sensor record supports more additions than this, beside lines and stretches that are left out; no more of these.
 LIMIT, ALONE = 8, 32
