@@ -15,7 +15,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.common.threads import at_once, side_by_side
 from allanite.common.validation import positive, recorded
 from allanite.fit.likelihood.remembered import give_back
-from allanite.study import LIMIT, improve
+from allanite.study import MAX_ADDED_EFFECTS, improve
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ def characterize(
     recording: Recording | Sequence[Recording],
     model: Start | Mapping[str, Start] = "N+B+K",
     on_progress: Callable[[str, int, int], None] | None = None,
-    limit: int = LIMIT,
+    limit: int = MAX_ADDED_EFFECTS,
     tolerance: float | None = None,
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
@@ -140,7 +140,7 @@ def improve_columns(
     columns: Sequence[Recording],
     models: Sequence[Start],
     on_progress: Callable[[str, int, int], None] | None = None,
-    limit: int = LIMIT,
+    limit: int = MAX_ADDED_EFFECTS,
     tolerance: float | None = None,
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,

@@ -15,8 +15,8 @@ from allanite.effects.covariate import Covariate
 from allanite.fit.likelihood.whitened import cell_means, whiten
 from allanite.fit.shapes.deterministic import LOW, design_of, regress
 from allanite.statespace.growth import QUANTITIES, error_growth
-from allanite.suggestion.evidence import FALSE_ALARM
-from allanite.suggestion.screens.level_forms import FINE, log_slope
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
+from allanite.suggestion.screens.level_forms import PERIOD_CELLS, log_slope
 from allanite.suggestion.screens.transients import level_series
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
     series = level_series(fit.solution, fit.data, whiten(fit.solution, fit.data))
     if series is None:
         return None
-    cells = min(FINE, series.judged.size)
+    cells = min(PERIOD_CELLS, series.judged.size)
     freedom = series.freedom * series.judged.size / cells
     values = cell_means(runs.temperature, cells)
     spread = float(values.std())
@@ -75,7 +75,7 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
     error = float(np.sqrt(2.0 / (freedom * cells)))
     chance = float(log_ndtr(-np.sqrt(2.0 * max(gain, 0.0))) + np.log(2.0))
     interval = scale * (slope - NORMAL * error), scale * (slope + NORMAL * error)
-    return NoiseLaw(scale * slope, interval, chance < float(np.log(FALSE_ALARM)))
+    return NoiseLaw(scale * slope, interval, chance < float(np.log(FALSE_ALARM_PROBABILITY)))
 
 
 def law_signal(fit: Fit) -> NDArray[np.float64]:

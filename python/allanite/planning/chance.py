@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.suggestion.evidence import FALSE_ALARM, Family, log_chance
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
+from allanite.suggestion.evidence import Family, log_chance
 
 __all__ = ["Rise", "needed"]
 
@@ -111,7 +112,7 @@ class Rise:
 
 def needed(family: Family, families: int) -> float:
     """The least rise of logL that a check with so many families calls significant."""
-    target = np.log(FALSE_ALARM / families)
+    target = np.log(FALSE_ALARM_PROBABILITY / families)
     low, high = 0.5, 50.0
     while log_chance(family, high) > target:
         high *= 2.0

@@ -2,10 +2,11 @@
 
 from allanite.study.ending import exchanged
 from allanite.study.ladder import Rung, Study, misfit_left
-from allanite.study.search import LIMIT, full, improve, improve_columns, next_rung
+from allanite.study.search import full, improve, improve_columns, next_rung
+from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
 __all__ = [
-    "LIMIT",
+    "MAX_ADDED_EFFECTS",
     "Rung",
     "Study",
     "exchanged",

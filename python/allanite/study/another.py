@@ -8,6 +8,7 @@ from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.study.errors import errors_fall, predicts, rises, wider
 from allanite.study.moves import mostly_within, one_thing
 from allanite.suggestion import check_fit
+from allanite.suggestion.constants import MAX_SECOND_EFFECTS_TRIED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check, Suggestion
 
 __all__ = ["is_there", "with_another"]
-
-#: Suggestions that are tried beside one that cannot stand alone.
-ANOTHER = 6
 
 
 def with_another(
@@ -51,7 +49,7 @@ def _best_beside(
 ) -> tuple[Fit, Suggestion] | None:
     """The fit with the first of the suggestions beside which the Allan error falls, else no error rises; and which."""
     tolerable: tuple[Fit, Suggestion] | None = None
-    for suggestion in suggestions[:ANOTHER]:
+    for suggestion in suggestions[:MAX_SECOND_EFFECTS_TRIED]:
         if not _stands_in(suggestion, before, better) and is_there(suggestion, better):
             continue
         both = better.add(suggestion)

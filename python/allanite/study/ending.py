@@ -10,6 +10,7 @@ from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.study.errors import errors_fall
 from allanite.study.ladder import Rung
+from allanite.suggestion.constants import MIN_SCORE_GAIN
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = ["exchanged"]
-
-#: Rise of the score, in nats, below which a model is kept.
-MOVE = 0.5
 
 
 def exchanged(ladder: Sequence[Rung]) -> Rung | None:
@@ -32,13 +30,17 @@ def exchanged(ladder: Sequence[Rung]) -> Rung | None:
     fit = ladder[-1].fit
     reachable = sorted(_reachable(fit), key=lambda found: -found[0])
     for promised, place, model in reachable:
-        if promised <= MOVE:
+        if promised <= MIN_SCORE_GAIN:
             break
         better = refitted(fit, model)
         came = model.effects[len(fit.model) - 1 :]
         new = [i for i, e in enumerate(better.model) if e.kind in {each.kind for each in came}]
         more = _priors(better) - _priors(fit) + gained(better.solution, fit.solution, fit.data)
-        if more > MOVE and all(shown(better, i) for i in new) and errors_fall(fit, better):
+        if (
+            more > MIN_SCORE_GAIN
+            and all(shown(better, i) for i in new)
+            and errors_fall(fit, better)
+        ):
             kind = fit.model.effects[place].kind
             risen = better.solution.log_likelihood - fit.solution.log_likelihood
             start = sum(rung.dropped_start for rung in ladder)

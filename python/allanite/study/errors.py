@@ -8,15 +8,12 @@ import numpy as np
 
 from allanite.fit import removes
 from allanite.fit.prediction import compare, worse
-from allanite.study.moves import CHANCE
+from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS, MAX_IGNORED_ALLAN_RISE
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = ["as_good", "errors_fall", "predicts", "refusal", "rises", "wider", "within_chance"]
-
-#: An Allan error that is none: half a per cent.
-LITTLE = 0.005
 
 
 def rises(before: Fit, after: Fit) -> bool:
@@ -42,12 +39,12 @@ def errors_fall(before: Fit, after: Fit) -> bool:
         return True
     # A true model's error is within twice its scatter, whatever the error before; with more missing it may rise by once.
     chance = new.chance_percent or 0.0
-    if new.rms_percent > max(CHANCE * chance, np.hypot(old.rms_percent, chance)):
+    if new.rms_percent > max(MAX_ALLAN_ERROR_SCATTERS * chance, np.hypot(old.rms_percent, chance)):
         return False
     if other:
         return True  # the curve of another record
     # Chance is large at long τ alone, and excuses nothing at short ones.
-    return new.risen(old, CHANCE) <= LITTLE**2
+    return new.risen(old, MAX_ALLAN_ERROR_SCATTERS) <= MAX_IGNORED_ALLAN_RISE**2
 
 
 def predicts(before: Fit, after: Fit) -> bool:

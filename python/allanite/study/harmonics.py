@@ -15,19 +15,18 @@ from allanite.fit.likelihood.peaks import by_ordinates
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.rivals.evidence import RIVAL, evidence
 from allanite.study.ladder import Rung
+from allanite.suggestion.constants import (
+    MAX_BAND_HARMONIC,
+    MAX_SIDE_BAND_FRACTION,
+    MIN_BAND_EXCESS,
+    MIN_SIDE_BAND_HALF_WIDTHS,
+)
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.result import Fit
 
 __all__ = ["with_companions"]
-
-#: Highest multiple that is looked at.
-HIGHEST = 9
-#: Standard deviations by which the power about a multiple must stand out.
-STANDS_OUT = 4.0
-#: Least distance of side bands, in half-widths of their carrier, and most, in its frequency.
-APART, FARTHEST = 6.0, 0.5
 
 
 def with_companions(before: Fit, rung: Rung) -> Rung:
@@ -97,8 +96,12 @@ def _beside(effect: Effect, band: Effect) -> Stochastic | None:
     assert b is not None
     strengths = [float(e.values[e.coefficient]) ** 2 for e in (band, effect)]
     apart = 0.5 * abs(sum(a) - sum(b))
-    least = 0.5 * APART * (a[1] - a[0])
-    if len(effect.peaks) > 1 or strengths[0] >= strengths[1] or not least < apart < FARTHEST * a[0]:
+    least = 0.5 * MIN_SIDE_BAND_HALF_WIDTHS * (a[1] - a[0])
+    if (
+        len(effect.peaks) > 1
+        or strengths[0] >= strengths[1]
+        or not least < apart < MAX_SIDE_BAND_FRACTION * a[0]
+    ):
         return None
     return _modulating(effect, apart, 2.0 * float(np.sqrt(strengths[0] / strengths[1])))
 
@@ -135,7 +138,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     data = fit.data
     white = _power(fit)
-    for m in range(2, HIGHEST + 1):
+    for m in range(2, MAX_BAND_HARMONIC + 1):
         # The phase of a multiple wanders m times as far: where that is a random walk, its band is m² times as wide.
         wide = m * m * half
         first, last = (round(2.0 * (m * middle + s * wide) * data.duration) for s in (-1.0, 1.0))
@@ -143,7 +146,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
             break
         excess = white[first : last + 1]
         count = excess.size
-        if (excess.mean() - 1.0) * np.sqrt(0.5 * count) < STANDS_OUT:
+        if (excess.mean() - 1.0) * np.sqrt(0.5 * count) < MIN_BAND_EXCESS:
             continue
         there = [e.occupies for e in fit.model if e.occupies is not None]
         if any(b > m * middle - wide and a < m * middle + wide for a, b in there):
@@ -178,8 +181,10 @@ def _modulated(fit: Fit, place: int) -> Fit:
     assert effect.occupies is not None
     low, high = (2.0 * data.duration * f for f in effect.occupies)
     middle, half = round(0.5 * (low + high)), max(1, round(0.5 * (high - low)))
-    first = int(APART * half)
-    last = min(int(FARTHEST * middle), fit.solution.ordinates.size - 1 - middle - 2 * half)
+    first = int(MIN_SIDE_BAND_HALF_WIDTHS * half)
+    last = min(
+        int(MAX_SIDE_BAND_FRACTION * middle), fit.solution.ordinates.size - 1 - middle - 2 * half
+    )
     if last - first < 4 * half or _modulating(effect, 1.0, 1.0) is None:
         return fit
     total = np.cumsum(_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
@@ -194,8 +199,11 @@ def _modulated(fit: Fit, place: int) -> Fit:
         )
         sides[int(2.0 * data.duration * f > middle), there] = 0.0
     score = (sides - 1.0) * np.sqrt(half + 0.5)
-    best = int(np.argmax(score.sum(axis=0) * (score.min(axis=0) > 0.5 * STANDS_OUT)))
-    if score[:, best].sum() < STANDS_OUT * np.sqrt(2.0) or score[:, best].min() < 0.5 * STANDS_OUT:
+    best = int(np.argmax(score.sum(axis=0) * (score.min(axis=0) > 0.5 * MIN_BAND_EXCESS)))
+    if (
+        score[:, best].sum() < MIN_BAND_EXCESS * np.sqrt(2.0)
+        or score[:, best].min() < 0.5 * MIN_BAND_EXCESS
+    ):
         return fit
     apart = first + best
     power = [

@@ -14,6 +14,7 @@ from allanite.effects import title_of
 from allanite.fit.rivals.evidence import RIVAL
 from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.study.errors import refusal
+from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,10 +27,6 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check
 
 __all__ = ["Rung", "Study", "came_back", "misfit_left"]
-
-#: An Allan error of more than this many times its expected scatter is taken for a fault of the model. Of 200 records each,
-#: true models exceed it in 3 (white noise), 2 (with a random walk) and 0 (with flicker): benches/claims/allan_scatter.py.
-SCATTERS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +171,7 @@ class Study:
         found = []
         error = self.fit.error
         off, chance = error.adev_rms_percent, error.chance_rms_percent
-        if off is not None and chance is not None and off > SCATTERS * chance:
+        if off is not None and chance is not None and off > MAX_ALLAN_ERROR_SCATTERS * chance:
             found.append(
                 f"the Allan deviation differs by {off:.2g} % rms from the model, where {chance:.2g} % are expected"
             )

@@ -10,6 +10,7 @@ from allanite.effects import CATALOGUE, Level, Model
 from allanite.fit import refitted
 from allanite.fit.likelihood.whitened import expected_level, whiten
 from allanite.fit.rivals.evidence import RIVAL
+from allanite.suggestion.constants import MAX_SEPARATE_LEVEL_INTERVALS
 from allanite.suggestion.screens.transients import level_series, screen_levels
 
 if TYPE_CHECKING:
@@ -20,15 +21,12 @@ if TYPE_CHECKING:
 
 __all__ = ["one_level", "several_levels"]
 
-#: As many intervals may be events of their own.
-FEW = 2
-
 
 def several_levels(fit: Fit, asked: int) -> list[Level]:
     """The effects after the first `asked` by which the level changes, where they are more than one or two intervals."""
     changes = [e for e in fit.model.effects[asked:] if isinstance(e, Level) and e.switches[0]]
     intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)
-    return changes if len(changes) > (FEW if intervals else 1) else []
+    return changes if len(changes) > (MAX_SEPARATE_LEVEL_INTERVALS if intervals else 1) else []
 
 
 def one_level(fit: Fit, changes: list[Level]) -> Fit | None:

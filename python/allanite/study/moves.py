@@ -10,8 +10,18 @@ from allanite.effects import Deterministic, Effect, Model, Modifier, Moving, Per
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit
-from allanite.fit.rivals.alternatives import may_leave, shown
+from allanite.fit.rivals.alternatives import POLISH, may_leave, shown
 from allanite.fit.rivals.evidence import RIVAL, evidence, price
+from allanite.suggestion.constants import (
+    MAX_ALLAN_ERROR_RATIO,
+    MAX_ALLAN_ERROR_SCATTERS,
+    MAX_BAND_WIDTH_RATIO,
+    MAX_LINE_BAND_DISTANCE,
+    MIN_ENERGY_IN_SEGMENT,
+    MIN_EXPLAINED_COST_FRACTION,
+    MIN_GAIN_PER_RIVAL_PARAMETER,
+    MIN_START_EFFECT_GAIN,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +31,6 @@ if TYPE_CHECKING:
     from allanite.suggestion.suggest import Suggestion
 
 __all__ = [
-    "CHANCE",
     "added_to",
     "mostly_within",
     "one_thing",
@@ -29,24 +38,6 @@ __all__ = [
     "swapped",
     "with_samples_out",
 ]
-
-#: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
-#: showed once, while it explains more than what is not there does by chance.
-KEEP, NEEDLESS = 0.5, 0.5
-#: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
-#: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
-HARDLY, NEARER = 3.0, 0.8
-#: An Allan error within so many times its expected scatter is chance, as is such a rise on a rung: points at long τ move
-#: together.
-CHANCE = 2.0
-#: Part of the squares of a function's changes in a stretch, from which on it is nothing of what is left without that.
-HARDLY_ELSEWHERE = 0.95
-#: A line this near to a band, in units of 1/T, may be the band's.
-NEAR = 10.0
-#: Two bands are about as wide within this factor.
-ALIKE = 3.0
-#: Loss of logL beyond what matters that no polish of shapes makes good.
-FAR = 25.0
 
 
 def _of(fit: Fit, solution: Solution) -> Fit:
@@ -78,9 +69,9 @@ def pruned(
         own = place < asked
         if may_leave(effect) and effect.kind not in gone and not (own and not shown(before, place)):
             least = (
-                NEEDLESS
+                MIN_START_EFFECT_GAIN
                 if own or effect.kind in stand_in
-                else KEEP * effect.numbers * price(fit.solution)
+                else MIN_EXPLAINED_COST_FRACTION * effect.numbers * price(fit.solution)
             )
             without = _without(fit, place, least)
             if without is not None:
@@ -110,7 +101,7 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
         if not removes(effects[place])
         else None
     )
-    if rough is not None and fit.solution.log_likelihood - rough.log_likelihood > least + FAR:
+    if rough is not None and fit.solution.log_likelihood - rough.log_likelihood > least + POLISH:
         return None
     found = refitted(fit, less)
     lost = fit.solution.log_likelihood - found.solution.log_likelihood
@@ -176,7 +167,7 @@ def mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
         signal, time = fit.data.signal((effect,)), fit.data.time
         there = (first <= time) & (time <= last)
         signal = (signal - signal[~there].mean()) ** 2 if not there.all() else signal
-        return bool(signal[there].sum() >= HARDLY_ELSEWHERE * signal.sum())
+        return bool(signal[there].sum() >= MIN_ENERGY_IN_SEGMENT * signal.sum())
     if not isinstance(effect, Modifier) or effect.when is None:
         return False
     begin, end = effect.when
@@ -189,7 +180,9 @@ def _apart(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
     kept: list[Effect] = []
     for line in lines:
         alone = line.screened == "line" and line.occupies is not None
-        if alone and all(between(line, other) > NEAR / fit.data.duration for other in kept):
+        if alone and all(
+            between(line, other) > MAX_LINE_BAND_DISTANCE / fit.data.duration for other in kept
+        ):
             kept.append(line)
     return tuple(kept[1:]) if kept and kept[0] is lines[0] else ()
 
@@ -220,9 +213,9 @@ def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
             return True
     if not (lines or isinstance(one, Modifier) or isinstance(other, Modifier)):
         widths = sorted((0.5 * (a[1] - a[0]), 0.5 * (b[1] - b[0])))
-        return 0.5 * abs(sum(a) - sum(b)) < widths[1] < ALIKE * widths[0]
+        return 0.5 * abs(sum(a) - sum(b)) < widths[1] < MAX_BAND_WIDTH_RATIO * widths[0]
     apart = max(a[0], b[0]) - min(a[1], b[1])
-    return apart <= NEAR / fit.data.duration
+    return apart <= MAX_LINE_BAND_DISTANCE / fit.data.duration
 
 
 def _absent(effect: Effect) -> bool:
@@ -236,10 +229,10 @@ def _nearer(new: Fit, old: Fit, place: int) -> bool:
     What stands at `place` gives way within chance too, where the record does not show it.
     """
     a, b = new.curve.rms_percent, old.curve.rms_percent
-    if a is None or b is None or np.log1p(a / 100.0) > NEARER * np.log1p(b / 100.0):
+    if a is None or b is None or np.log1p(a / 100.0) > MAX_ALLAN_ERROR_RATIO * np.log1p(b / 100.0):
         return False
     chance = old.curve.chance_percent or 0.0
-    return b > CHANCE * chance or (b > chance and not shown(old, place))
+    return b > MAX_ALLAN_ERROR_SCATTERS * chance or (b > chance and not shown(old, place))
 
 
 def swapped(
@@ -264,7 +257,9 @@ def swapped(
             if best is not None and found.evidence <= best[0]:
                 continue
             risen = found.solution.log_likelihood - fit.solution.log_likelihood
-            enough = risen >= HARDLY * max(1, found.effect.numbers - effect.numbers)
+            enough = risen >= MIN_GAIN_PER_RIVAL_PARAMETER * max(
+                1, found.effect.numbers - effect.numbers
+            )
             if found.evidence >= RIVAL or (
                 enough and _nearer(_of(fit, found.solution), fit, place)
             ):

@@ -13,6 +13,7 @@ from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.rivals.together import splits
 from allanite.study.moves import one_thing
+from allanite.suggestion.constants import MAX_PAIRS_REFITTED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = ["parted"]
-
-#: Best of the pairs that are fitted wholly.
-REFITTED = 3
 
 
 def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...]] | None:
@@ -47,7 +45,9 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
         ]
         # The best of many is ahead by chance.
         least = -RIVAL if out.last_resort else RIVAL + float(np.log(max(len(pairs), 1)))
-        found = [refitted(fit, p.model) for p in pairs[:REFITTED] if p.evidence > least - RIVAL]
+        found = [
+            refitted(fit, p.model) for p in pairs[:MAX_PAIRS_REFITTED] if p.evidence > least - RIVAL
+        ]
         count = len(fit.model) - 1
         found = [f for f in found if _better(f, fit) > least and _consistent(f, count)]
         if not found:

@@ -32,6 +32,16 @@ from allanite.study.story import dropped_on_the_way, story
 from allanite.study.visits import every_visit
 from allanite.study.wandering import wandering
 from allanite.suggestion import check_fit, same_misfit
+from allanite.suggestion.constants import (
+    DEFAULT_SECONDS,
+    DEFAULT_SECONDS_PER_SAMPLE,
+    MAX_ADDED_EFFECTS,
+    MAX_ALLAN_RISE_SCATTERS,
+    MAX_EVENT_LOG10_P,
+    MAX_INDEPENDENT_ADDITIONS,
+    MIN_RETAINED_GAIN_FRACTION,
+    MIN_VISIBLE_POWER_FRACTION,
+)
 from allanite.suggestion.screens.drifts import is_placed
 
 if TYPE_CHECKING:
@@ -42,20 +52,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["LIMIT", "full", "improve", "improve_columns", "next_rung"]
-
-#: Processor time of a search where none is given: seconds, and seconds for each sample. Chosen, not derived.
-BUDGET = (60.0, 1e-5)
-#: No sensor record supports more additions than this, beside lines and stretches that are left out; no more of these.
-LIMIT, ALONE = 8, 32
-#: Least part of a suggestion's rise of logL that is still there beside the lines before it.
-AS_FOUND = 0.8
-#: Share of the power of a bin from which a process is seen there.
-VISIBLE = 0.05
-#: log10 of the p-value from which what happens once is there whatever the Allan curve says.
-SURE = -4.0
-#: Part of the scatter of an Allan error by which it may rise without what the record does not show.
-UNSEEN = 0.5
+__all__ = ["full", "improve", "improve_columns", "next_rung"]
 
 
 @one_thread()
@@ -63,7 +60,7 @@ def improve(
     recording: Recording,
     model: Model | Effect | str = "N+B+K",
     on_progress: Callable[[int, int], None] | None = None,
-    limit: int = LIMIT,
+    limit: int = MAX_ADDED_EFFECTS,
     tolerance: float | None = None,
     seconds: float | None = None,
 ) -> Study:
@@ -114,7 +111,7 @@ def improve(
         return several
     if seconds is None:
         clock = time.process_time
-        allowed = columns_at_work() * (BUDGET[0] + BUDGET[1] * recording.n)
+        allowed = columns_at_work() * (DEFAULT_SECONDS + DEFAULT_SECONDS_PER_SAMPLE * recording.n)
     else:
         clock = time.monotonic
         allowed = positive(seconds, "seconds", "s", "give seconds, such as 60")
@@ -157,7 +154,7 @@ def improve_columns(
     recording: Recording,
     model: Model | Effect | str = "N+B+K",
     on_progress: Callable[[int, int], None] | None = None,
-    limit: int = LIMIT,
+    limit: int = MAX_ADDED_EFFECTS,
     tolerance: float | None = None,
     seconds: float | None = None,
 ) -> Several[Study]:
@@ -232,10 +229,10 @@ def _stop(check: Check, tolerance: float | None) -> str | None:
     return "within tolerance" if _within(check.fit, tolerance) else None
 
 
-def full(ladder: Sequence[Rung], limit: int = LIMIT) -> bool:
+def full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
     """Whether a ladder is as long as it may be."""
     alone = sum(rung.added is not None and _stands_alone(rung.added) for rung in ladder)
-    return alone >= ALONE or len(ladder) - alone > limit
+    return alone >= MAX_INDEPENDENT_ADDITIONS or len(ladder) - alone > limit
 
 
 def _stands_alone(effect: Effect) -> bool:
@@ -298,7 +295,7 @@ def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
         if (
             rung is None
             or rung.risen is None
-            or rung.risen < AS_FOUND * suggestion.delta_log_likelihood
+            or rung.risen < MIN_RETAINED_GAIN_FRACTION * suggestion.delta_log_likelihood
         ):
             return
         apart = alone(ladder[-1].fit, rung)
@@ -328,7 +325,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     after = [own for own in rung.fit.solution.effects if own.effect.kind in kinds] if kinds else []
     if not all(is_placed(own, rung.fit.data.duration) for own in after):
         return None
-    hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE
+    hardly = suggestion.effect_happens_once and suggestion.log10_p > MAX_EVENT_LOG10_P
     if hardly and rises(ladder[-1].fit, rung.fit) and not within_chance(rung.fit):
         return None  # hardly an event, and the curve is worse than chance makes it: a part of something else
     return rung if rung.trials is not None else replace(rung, trials=suggestion.trials)
@@ -452,7 +449,7 @@ def _unseen(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
             less.curve.chance_percent,
         )
     )
-    return has - had <= UNSEEN * chance
+    return has - had <= MAX_ALLAN_RISE_SCATTERS * chance
 
 
 def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str]) -> Fit | None:
@@ -490,7 +487,7 @@ def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
         return places
     at = bins_moved(ladder[-1].fit, better)
     solution = better.solution
-    least = VISIBLE * solution.spectrum[at]
+    least = MIN_VISIBLE_POWER_FRACTION * solution.spectrum[at]
     stay = {
         place
         for place, own in enumerate(solution.effects)

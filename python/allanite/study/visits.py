@@ -13,7 +13,8 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
 from allanite.study.errors import as_good
-from allanite.suggestion.evidence import FALSE_ALARM, Family, log_chance
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EXCURSIONS
+from allanite.suggestion.evidence import Family, log_chance
 from allanite.suggestion.screens.drifts import beside_the_best, evidence, screen_slow
 
 if TYPE_CHECKING:
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
     from allanite.suggestion import Suggestion
 
 __all__ = ["every_visit"]
-
-#: More are a process of their own.
-MOST = 32
 
 
 def every_visit(
@@ -46,7 +44,7 @@ def every_visit(
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
     rival = max(wandering, key=lambda s: s.delta_log_likelihood, default=None)
     solution = fit.solution
-    while sum(len(e.singly) for e in events) < MOST:
+    while sum(len(e.singly) for e in events) < MAX_EXCURSIONS:
         beside = None
         if rival is not None:
             beside = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)
@@ -98,4 +96,4 @@ def _missing(solution: Solution, data: Data, rival: Solution | None) -> Away | N
         return None
     judged = best.gain if best.judged is None else best.judged
     chance = log_chance(Family(best.family, screens[best.family].arcs, sides=2), judged)
-    return best.effect if chance + np.log(len(slow)) < np.log(FALSE_ALARM) else None
+    return best.effect if chance + np.log(len(slow)) < np.log(FALSE_ALARM_PROBABILITY) else None

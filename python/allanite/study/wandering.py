@@ -12,6 +12,7 @@ from allanite.study.errors import errors_fall
 from allanite.study.ladder import Rung
 from allanite.study.moved import rise
 from allanite.study.moves import between
+from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_BEAT_EVIDENCE
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -19,10 +20,6 @@ if TYPE_CHECKING:
     from allanite.suggestion import Suggestion
 
 __all__ = ["wandering"]
-
-#: Lines as near as this, in cycles of the record, may be one; nearer than one cycle they are, unless they explain so much
-#: more: two of constant size that beat once in the record are a chance.
-NEAR, BEATS = 3.0, 10.0
 
 
 def wandering(fit: Fit, suggestion: Suggestion, asked: int) -> Rung | None:
@@ -37,7 +34,7 @@ def wandering(fit: Fit, suggestion: Suggestion, asked: int) -> Rung | None:
     near = [
         i
         for i, e in enumerate(fit.model)
-        if _is_line(e) and between(e, line) < NEAR / fit.data.duration
+        if _is_line(e) and between(e, line) < MAX_WANDERING_LINE_DISTANCE / fit.data.duration
     ]
     if not near or near[0] < asked:
         return None
@@ -53,7 +50,7 @@ def wandering(fit: Fit, suggestion: Suggestion, asked: int) -> Rung | None:
     one = refitted(fit, Model((*rest, band)))
     lines = fit.add(suggestion)
     beat = min(between(fit.model.effects[i], line) for i in near) * fit.data.duration < 1.0
-    least = evidence(lines.solution) - (BEATS if beat else RIVAL)
+    least = evidence(lines.solution) - (MIN_BEAT_EVIDENCE if beat else RIVAL)
     if evidence(one.solution) < least or not errors_fall(fit, one):
         return None
     gone = tuple(fit.model.effects[i].kind for i in near)

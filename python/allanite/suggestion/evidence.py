@@ -15,6 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
+    LEVEL_CELLS,
+    MAX_REFIT_GAIN_RATIO,
+    MIN_SEARCH_FAMILIES,
+)
 from allanite.suggestion.known_frequencies import known_bands
 
 __all__ = [
@@ -29,13 +35,6 @@ __all__ = [
     "trials_at",
     "two_levels",
 ]
-
-#: Chance of a false suggestion in a whole check.
-FALSE_ALARM = 0.01
-#: What a refit may find beyond what a search promises, times that; and families that share the chance, at least.
-HOPE, SHARED_BY = 1.5, 8.0
-#: Stretches of the time axis whose levels are compared.
-COARSE = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +80,9 @@ def may_show(family: Family, promised: float) -> bool:
 
     Of what has ordinates of its own: a slow function may gain more, for the noise about it was estimated with it.
     """
-    return log_chance(family, HOPE * promised) < np.log(FALSE_ALARM / SHARED_BY)
+    return log_chance(family, MAX_REFIT_GAIN_RATIO * promised) < np.log(
+        FALSE_ALARM_PROBABILITY / MIN_SEARCH_FAMILIES
+    )
 
 
 def arc_length(directions: NDArray[np.float64]) -> float:
@@ -178,7 +179,7 @@ def refine(
     Or an eighth of a longer interval, in whose steps it was looked for. The interval keeps at least `least` values:
     anything shorter is an outlier, not a level.
     """
-    reach = max(2 * power.size // COARSE, (end - start) // 8)
+    reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])
     n, gain = float(power.size), -np.inf
     for _ in range(3):

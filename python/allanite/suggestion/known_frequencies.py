@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.suggestion.constants import MAINS_TOLERANCE
+
 __all__ = ["known_bands"]
 
 DAY = 86400.0
@@ -25,8 +27,8 @@ PERIODS = (
     25.8193 * 3600,
     12.6583 * 3600,
 )
-#: Mains frequencies and their first overtones in Hz, and by how much they and the clock of a sensor may be off.
-MAINS, TOLERANCE = (50.0, 60.0, 100.0, 120.0), 0.002
+#: Mains frequencies and their first overtones, Hz.
+MAINS = (50.0, 60.0, 100.0, 120.0)
 
 
 def known_bands(n: int, rate: float) -> NDArray[np.float64]:
@@ -37,7 +39,7 @@ def known_bands(n: int, rate: float) -> NDArray[np.float64]:
     width = rate / n
     exact = np.array([1.0 / period for period in PERIODS])
     frequency = np.concatenate([exact, MAINS])
-    half = np.concatenate([np.zeros(exact.size), TOLERANCE * np.array(MAINS)])
+    half = np.concatenate([np.zeros(exact.size), MAINS_TOLERANCE * np.array(MAINS)])
     half = np.maximum(half, 0.5 * width)
     seen = np.abs(frequency - rate * np.round(frequency / rate))
     there = seen > 2.0 * width

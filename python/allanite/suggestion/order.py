@@ -12,8 +12,16 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Deterministic, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
-from allanite.fit.rivals.evidence import cost
-from allanite.suggestion.evidence import FALSE_ALARM
+from allanite.fit.rivals.evidence import RIVAL, cost
+from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
+    MAX_EXPLAINED_REMAINDER,
+    MIN_DISTURBANCE_DELTA_LOGL,
+    MIN_OUTLIERS_PER_CLUSTER,
+    MIN_OVERDISPERSION_LEVEL_FIRST,
+    MIN_SCORE_RATIO_AHEAD,
+    OUTLIER_CLUSTER_DIVISOR,
+)
 from allanite.suggestion.screens.exclusions import at_the_ends, differs_by, only_at_the_ends
 
 if TYPE_CHECKING:
@@ -24,21 +32,6 @@ if TYPE_CHECKING:
     from allanite.suggestion.suggest import Suggestion
 
 __all__ = ["in_order"]
-
-#: Scatter of the spectrum over that of a steady record's from which on a change of level goes first.
-STRONG = 1.1
-#: A candidate this close to another in BIC cannot be told from it on this record.
-RIVAL = 6.0
-#: Share of the power of outliers below which something else that happens in time has explained them.
-LEFT = 0.1
-#: Times the evidence of anything else, from which outliers go first wherever they are.
-FAR = 10.0
-#: Outliers nearer to each other than this part of the record are in one place, of which each has so many.
-PLACES, CROWD = 256, 4
-#: Share of the evidence of a disturbance below which something else that happens in time has explained it.
-DISTURBS = 0.1
-#: What a dozen octaves, ½χ²₁ each, have together by chance once in 200 records.
-CHANCE = 14.0
 
 
 def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
@@ -79,7 +72,7 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     def explains(one: Effect) -> bool:
         return isinstance(one, Deterministic) and one.may_be(effect) if ends else _in_time(one)
 
-    least = LEFT * power(fit)
+    least = MAX_EXPLAINED_REMAINDER * power(fit)
     return not any(
         power(one.found) < least
         for one in found
@@ -97,7 +90,7 @@ def _by_far(one: Suggestion, found: list[Suggestion]) -> bool:
         return False
     if _is_passing(one.effect):
         others = [s for s in others if not _is_passing(s.effect)]
-    return one.rank > FAR * max((s.rank for s in others), default=0.0)
+    return one.score > MIN_SCORE_RATIO_AHEAD * max((s.score for s in others), default=0.0)
 
 
 def _made_by(out: Suggestion, found: list[Suggestion]) -> bool:
@@ -105,17 +98,20 @@ def _made_by(out: Suggestion, found: list[Suggestion]) -> bool:
     stationary = [s for s in found if s.significant and not _in_time(s.effect)]
     if not stationary:
         return False
-    best = max(stationary, key=lambda s: s.rank)
+    best = max(stationary, key=lambda s: s.score)
     without = out.found.solution
     both = solve(out.found.data, without.model + best.effect, like=without)
-    return both.log_likelihood - without.log_likelihood < LEFT * best.delta_log_likelihood
+    return (
+        both.log_likelihood - without.log_likelihood
+        < MAX_EXPLAINED_REMAINDER * best.delta_log_likelihood
+    )
 
 
 def _in_few_places(taken: NDArray[np.bool_]) -> bool:
     """Whether several samples taken out are next to each of them."""
     at = np.flatnonzero(taken)
-    places = 1 + np.count_nonzero(np.diff(at) > taken.size // PLACES)
-    return bool(at.size >= CROWD * places)
+    places = 1 + np.count_nonzero(np.diff(at) > taken.size // OUTLIER_CLUSTER_DIVISOR)
+    return bool(at.size >= MIN_OUTLIERS_PER_CLUSTER * places)
 
 
 def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
@@ -134,7 +130,7 @@ def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
         return differs_by(whiten(one.solution, one.data), first, last)
 
     # What is stationary, whatever its spectrum, is as loud at all times. A few nats are chance.
-    enough = max(DISTURBS * left(fit), CHANCE)
+    enough = max(MAX_EXPLAINED_REMAINDER * left(fit), MIN_DISTURBANCE_DELTA_LOGL)
     return not any(
         left(one.found) < enough
         for one in found
@@ -169,12 +165,14 @@ def _judged(found: list[Suggestion]) -> list[Suggestion]:
             for s in found
             if _slow(s.effect, refined=False)
             and s.effect.follows == one.effect.follows
-            and one.rank - s.rank < RIVAL
+            and one.score - s.score < RIVAL
         ]
         if not _slow(one.effect, refined=True) or not plain or one.log10_p >= min(plain):
             return one
         least = min(plain)
-        return replace(one, log10_p=least, significant=bool(least < np.log10(FALSE_ALARM)))
+        return replace(
+            one, log10_p=least, significant=bool(least < np.log10(FALSE_ALARM_PROBABILITY))
+        )
 
     return [judged(one) for one in found]
 
@@ -189,11 +187,11 @@ def _rank(found: Suggestion, crowded: float, first: bool, ahead: bool) -> tuple[
     """
     effect = found.effect
     if first:
-        return found.significant, 3, found.rank
-    if _is_passing(effect) and crowded > STRONG:
-        return found.significant, 2, found.rank
+        return found.significant, 3, found.score
+    if _is_passing(effect) and crowded > MIN_OVERDISPERSION_LEVEL_FIRST:
+        return found.significant, 2, found.score
     elsewhere = _in_time(effect) and isinstance(effect, Modifier) and not ahead
-    return found.significant, int(not elsewhere), found.rank
+    return found.significant, int(not elsewhere), found.score
 
 
 def _logged_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
@@ -208,7 +206,7 @@ def _logged_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
     for other in ranked[1:]:
         if other.effect.follows is None or not _slow(other.effect, refined=False):
             continue
-        tie = other.significant == top.significant and top.rank - other.rank < RIVAL
+        tie = other.significant == top.significant and top.score - other.score < RIVAL
         if tie or _within_rounding(top.effect, other.effect, fit):
             # It was judged by what it adds to the function that it equals.
             as_sure = replace(other, log10_p=top.log10_p, significant=top.significant)
@@ -251,7 +249,7 @@ def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
         plain = other.effect.standard or (alike and order(other.effect) < order(top.effect))
         plain = plain or (against and not _against(other))
         plain = plain or (_slow(top.effect, refined=True) and _slow(other.effect, refined=False))
-        if plain and other.significant == top.significant and top.rank - other.rank < RIVAL:
+        if plain and other.significant == top.significant and top.score - other.score < RIVAL:
             return [other, *(s for s in ranked if s is not other)]
     return ranked
 
@@ -286,11 +284,11 @@ def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
         for s in ranked[1:]
         if s.effect.standard and s.kind not in present and isinstance(s.effect, Stochastic)
     ]
-    best: tuple[float, list[Suggestion]] = (top.rank - RIVAL, [])
+    best: tuple[float, list[Suggestion]] = (top.score - RIVAL, [])
     for pair in combinations(alone, 2):
         both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
         gain = both.log_likelihood - fit.solution.log_likelihood
-        rank = 2.0 * (gain - sum(cost(own, both) for own in both.effects[-2:]))
+        rank = gain - sum(cost(own, both) for own in both.effects[-2:])
         if rank > best[0] and (both.theta[-2:] > 0.0).all():
             best = (rank, [s for s in pair if s.significant])
     return [*best[1], *(s for s in ranked if s not in best[1])]
@@ -305,7 +303,7 @@ def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
                 for other in ranked
                 if other is not one
                 and other.kind != one.kind
-                and abs(other.rank - one.rank) < RIVAL
+                and abs(other.score - one.score) < RIVAL
                 and one.effect.may_be(other.effect)
             )
         )

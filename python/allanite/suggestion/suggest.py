@@ -18,7 +18,8 @@ from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
-from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MIN_SHARED_GAIN_FRACTION
+from allanite.suggestion.evidence import Family, line_trials, log_chance
 from allanite.suggestion.order import in_order
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
 from allanite.suggestion.screens.bursts import screen_bursts
@@ -34,9 +35,7 @@ from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "same_misfit", "suggest"]
 
-#: Share of the smaller gain that two effects have at the same frequencies, above which they explain one misfit.
-SAME = 0.5
-#: Searches at a time beside that of the spectrum: each holds some copies of the record, so of a large one a single one.
+#: Searches at a time beside that of the spectrum; a large record gets one, since each search holds copies of it.
 WORKERS = 2
 
 if TYPE_CHECKING:
@@ -101,19 +100,22 @@ class Suggestion:
     surplus: float = 0.0
 
     @cached_property
-    def rank(self) -> float:
-        """Twice its evidence over that of the model with its discrepancy, by which candidates are compared.
+    def score(self) -> float:
+        """Log evidence of the model with the effect over that of the model without it, nats; candidates are ranked by it.
 
-        Of a band that moves what it explains of the mean spectrum: beside other processes that is what counts.
+        For a moving band, only ΔlogL of the mean spectrum without the discrepancy: a moving band competes with processes.
         """
         if self.gives_way:
             base = self.before.solution
             part = RandomPart(self.before.data, base.power, base.count)
-            return 2.0 * (part.judged(self.solution.best) - part.judged(base.best))
+            return part.judged(self.solution.best) - part.judged(base.best)
         if self.effect.screened not in {"spectral", "slow"}:
-            return self.delta_bic - 2.0 * self.surplus
-        numbers = cost(self.solution.effects[-1], self.solution)
-        return 2.0 * (self.delta_log_likelihood - self.surplus - numbers)
+            return 0.5 * self.delta_bic - self.surplus
+        return (
+            self.delta_log_likelihood
+            - self.surplus
+            - cost(self.solution.effects[-1], self.solution)
+        )
 
     @property
     def gives_way(self) -> tuple[str, ...]:
@@ -205,7 +207,7 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     if one.size != two.size:
         return False
     least = min(float(one.sum()), float(two.sum()))
-    return least > 0.0 and float(np.minimum(one, two).sum()) > SAME * least
+    return least > 0.0 and float(np.minimum(one, two).sum()) > MIN_SHARED_GAIN_FRACTION * least
 
 
 def suggest(
@@ -333,7 +335,7 @@ def _suggestion(
     found = Fit(fit.recording, solution.model, fit.method, data, solution)
     return Suggestion(
         solution.model.effects[-1],
-        bool(log_p < np.log(FALSE_ALARM)),
+        bool(log_p < np.log(FALSE_ALARM_PROBABILITY)),
         float(x + surplus),
         float(2.0 * (x + surplus) - penalty),
         float(log_p / np.log(10.0)),

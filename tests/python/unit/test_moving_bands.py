@@ -13,7 +13,7 @@ import generators as g
 from allanite.axes.lines import common_lines
 from allanite.effects import weights
 from allanite.effects.resonance import Resonance
-from allanite.suggestion.screens.moving import PLACES, likeliest
+from allanite.suggestion.screens.moving import PLACES_PER_HALF_WIDTH, likeliest
 
 RATE, LENGTH = 100.0, 200_000
 TIME = np.arange(LENGTH) / RATE
@@ -85,7 +85,9 @@ def test_a_band_of_any_width_anywhere_is_looked_for(frequency, damping):
 @given(st.integers(1, 4), st.integers(2, 4), st.integers(0, 2**32 - 1))
 def test_the_likeliest_course_is_the_best_of_all(sections, places, seed):
     gains = 2.0 * np.random.default_rng(seed).standard_normal((sections, places))
-    step = 1.0 / (1.0 + (np.subtract.outer(range(places), range(places)) / PLACES) ** 2)
+    step = 1.0 / (
+        1.0 + (np.subtract.outer(range(places), range(places)) / PLACES_PER_HALF_WIDTH) ** 2
+    )
     told = np.log(step / step.sum(axis=1, keepdims=True))
 
     def total(course):

@@ -138,7 +138,7 @@ def test_a_change_of_level_with_by_far_the_most_evidence_does_not_wait():
     check = al.fit_model(al.Recording(x, rate=rate, unit="rad/s"), "N").check()
     kinds = [s.kind for s in check.significant]
     assert len(kinds) > 1
-    assert check.significant[0].rank > 10.0 * max(
-        s.rank for s in check.significant if s.kind == "resonance"
+    assert check.significant[0].score > 10.0 * max(
+        s.score for s in check.significant if s.kind == "resonance"
     )
     assert kinds[0] in {"noise_level_change", "noise_levels"}, kinds

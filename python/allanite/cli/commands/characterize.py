@@ -20,7 +20,7 @@ from allanite.cli.options import (
 from allanite.cli.words import words_of
 from allanite.common.plain import plain
 from allanite.export import TARGETS, export_files
-from allanite.study import LIMIT
+from allanite.study import MAX_ADDED_EFFECTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 @click.option(
     "--steps",
     type=click.IntRange(1),
-    default=LIMIT,
+    default=MAX_ADDED_EFFECTS,
     show_default=True,
     help="Most additions to a model; lines and excluded samples do not count.",
 )

@@ -13,15 +13,22 @@ from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.bands_in_time import band_of, in_time, share_of, shares_about
 from allanite.fit.likelihood.whitened import DOMINATES, with_normal_tails
+from allanite.fit.rivals.evidence import RIVAL
+from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
+    LEVEL_CELLS,
+    MAX_SECOND_INTERVAL_FRACTION,
+    MIN_BAND_LEVEL_FRACTION,
+    MIN_INTERVAL_SPECTRA,
+    MIN_POWER_VALUES,
+    MIN_SPECTRUM_SAMPLES,
+)
 from allanite.suggestion.evidence import (
-    COARSE,
-    FALSE_ALARM,
     best_interval,
     refine,
     two_levels,
 )
 from allanite.suggestion.screens.exclusions import octaves_of
-from allanite.suggestion.screens.level_forms import CLOSE
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -37,20 +44,16 @@ Array = NDArray[np.float64]
 #: Power over time of some ordinates, and the share of it that changes.
 Cell = tuple[Array, float]
 
-#: Frequencies of an octave that are told apart, and fewest samples of a piece whose spectrum tells them.
-CELLS, SHORTEST = 32, 16
-#: Fewest pieces of the interval.
-PIECES = 4
-#: Samples whose spectra are computed at once.
-AT_A_TIME = 1 << 16
-#: Fewest values of a band; share of the evidence of an interval that another may have beside it.
-FEWEST, AGAIN = 64, 0.2
-#: Least part of the record that an interval, or the rest, is.
-SHARE = 1.0 / 64.0
-#: Steps from the middle of a band to where its process no longer dominates, each so many times as far.
-STEPS, FARTHER = 24, 1.2
-#: Largest ratio of two powers, in ln; loss of logL within which a value is one of 95 %.
-FARTHEST, CERTAIN = 9.0, 1.92
+#: Frequencies that a spectrum of the interval resolves within an octave.
+OCTAVE_CELLS = 32
+#: Samples whose spectra are computed at once; limits the memory.
+SAMPLES_AT_ONCE = 1 << 16
+#: Distances from the middle of a band at which the share of its process is computed, and their ratio.
+DISTANCES, DISTANCE_RATIO = 24, 1.2
+#: Largest |ln| of the ratio of two powers that is searched.
+MAX_LOG_RATIO = 9.0
+#: Loss of logL at the ends of a 95 % interval of one parameter: half of the 95 % quantile of χ²₁.
+LOSS_AT_95_PERCENT = 1.92
 
 
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
@@ -75,32 +78,32 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     for own, first, size in bands:
         power = series(first, size)
         start, end, chance = _interval(power)
-        if chance + searches < np.log(FALSE_ALARM):
+        if chance + searches < np.log(FALSE_ALARM_PROBABILITY):
             cells = [
                 (series(at, many), share)
                 for at, many, share in shares_about(own, solution, data, data.n)
             ]
             found.append((chance, start, end, first, size, cells))
     for low, high, octave, freedom in () if found else octaves:
-        start, end, _, chance = best_interval(octave, freedom, min(COARSE, octave.size // 8))
-        if chance + searches < np.log(FALSE_ALARM):
+        start, end, _, chance = best_interval(octave, freedom, min(LEVEL_CELLS, octave.size // 8))
+        if chance + searches < np.log(FALSE_ALARM_PROBABILITY):
             when = start / octave.size, end / octave.size
             seen = _band(whitened.samples, (low / data.n, high / data.n), when, data.rate)
             first, size = (0, 0) if seen is None else band_of(seen, data, data.n)
-            if size >= FEWEST:
+            if size >= MIN_POWER_VALUES:
                 power = series(first, size)
                 found.append((chance, *_interval(power)[:2], first, size, [(power, 1.0)]))
     if not found:
         return None
     chance, begin, close, first, size, cells = min(found, key=lambda one: one[0])
-    if not SHARE < close - begin < 1.0 - SHARE:
+    if not MIN_BAND_LEVEL_FRACTION < close - begin < 1.0 - MIN_BAND_LEVEL_FRACTION:
         return None  # what rings for a moment is a disturbance
     factor, gain, known, steady = _factor(cells, begin, close)
     half = data.rate / (2.0 * data.n)
     band = first * half, (first + size) * half
     if any(overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
         return None  # what comes again and again is no change at two times
-    if _strongest(steady) > AGAIN * gain:
+    if _strongest(steady) > MAX_SECOND_INTERVAL_FRACTION * gain:
         return None
     effect = kinds[0].changing(
         band,
@@ -120,14 +123,14 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
     best = max((w for w, _ in worth), default=0.0)
-    return [c for w, c in worth if w > best - CLOSE]
+    return [c for w, c in worth if w > best - RIVAL]
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
     """The interval whose power differs most, in parts of the record, and ln of the chance of that."""
     size = power.size
     freedom = 1.0 / overdispersion(power)
-    cells = min(COARSE, size // 8)
+    cells = min(LEVEL_CELLS, size // 8)
     start, end, _, chance = best_interval(power, freedom, cells)
     if size > cells:
         start, end, _ = refine(power, freedom, start, end, size // cells)
@@ -136,7 +139,7 @@ def _interval(power: Array) -> tuple[float, float, float]:
 
 def _strongest(power: Array) -> float:
     """Rise of logL by the interval that differs most."""
-    cells = min(COARSE, power.size // 8)
+    cells = min(LEVEL_CELLS, power.size // 8)
     if cells < 2:
         return 0.0
     return best_interval(power, 1.0 / overdispersion(power), cells)[2]
@@ -178,10 +181,10 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
         model = expected(log_ratio, shares)
         return float(0.5 * np.sum(count * (np.log(model) + measured / model)))
 
-    best = minimize_scalar(loss, bounds=(-FARTHEST, FARTHEST), method="bounded")
+    best = minimize_scalar(loss, bounds=(-MAX_LOG_RATIO, MAX_LOG_RATIO), method="bounded")
     gain, found = loss(0.0) - float(best.fun), float(best.x)
-    worst = float(best.fun) + CERTAIN
-    if loss(np.sign(found) * FARTHEST) < worst < loss(0.0):
+    worst = float(best.fun) + LOSS_AT_95_PERCENT
+    if loss(np.sign(found) * MAX_LOG_RATIO) < worst < loss(0.0):
         # It may be off at one of the two: the factor that is certain.
         found = float(brentq(lambda x: loss(x) - worst, 0.0, found))
     # How much more the cell that tells most scatters once it is steady.
@@ -205,15 +208,15 @@ def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, i
         middle, width = 0.5 * (place[0] + place[1]) / half, 0.5 * (place[1] - place[0]) / half
         ends = []
         for sign in (-1.0, 1.0):
-            steps = middle + sign * width * 0.2 * FARTHER ** np.arange(STEPS)
+            steps = middle + sign * width * 0.2 * DISTANCE_RATIO ** np.arange(DISTANCES)
             seen = [
                 0 < at < data.n and share_of(own, solution, data, round(at)) >= DOMINATES
                 for at in steps
             ]
-            reach = seen.index(False) if False in seen else STEPS
+            reach = seen.index(False) if False in seen else DISTANCES
             ends.append(steps[reach - 1] if reach else middle)
         first, size = band_of((ends[0] * half, ends[1] * half), data, data.n)
-        if size >= FEWEST:
+        if size >= MIN_POWER_VALUES:
             yield own, first, size
 
 
@@ -227,8 +230,8 @@ def _band(
     low, high = octave
     n = samples.size
     start, end = (round(part * n) for part in when)
-    length = min(round(2.0 * CELLS / (high - low)), (end - start) // PIECES)
-    if length < SHORTEST:
+    length = min(round(2.0 * OCTAVE_CELLS / (high - low)), (end - start) // MIN_INTERVAL_SPECTRA)
+    if length < MIN_SPECTRUM_SAMPLES:
         return None
     inside = _pieces(samples[start:end], length)
     before, after = _pieces(samples[:start], length), _pieces(samples[end:], length)
@@ -269,7 +272,7 @@ def _pieces(samples: Array, length: int) -> Array:
 def _total(pieces: Array) -> Array:
     """Power of pieces together at the frequencies between zero and half the rate, a few pieces at a time."""
     length = pieces.shape[1]
-    window, rows = np.hanning(length), max(1, AT_A_TIME // length)
+    window, rows = np.hanning(length), max(1, SAMPLES_AT_ONCE // length)
     total = np.zeros(length // 2 + 1)
     for first in range(0, len(pieces), rows):
         spectra = np.fft.rfft(pieces[first : first + rows] * window, axis=1)

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 __all__ = ["between_values", "moved", "of_stretches", "within_cells"]
 
 Array = NDArray[np.float64]
-#: Values of the map of a summary over which a change of level is spread at most.
-BLURRED = 12
-#: Times that borders and levels are found from each other, at most: a few suffice.
-ROUNDS = 20
+#: Values on each side of a border of the power map of a summary that may mix two levels.
+BLURRED_VALUES = 12
+#: Most alternations between borders and levels; a few suffice.
+MAX_ROUNDS = 20
 
 
 def moved(power: Array, places: NDArray[np.int64], levels: Array, least: int) -> NDArray[np.int64]:
@@ -47,7 +47,7 @@ def between_values(
     Where a border is found among coarse stretches it is off by as much as the record tells better by many units of logL:
     levels that are known with it move it, and it moves them, until it stays.
     """
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         before, places = places, moved(power, places, of_stretches(power, places, factors), least)
         if np.array_equal(before, places):
             break
@@ -80,7 +80,7 @@ def within_cells(
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}
         for factor, (low, high) in zip(known, pairwise(ends), strict=True):
-            aside = min(BLURRED, 0.25 * (high - low))
+            aside = min(BLURRED_VALUES, 0.25 * (high - low))
             first, last = low + aside * (low > 0.0), high - aside * (high < power.size)
             inside.setdefault(factor, []).append(power[(first < at) & (at < last)])
         means = {factor: np.concatenate(parts) for factor, parts in inside.items()}
@@ -92,8 +92,8 @@ def within_cells(
     for _ in range(2):
         level, ends = levels(out), [0.0, *out, float(power.size)]
         for k, (low, place, high) in enumerate(zip(ends[:-2], ends[1:-1], ends[2:], strict=True)):
-            first = round(max(0.5 * (low + place), place - BLURRED))
-            last = round(min(0.5 * (place + high), place + BLURRED))
+            first = round(max(0.5 * (low + place), place - BLURRED_VALUES))
+            last = round(min(0.5 * (place + high), place + BLURRED_VALUES))
             before, after = level[k], level[k + 1]
             if last > first and before != after:
                 excess = float((power[first:last] - before).sum())

@@ -16,6 +16,12 @@ from allanite import _kernels
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.expected import density
+from allanite.suggestion.constants import (
+    MIN_BURST_NOISE_DELTA_LOGL,
+    MIN_BURST_NOISE_LAG,
+    MIN_BURST_NOISE_LOG_ODDS,
+    REFUTED_BURST_NOISE_LOG_ODDS,
+)
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -26,21 +32,12 @@ __all__ = ["screen_bursts"]
 
 Array = NDArray[np.float64]
 
-#: A lag that is not worth speaking of has no two levels either.
-LEAST = 12.0
-#: Samples of a lag below which no level is seen.
-SHORTEST = 4.0
-#: Blocks to a dwell time, and fewest and most of them in all.
-BLOCKS, FEWEST, MOST = 20, 128, 1 << 18
-#: Log-odds from which there are two levels. Between two laws given beforehand a likelihood ratio exceeds c under the other
-#: with a chance of at most 1/c (Markov's inequality). That is not this case: four numbers of the chain are polished first,
-#: which raises the logarithm by about 2, and the Gaussian law has its own fitted. What calibrates the limit is simulation:
-#: of 157 Gauss-Markov records of ΔlogL 12 to 70 none came above −2.6, the median at −50 (test_two_levels.py repeats some).
-DECIDED = float(np.log(1000.0))
-#: The chain sees the rest of the spectrum as white noise and loses up to some fifteen by that.
-REFUTED = -20.0
-#: Steps of the chain run one after the other; longer records run as several chains.
-CHAIN = 512
+#: Blocks of samples in a mean dwell time.
+BLOCKS_PER_DWELL = 20
+#: Fewest and most blocks of a record in which two levels are searched.
+MIN_BLOCKS, MAX_BLOCKS = 128, 1 << 18
+#: Blocks of one chain; longer records are computed as several chains side by side.
+CHAIN_BLOCKS = 512
 
 
 def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
@@ -50,19 +47,19 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
     ]
     pairs = ((c, cls.like(c.effect)) for cls in twins for c in candidates)
     found, effect = next(((c, twin) for c, twin in pairs if twin is not None), (None, None))
-    if found is None or found.solution is None or found.gain < LEAST:
+    if found is None or found.solution is None or found.gain < MIN_BURST_NOISE_DELTA_LOGL:
         return None
-    if max(c.gain for c in candidates) - found.gain > DECIDED:
+    if max(c.gain for c in candidates) - found.gain > MIN_BURST_NOISE_LOG_ODDS:
         # The spectrum is not that of a lag: the Gaussian law would be refuted by its shape, not by two levels.
         return None
-    if found.effect.values["correlation_time"] * data.rate < SHORTEST:
+    if found.effect.values["correlation_time"] * data.rate < MIN_BURST_NOISE_LAG:
         return None
     odds = _log_odds(found.solution, data)
-    if odds < REFUTED:
+    if odds < REFUTED_BURST_NOISE_LOG_ODDS:
         return None
     assert effect is not None
     # Between the two limits the record does not decide: a rival, and not put before the Gauss-Markov process.
-    gain = found.gain + (odds if odds > DECIDED else min(odds, 0.0))
+    gain = found.gain + (odds if odds > MIN_BURST_NOISE_LOG_ODDS else min(odds, 0.0))
     refitted = solve(
         data, Model((*found.solution.model.effects[:-1], effect)), polish=False, rounds=3
     )
@@ -83,10 +80,10 @@ def _log_odds(solution: Solution, data: Data) -> float:
     """
     lag = solution.model.stochastic[-1]
     time, sigma = float(lag.values["correlation_time"]), float(lag.values["sigma"])
-    length = max(1, round(2.0 * time / BLOCKS * data.rate))
+    length = max(1, round(2.0 * time / BLOCKS_PER_DWELL * data.rate))
     count = data.n // length
     # Of a summary, which keeps the lowest ordinates alone, no level is seen.
-    if not FEWEST <= count <= MOST or solution.ordinates.size < data.n:
+    if not MIN_BLOCKS <= count <= MAX_BLOCKS or solution.ordinates.size < data.n:
         return 0.0
     j = np.arange(1, count, dtype=np.int64)
     total = density(data.terms(solution.model), j, data.n) / length
@@ -158,10 +155,10 @@ def _chain(means: Array, level: float, noise: float, stay: float) -> float:
     from scipy.special import ndtr
 
     keep = 0.5 * (1.0 + stay**2)
-    segments = -(-means.size // CHAIN)
-    padded = np.full(segments * CHAIN, np.nan)
+    segments = -(-means.size // CHAIN_BLOCKS)
+    padded = np.full(segments * CHAIN_BLOCKS, np.nan)
     padded[: means.size] = means
-    rows = padded.reshape(segments, CHAIN).T
+    rows = padded.reshape(segments, CHAIN_BLOCKS).T
     root, spread = stay / np.sqrt(2.0 * np.pi * noise), np.sqrt(noise)
     between = (1.0 - stay) / (2.0 * level)
     between = between * (ndtr((rows + level) / spread) - ndtr((rows - level) / spread)) + 1e-290

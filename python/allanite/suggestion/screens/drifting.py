@@ -22,6 +22,17 @@ from allanite.fit.shapes.drifting import (
     polish_drifting,
     seen_at,
 )
+from allanite.suggestion.constants import (
+    MAX_ORDINATE_POWER,
+    MIN_BAND_EXCESS,
+    MIN_DELTA_LOGL_OVER_SIMPLER,
+    MIN_DRIFT_CYCLES,
+    MIN_EXCESS_OVER_NEIGHBORS,
+    MIN_NARROW_BANDS,
+    MIN_SCREEN_GAIN,
+    MIN_WIDE_BAND_EXCESS,
+    MIN_WIDE_BANDS,
+)
 from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -33,19 +44,10 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["CLEAR", "bands_above", "screen_drifting", "wanted", "with_it"]
+__all__ = ["bands_above", "screen_drifting", "wanted", "with_it"]
 
-#: Rise of logL from which on the band of a resonance is looked at; and by which a line that drifts must beat a steady one.
-LEAST, CLEAR = 3.0, 8.0
-#: Ordinates over which power is averaged, and what one counts at most.
-WIDTHS, TALLEST = (64, 256, 1024, 4096, 16384, 32768, 65536), 20.0
-#: By how many standard deviations it must stand out, and of how many parts of the record's ordinates one is the widest: of
-#: narrow bands, and of wide ones, of which there are few.
-NARROW, WIDE = (4.0, 4), (2.5, 2)
-#: Times the excess power beside it that of a line at least is.
-ALONE = 2.0
-#: Least drift over the record, in cycles of it, that is one.
-DRIFTS = 1.0
+#: Widths of the bands whose mean power is compared with the model, ordinates.
+WIDTHS = (64, 256, 1024, 4096, 16384, 32768, 65536)
 
 
 def bands_above(
@@ -107,23 +109,29 @@ def _places(
     """Bands (Hz) in which the ordinates have more power than the model says, and that of the best resonance."""
     total = np.square(white)
     total[0] = 0.0
-    np.cumsum(np.minimum(total, TALLEST, out=total), out=total)
+    np.cumsum(np.minimum(total, MAX_ORDINATE_POWER, out=total), out=total)
     for width in WIDTHS:
-        stands_out, parts = NARROW if width <= MOST_WIDTH else WIDE
-        if width < total.size // parts:
+        narrow = width <= MOST_WIDTH
+        min_excess = MIN_BAND_EXCESS if narrow else MIN_WIDE_BAND_EXCESS
+        if width < total.size // (MIN_NARROW_BANDS if narrow else MIN_WIDE_BANDS):
             mean = (total[width:] - total[:-width]) / width
             top = int(np.argmax(mean))
             above = float(mean[top]) - 1.0
             # What is as high beside it is wider, and may be a line at another width.
             beside = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
-            if above * np.sqrt(0.5 * width) > stands_out and above > ALONE * beside:
+            if (
+                above * np.sqrt(0.5 * width) > min_excess
+                and above > MIN_EXCESS_OVER_NEIGHBORS * beside
+            ):
                 yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
-    narrow = [
+    resonances = [
         c
         for c in spectral
-        if isinstance(c.effect, Stochastic) and c.effect.occupies is not None and c.gain > LEAST
+        if isinstance(c.effect, Stochastic)
+        and c.effect.occupies is not None
+        and c.gain > MIN_SCREEN_GAIN
     ]
-    for one in sorted(narrow, key=lambda c: -c.gain)[:1]:
+    for one in sorted(resonances, key=lambda c: -c.gain)[:1]:
         assert one.effect.occupies is not None
         low, high = one.effect.occupies
         # No line that is looked for drifts as far as a wide band is wide.
@@ -143,7 +151,7 @@ def _best(
     tried = [(band, band.search()) for band in bands]
     band, (middle, drift, _) = max(tried, key=lambda one: one[1][2])
     middle, drift, hope = band.polished(middle, drift)
-    if hope < steady + CLEAR or abs(drift) < DRIFTS:
+    if hope < steady + MIN_DELTA_LOGL_OVER_SIMPLER or abs(drift) < MIN_DRIFT_CYCLES:
         return None
     frequency = (middle - drift * (0.5 + data.start / T)) / T
     # As if every frequency had been searched at every rate of drift.
@@ -153,6 +161,6 @@ def _best(
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
     effect = polish_drifting(effect, solution.ordinates, noise, data)
     refitted, last, gain = with_it(effect, solution, data)
-    if gain < steady + CLEAR:
+    if gain < steady + MIN_DELTA_LOGL_OVER_SIMPLER:
         return None
     return Candidate(last, gain, "line", refitted, 4, log_chance=log_chance(family, gain))

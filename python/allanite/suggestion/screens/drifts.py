@@ -22,10 +22,19 @@ from allanite.fit.likelihood.whitened import (
     with_normal_tails,
 )
 from allanite.fit.rivals.columns import consistent
-from allanite.fit.rivals.evidence import cost
+from allanite.fit.rivals.evidence import RIVAL, cost
 from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains
 from allanite.fit.solution import Regressed
-from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
+from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
+    MAX_NOISE_REFIT_FRACTION,
+    MAX_SHORT_EVENT_SAMPLES,
+    MAX_STEP_TIME_ERROR,
+    MIN_EVENT_SAMPLES,
+    MIN_INNER_CHANGE_FRACTION,
+    MIN_SCREEN_GAIN,
+)
+from allanite.suggestion.evidence import Family, arc_length, log_chance
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
@@ -35,8 +44,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.expected import Noise
     from allanite.fit.likelihood.whitened import Whitened
 
-#: Ordinates on which a column's own consistency is judged.
-LOW = 8192
 
 __all__ = [
     "beside_the_best",
@@ -45,17 +52,10 @@ __all__ = [
     "screen_slow",
 ]
 
-#: A matched filter that promises less is not refitted.
-LEAST = 3.0
-#: Shapes tried between the neighbours of the best point of a grid, and what the noise, refitted, may add to its gain.
-BETWEEN, REFITTED = 33, 0.05
-#: An event of so few samples is outliers; in more, most share it by this much at least; in as many a few cannot make one.
-FEWEST, SHARED, MANY = 16, 0.5, 4096
-#: Largest standard error of the time of a step, in parts of the record: a change at a time known less well is
-#: none, unless it is a transition between two times.
-PLACED = 0.02
-#: A rise of logL by which one slow function beats another clearly (6 of BIC).
-CLEAR = 3.0
+#: Cells of the record in which the noise level and the time of an event are resolved.
+TIME_CELLS = 8192
+#: Shapes tried between the two neighbors of the best point of a grid.
+REFINED_POINTS = 33
 
 
 def screen_slow(
@@ -80,13 +80,13 @@ def screen_slow(
         del directions  # tens of megabytes: not while the best is refitted
         families.append(blank.family)
         top = int(np.argmax(gain))
-        worth = gain[top] >= LEAST
+        worth = gain[top] >= MIN_SCREEN_GAIN
         simple = _refit(points[top], solution, data, rival, whitened) if worth else None
         if simple is not None and simple.solution is not None:
             placed = is_placed(simple.solution.effects[-1], data.duration)
             found += [simple] if placed else []
             alone = log_chance(Family(blank.family, (arcs[-1],)), simple.judged or 0.0)
-            named = simple if placed and alone < np.log(FALSE_ALARM) else None
+            named = simple if placed and alone < np.log(FALSE_ALARM_PROBABILITY) else None
         else:
             named = None
         # Each place of the simple form that is a place of its own might have been the start of these.
@@ -99,12 +99,12 @@ def screen_slow(
 
 
 def is_placed(own: object, duration: float) -> bool:
-    """Whether the time of a fitted lasting change is known to `PLACED` of the record; True of every other effect."""
+    """True unless the effect is a lasting change whose time has a standard error above `MAX_STEP_TIME_ERROR`."""
     if not isinstance(own, Regressed) or not own.effect.lasting:
         return True
     name = own.effect.free_shapes[0] if own.effect.free_shapes else ""
     error = own.effect.shape_error(name, float(own.covariance[0, 0]), duration)
-    return error is None or error <= PLACED * duration
+    return error is None or error <= MAX_STEP_TIME_ERROR * duration
 
 
 def _forms(
@@ -155,8 +155,8 @@ def _richer(
         if simple is not None and isinstance(simple.effect, Deterministic):
             plain = _gain(simple.effect, solution, noise, data)
         best = _gain(effect, solution, noise, data)
-        hope = best - plain + REFITTED * best
-        if log_chance(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM):
+        hope = best - plain + MAX_NOISE_REFIT_FRACTION * best
+        if log_chance(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM_PROBABILITY):
             continue
         candidate = _refit(effect, solution, data, rival, whitened)
         if candidate is None:
@@ -164,7 +164,9 @@ def _richer(
         # Searching for one more time always gains something: what it adds must be more than chance gives.
         more = candidate.gain - (0.0 if simple is None else simple.gain)
         added = log_chance(Family(effect.family, (arc,)), more)
-        if added < np.log(FALSE_ALARM) and not any(_same(candidate, c, data) for c in found):
+        if added < np.log(FALSE_ALARM_PROBABILITY) and not any(
+            _same(candidate, c, data) for c in found
+        ):
             found.append(candidate)
     return found
 
@@ -174,7 +176,7 @@ def _same(one: Candidate, other: Candidate, data: Data) -> bool:
     a, b = one.effect.when, other.effect.when
     if one.effect.kind != other.effect.kind or a is None or b is None:
         return False
-    return float(np.abs(np.subtract(a, b)).max()) < data.duration / LOW
+    return float(np.abs(np.subtract(a, b)).max()) < data.duration / TIME_CELLS
 
 
 def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -> float:
@@ -192,7 +194,9 @@ def _finer(
         grid = np.unique(effect.grid(name, data.n, data.rate))
         at = int(np.searchsorted(grid, effect.values[name]))
         low, high = grid[max(0, at - 1)], grid[min(grid.size - 1, at + 1)]
-        tried = [effect.with_values(**{name: float(v)}) for v in np.linspace(low, high, BETWEEN)]
+        tried = [
+            effect.with_values(**{name: float(v)}) for v in np.linspace(low, high, REFINED_POINTS)
+        ]
         gain, _ = matched_gains([effect, *tried], solution.ordinates, noise, data, known)
         effect = [effect, *tried][int(np.argmax(gain))]
     return effect
@@ -233,20 +237,20 @@ def _of_few(event: Deterministic, base: Solution, data: Data) -> bool:
         return False
     first, last = (round((t - data.start) * data.rate) for t in event.when)
     size = last - first
-    if size > MANY:
+    if size > MAX_SHORT_EVENT_SAMPLES:
         return False
     values = data.residual(base.model)
     if data.missing is not None:
         values = np.where(data.missing, np.nan, values)
     parts = [values[max(0, first) : last], values[max(0, first - size) : max(0, first)]]
     inside, before = (np.sort(part[np.isfinite(part)]) for part in parts)
-    if min(inside.size, before.size) < FEWEST:
-        return inside.size < FEWEST
+    if min(inside.size, before.size) < MIN_EVENT_SAMPLES:
+        return inside.size < MIN_EVENT_SAMPLES
     # Without the quarter at either end.
     inner, outer = (part[part.size // 4 : -(part.size // 4)].mean() for part in (inside, before))
     middle = inner - outer
     whole = inside.mean() - before.mean()
-    return bool(middle * whole < SHARED * whole**2)
+    return bool(middle * whole < MIN_INNER_CHANGE_FRACTION * whole**2)
 
 
 def _with_normal_tails(event: Deterministic, data: Data, whitened: Callable[[], Whitened]) -> float:
@@ -256,7 +260,7 @@ def _with_normal_tails(event: Deterministic, data: Data, whitened: Callable[[], 
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
-    if not 0 < last - first <= MANY or data.ordinates.size != data.n:
+    if not 0 < last - first <= MAX_SHORT_EVENT_SAMPLES or data.ordinates.size != data.n:
         return 1.0
     given = whitened()
     parts = [w.samples[first:last].sum() ** 2 for w in (with_normal_tails(given), given)]
@@ -270,7 +274,7 @@ def _louder(solution: Solution, data: Data) -> float:
     """
     if not any(e.passing for e in solution.model.modifiers):
         return 1.0
-    cells = min(LOW, data.n)
+    cells = min(TIME_CELLS, data.n)
     signal = cell_means(data.signal(solution.model.deterministic[-1:]), cells)
     signal = (signal - signal.mean()) ** 2
     level = expected_level(solution.model, data, cells)
@@ -306,7 +310,7 @@ def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]
 
     # Of two forms of one thing the one with more numbers explains a little more.
     top = max(map(evidence, found))
-    best = [c for c in found if evidence(c) > top - CLEAR]
+    best = [c for c in found if evidence(c) > top - RIVAL]
 
     def judged(candidate: Candidate) -> Candidate:
         if candidate in best:

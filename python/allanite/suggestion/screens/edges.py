@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.suggestion.constants import (
+    MAX_QUIET_POWER_RATIO,
+    MIN_RINGING_POWER_RATIO,
+    MIN_WINDOWS_ELSEWHERE,
+    WINDOW_PERIODS,
+)
+
 __all__ = ["without_ringing"]
 
-#: Periods of the middle of a band in a window, and windows that begin within one.
-PERIODS, HOPS = 8, 4
-#: Windows elsewhere with which those of the stretch are compared.
-ELSEWHERE = 64
-#: What is so many times as powerful as elsewhere rings; a window with less power than so many times that is quiet.
-RINGS, QUIET = 100.0, 4.0
+#: Windows that begin within the length of one window.
+OVERLAPPING_WINDOWS = 4
 
 
 def without_ringing(
@@ -24,7 +27,7 @@ def without_ringing(
     at either end. None where there is no room for two, or nothing that rings there.
     """
     n = samples.size
-    length = PERIODS * 4 * n // (low + high)
+    length = WINDOW_PERIODS * 4 * n // (low + high)
     start, end = round(first * n), round(last * n)
     if end - start < 2 * length:
         return None
@@ -36,17 +39,17 @@ def without_ringing(
         found = np.fft.rfft(pieces * window, axis=1)[:, inside]
         return np.asarray((found.real**2 + found.imag**2).sum(axis=1))
 
-    hop = length // HOPS
+    hop = length // OVERLAPPING_WINDOWS
     at = np.arange(max(0, start - length), min(n, end + length) - length + 1, hop)
     others = np.concatenate(
         [np.arange(0, start - length + 1, hop), np.arange(end, n - length + 1, hop)]
     )
-    if others.size < ELSEWHERE:
+    if others.size < MIN_WINDOWS_ELSEWHERE:
         return None
-    usual = float(np.median(power(others[:: others.size // ELSEWHERE])))
+    usual = float(np.median(power(others[:: others.size // MIN_WINDOWS_ELSEWHERE])))
     there = power(at) / usual if usual > 0.0 else np.zeros(at.size)
-    loud = at[there > QUIET]
-    if not there.size or there.max() < RINGS:
+    loud = at[there > MAX_QUIET_POWER_RATIO]
+    if not there.size or there.max() < MIN_RINGING_POWER_RATIO:
         return None
     half = length // 2
     # What reaches an end of the record begins, or ends, there.

@@ -15,9 +15,21 @@ from allanite.fit.likelihood.whitened import ends_of, step_in, with_normal_tails
 from allanite.fit.missing.completion import complete
 from allanite.recording.repeats import longest_run
 from allanite.recording.tails import outlier_limit
+from allanite.suggestion.constants import (
+    END_NEIGHBORS,
+    END_OUTLIER_PROBABILITY,
+    FALSE_ALARM_PROBABILITY,
+    LEVEL_CELLS,
+    MAX_EQUAL_NEIGHBOR_FRACTION,
+    MAX_EXCLUDED_FRACTION,
+    MAX_EXCLUSION_PROBABILITY,
+    MIN_DISTURBANCE_ORDINATES,
+    MIN_DISTURBANCE_POWER_RATIO,
+    MIN_POWER_VALUES,
+    MIN_STUCK_SAMPLES,
+    NARROW_DISTURBANCE_FACTOR,
+)
 from allanite.suggestion.evidence import (
-    COARSE,
-    FALSE_ALARM,
     best_interval,
     refine,
     two_levels,
@@ -41,18 +53,12 @@ __all__ = [
     "screen_outliers",
 ]
 
-#: Samples behind one at an end that it is compared with, and places at which is seen how far samples usually are apart.
-BEHIND, USUAL = 9, 1 << 14
-#: A disturbance is at most this part of the record, and this many times as powerful in some band.
-LONGEST, LOUD = 0.2, 2.0
-#: Fewest samples of one value in a row that say that it stood still, and part of neighbours that may be equal else.
-STILL, RARELY = 16, 0.1
-#: Chance below which samples are thrown away.
-RARE = 1e-6
-#: By how much a narrow band exceeds its mean for a while.
-SWELLS = 10.0
-#: Bands of an octave, fewest ordinates of one, and stretches elsewhere with which the stretch is compared.
-NARROW, FEWEST, ELSEWHERE = 7, 8, 16
+#: Most places of the record at which the usual distance between neighbors is measured.
+MAX_PLACES = 1 << 14
+#: Bands of an octave in which a disturbance is compared with other times.
+BANDS_PER_OCTAVE = 7
+#: Segments elsewhere with which a disturbance is compared.
+SEGMENTS_ELSEWHERE = 16
 
 
 #: Of an octave that hears a stretch: ln of its chance, from and to which part of the record, relative power, its freedom.
@@ -73,19 +79,21 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     if ends < 1:
         return found
     samples = data.residual(solution.model)
-    reach = np.arange(BEHIND)
+    reach = np.arange(END_NEIGHBORS)
 
     def apart(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
 
-    places = np.linspace(0, data.n - 1 - BEHIND - ends, min(data.n, USUAL)).astype(np.int64)
+    places = np.linspace(0, data.n - 1 - END_NEIGHBORS - ends, min(data.n, MAX_PLACES)).astype(
+        np.int64
+    )
     gap = 1
     usual = apart(places, 1)
     scales = {gap: _scale(usual)}
     if scales[gap] == 0.0:
         return found
-    chance = 0.001 / (2 * ends)
+    chance = END_OUTLIER_PROBABILITY / (2 * ends)
     limit = -float(ndtri(0.5 * chance))
     step = step_in(data, usual) / scales[gap]
     limit = max(limit, outlier_limit(usual / scales[gap], chance, step))
@@ -139,17 +147,20 @@ def screen_outliers(
     if scale == 0.0:
         return None
     z = np.abs(samples - centre) / scale
-    limit = -float(ndtri_exp(np.log(0.005 / data.n)))
+    limit = -float(ndtri_exp(np.log(0.5 * FALSE_ALARM_PROBABILITY / data.n)))
     if z.max() > limit:
         # What the record's own tail reaches is none; a coarse step rounds up.
         there = size if data.missing is None else size[~data.missing]
         limit = max(
-            limit, outlier_limit(there / scale, 0.01 / data.n, step_in(data, samples) / scale)
+            limit,
+            outlier_limit(
+                there / scale, FALSE_ALARM_PROBABILITY / data.n, step_in(data, samples) / scale
+            ),
         )
     z = np.where(z > limit, z, 0.0)
     z += at_the_ends(solution, data)
     index = np.flatnonzero(z)
-    if index.size == 0 or index.size > data.n // 5:
+    if index.size == 0 or index.size > MAX_EXCLUDED_FRACTION * data.n:
         return None
     seen = data.samples if data.missing is None else data.samples[~data.missing]
     if float(np.ptp(np.quantile(seen, [0.01, 0.99]))) == 0.0:
@@ -194,10 +205,11 @@ def _taken_out(
 
 
 def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """The stretch in which a band is `LOUD` times as powerful as else, as far as any octave shows it.
+    """The disturbance with the lowest p-value, or a stuck value if the record has one; None if there is neither.
 
-    Short enough that what remains is the record. Each octave is searched as the white level is. A stretch in which one
-    value stands still comes before.
+    A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment is at
+    most `MAX_EXCLUDED_FRACTION` of the record. Each octave is searched for one interval; octaves that see the same
+    disturbance begin earlier or end later extend the segment.
     """
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out
@@ -210,15 +222,17 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
     told: list[_Heard] = []
     for low, high, power, freedom in bands:
         size = power.size
-        start, end, _, chance = best_interval(power, freedom, min(COARSE, size // 8))
+        start, end, _, chance = best_interval(power, freedom, min(LEVEL_CELLS, size // 8))
         chance += float(np.log(len(bands)))
-        if chance > np.log(RARE) or end - start > LONGEST * size:
+        if chance > np.log(MAX_EXCLUSION_PROBABILITY) or end - start > MAX_EXCLUDED_FRACTION * size:
             continue
-        if size > COARSE:
-            start, end, _ = refine(power, freedom, start, end, size // COARSE)
+        if size > LEVEL_CELLS:
+            start, end, _ = refine(power, freedom, start, end, size // LEVEL_CELLS)
         outside = np.delete(power, np.s_[start:end]).mean()
         loud = _narrowly(samples, low, high, start / size, end / size)
-        if (power[start:end].mean() / outside if loud is None else loud) < LOUD:
+        if (
+            power[start:end].mean() / outside if loud is None else loud
+        ) < MIN_DISTURBANCE_POWER_RATIO:
             continue
         # A value of the octave is known to itself.
         times = max(start - 1, 0) / size, min(end + 1, size) / size
@@ -247,7 +261,7 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
 def _stretch(start: float, end: float) -> Modifier | None:
     """The effect of the catalogue that takes this interval out."""
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
-    return kinds[0].during(start, end, LOUD) if kinds else None
+    return kinds[0].during(start, end, MIN_DISTURBANCE_POWER_RATIO) if kinds else None
 
 
 def _standing_still(solution: Solution, data: Data) -> Candidate | None:
@@ -259,7 +273,12 @@ def _standing_still(solution: Solution, data: Data) -> Candidate | None:
     # By chance alone: that many in a row, anywhere in the record, of neighbours that are equal as often as elsewhere.
     share = max(equal - count + 1, 1) / (data.n - 1)
     chance = float(np.log(data.n) + (count - 1) * np.log(share))
-    if share > RARELY or count < STILL or count > LONGEST * data.n or chance > np.log(RARE):
+    if (
+        share > MAX_EQUAL_NEIGHBOR_FRACTION
+        or count < MIN_STUCK_SAMPLES
+        or count > MAX_EXCLUDED_FRACTION * data.n
+        or chance > np.log(MAX_EXCLUSION_PROBABILITY)
+    ):
         return None
     begin = data.start + first / data.rate
     note = f"One value stands for {count} samples from {begin:.6g} s: a stuck sensor or a lost link"
@@ -270,10 +289,10 @@ def _standing_still(solution: Solution, data: Data) -> Candidate | None:
 def _narrowly(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> float | None:
-    """How many times as powerful the loudest part of a band of ordinates is between two parts of the record.
+    """Largest ratio, over the bands within some ordinates, of the power in a segment to the median power elsewhere.
 
-    Over `SWELLS` where something narrow is in the band at half of the other times: it swells and may wander. None where
-    the stretch is too short to tell.
+    The segment is given in fractions of the record. The ratio is divided by `NARROW_DISTURBANCE_FACTOR` if half of the
+    other segments have something narrow in these ordinates: that may swell or wander. None if the segment is too short.
     """
     from scipy.fft import next_fast_len, rfft
 
@@ -282,10 +301,14 @@ def _narrowly(
     length = end - start
     padded = next_fast_len(length, real=True)
     # Two more to either side, beside which the first and the last stand out.
-    steps = (high / low) ** (np.arange(-2, NARROW + 3) / NARROW)
+    steps = (high / low) ** (np.arange(-2, BANDS_PER_OCTAVE + 3) / BANDS_PER_OCTAVE)
     edges = np.unique(np.round(low * padded / (2 * n) * steps).astype(int))
     others = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
-    if edges[-1] > padded // 2 or edges.size < steps.size or np.diff(edges).min() < FEWEST:
+    if (
+        edges[-1] > padded // 2
+        or edges.size < steps.size
+        or np.diff(edges).min() < MIN_DISTURBANCE_ORDINATES
+    ):
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
@@ -294,13 +317,19 @@ def _narrowly(
         return np.asarray(np.add.reduceat(power, edges[:-1]) / np.diff(edges))
 
     window = np.hanning(length)
-    some = sorted({others[k * len(others) // ELSEWHERE] for k in range(ELSEWHERE)})
+    some = sorted(
+        {others[k * len(others) // SEGMENTS_ELSEWHERE] for k in range(SEGMENTS_ELSEWHERE)}
+    )
     usual = np.array([spectrum(at) for at in some])
     # Of a band with as many ordinates two values differ by so much by chance.
     clearly = 1.0 + 8.0 / np.sqrt(np.diff(edges)[2:-2])
     peaks = usual[:, 2:-2] > clearly * np.maximum(usual[:, :-4], usual[:, 4:])
     louder = float(np.max((spectrum(start) / np.median(usual, axis=0))[2:-2]))
-    return louder / SWELLS if 2 * np.count_nonzero(peaks.any(axis=1)) >= len(some) else louder
+    return (
+        louder / NARROW_DISTURBANCE_FACTOR
+        if 2 * np.count_nonzero(peaks.any(axis=1)) >= len(some)
+        else louder
+    )
 
 
 def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
@@ -308,7 +337,9 @@ def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float)
     from scipy.special import chdtrc
 
     part = power[round(first * power.size) + 1 : round(last * power.size) - 1]
-    return bool(part.size and chdtrc(freedom * part.size, freedom * part.sum()) < FALSE_ALARM)
+    return bool(
+        part.size and chdtrc(freedom * part.size, freedom * part.sum()) < FALSE_ALARM_PROBABILITY
+    )
 
 
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
@@ -316,7 +347,7 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
     return [
         (low, high, power, each / overdispersion(power, each))
         for low, high, power, each in steady.bands
-        if power.size >= 64 and float(power.max()) > 0.0
+        if power.size >= MIN_POWER_VALUES and float(power.max()) > 0.0
     ]
 
 

@@ -13,6 +13,12 @@ from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Level
 from allanite.fit.likelihood.whitened import cell_means
+from allanite.suggestion.constants import (
+    LEVEL_CELLS,
+    MAX_PERIOD_PROBABILITY,
+    MIN_LEVEL_DELTA_LOGL,
+    MIN_LEVEL_PERIODS,
+)
 from allanite.suggestion.screens.borders import moved
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -20,7 +26,6 @@ if TYPE_CHECKING:
     from allanite.effects import Model
 
 __all__ = [
-    "CLOSE",
     "Series",
     "log_slope",
     "screen_columns",
@@ -31,12 +36,14 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-#: Stretches between which a level may change, before the times are refined; and of the axis on which a period is found.
-COARSE, FINE = 256, 65_536
-#: Forms whose logL, less what their numbers cost, differ by less are offered side by side.
-CLOSE = 3.0
-#: Fewest periods in a record, harmonics of a gate that are added up, phases, and periods tried about the best.
-PERIODS, HARMONICS, PHASES, NEAR = 4, 6, 64, 33
+#: Most cells of the record in which a period or a column is compared with the power.
+PERIOD_CELLS = 65_536
+#: Harmonics of a gate whose powers are summed.
+HARMONICS = 6
+#: Phases of a period at which a gate may begin and end.
+PHASES = 64
+#: Periods tried around the best one.
+REFINED_PERIODS = 33
 #: Slope of the logarithm of the chance of H (de Jager & Büsching 2010, A&A 517).
 H_SLOPE = 0.398
 
@@ -136,7 +143,7 @@ def _blanks(model: Model, columns: Mapping[str, Array]) -> list[Level]:
 
 def _stretches(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
     """Places between stretches of one level, of two that take turns or of any, each worth its price."""
-    cells = min(COARSE, power.size // 8)
+    cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
     price = 0.5 * np.log(max(freedom * power.size, 2.0))
     coarse = np.add.reduceat(power, edges[:-1]) / np.diff(edges)
@@ -257,7 +264,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     from scipy.special import log_ndtr
 
     kinds = [type(blank) for blank in _blanks(model, {})]
-    cells = min(FINE, series.judged.size)
+    cells = min(PERIOD_CELLS, series.judged.size)
     power = cell_means(series.judged, cells)
     freedom = series.freedom * series.judged.size / cells
     rest = power - power.mean()
@@ -266,7 +273,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         return None
     ratio = np.abs(np.fft.rfft(rest, 2 * cells)) ** 2 / (cells * spread)
     highest = cells // HARMONICS
-    places = np.arange(2 * PERIODS, highest)
+    places = np.arange(2 * MIN_LEVEL_PERIODS, highest)
     if places.size < 8:
         return None
     h = np.zeros(places.size)
@@ -276,10 +283,10 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         h = np.maximum(h, total - 4.0 * m + 4.0)
     top = int(np.argmax(h))
     chance = np.log(2.0 * places.size) - H_SLOPE * float(h[top])
-    if chance > np.log(0.1):
+    if chance > np.log(MAX_PERIOD_PROBABILITY):
         return None
     best = (-np.inf, 0.0, 0, 0)
-    for cycles in 0.5 * (places[top] + np.linspace(-1.0, 1.0, NEAR)):
+    for cycles in 0.5 * (places[top] + np.linspace(-1.0, 1.0, REFINED_PERIODS)):
         period = cells / cycles
         place = (np.arange(cells) / period) % 1.0 * PHASES
         which = place.astype(np.int64)
@@ -291,7 +298,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         if gain > best[0]:
             best = (gain, period, first, last)
     gain, period, first, last = best
-    if gain <= 4.0:
+    if gain <= MIN_LEVEL_DELTA_LOGL:
         return None
     step = (series.end - series.start) / cells
     phase = (np.arange(cells) / period * PHASES - first) % PHASES
@@ -336,7 +343,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
 
     blanks = [blank for blank in _blanks(model, columns) if blank.follows is not None]
     found = []
-    cells = min(FINE, series.judged.size)
+    cells = min(PERIOD_CELLS, series.judged.size)
     power = cell_means(series.judged, cells)
     freedom = series.freedom * series.judged.size / cells
     for blank in blanks:
@@ -347,7 +354,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
         if spread <= 0.0:
             continue
         slope, gain = log_slope(power, values / spread, freedom)
-        if gain < 4.0:
+        if gain < MIN_LEVEL_DELTA_LOGL:
             continue
         chance = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
         # What else is in the bands dilutes it.

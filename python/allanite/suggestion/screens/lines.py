@@ -16,6 +16,21 @@ from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.likelihood.stop_band import empty
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.shapes.shape import ZOOM, polish_line
+from allanite.suggestion.constants import (
+    MAX_LINE_HARMONIC,
+    MAX_LINES_REFITTED,
+    MAX_PULSE_HARMONIC,
+    MAX_SPACED_LINES,
+    MAX_STRONGEST_HARMONIC,
+    MIN_COMB_FRACTION,
+    MIN_DELTA_LOGL_OVER_SIMPLER,
+    MIN_HARMONIC_HEIGHT,
+    MIN_LINE_CYCLES,
+    MIN_LINE_PEAK,
+    MIN_LINES_REFITTED,
+    MIN_SPACED_LINE_HEIGHT,
+    MIN_SPACED_LINES,
+)
 from allanite.suggestion.evidence import Family, log_chance, trials_at
 from allanite.suggestion.known_frequencies import known_bands
 from allanite.suggestion.screens.spectral import Candidate
@@ -29,24 +44,10 @@ if TYPE_CHECKING:
 
 __all__ = ["screen_lines"]
 
-#: Below this many cycles in the record a line is a drift.
-FEWEST_CYCLES = 4
-#: Lines refitted in full, of the strongest ones; and those of a comb, which stand out by `CLEAR`.
-FEWEST, MOST = 2, 12
-#: A peak lower than this is not worth a refit: a search of a hundred samples reaches it.
-LEAST = 6.0
-#: Height above the noise of a harmonic: 3 in 10 000 at each place by chance. And the highest looked for.
-CLEAR, HIGHEST = 8.0, 12
-#: Highest harmonic of a train of pulses, which has them all: which of them the strongest line may be, and the share of
-#: those looked for that must stand out.
-PULSES, STRONGEST, MOST_OF = 64, 32, 0.6
-#: Most lines among which a comb is looked for, logL of each above the price of its search, and fewest lines of a comb.
-#: Chosen: none of 50 sets of 20 random places is a comb.
-PEAKS, ALONE, FEWEST_SPACED = 48, 3.0, 5
-#: Ordinates to each side in which a line's width is looked for.
-WIDE = 256
-#: Median of χ²₁: that of the squared ordinates of white noise over their variance.
-MEDIAN = 0.4549
+#: Ordinates on each side of a line in which its width is measured.
+WIDTH_ORDINATES = 256
+#: Median of χ²₁, the distribution of squared ordinates of white noise over their variance.
+MEDIAN_CHI2_1 = 0.4549
 
 
 def _over_level(power: NDArray[np.float64], floor: float, bins: Bins) -> list[tuple[int, float]]:
@@ -87,15 +88,15 @@ def screen_lines(
         whitened = _kernels.inverse_cosine_transform(white)
     ratio = _kernels.padded_periodogram(whitened)
     levels = _over_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
-    ratio[: 2 * FEWEST_CYCLES] = 0.0
+    ratio[: 2 * MIN_LINE_CYCLES] = 0.0
     ratio[-2:] = 0.0
     noise = solution.noise(data)
     found: list[Candidate] = []
-    for k in range(MOST):
+    for k in range(MAX_LINES_REFITTED):
         go_on()
         give_back(data.samples.size)
         top, above = _strongest(ratio, data)
-        if ratio[top] <= LEAST or (k >= FEWEST and above < CLEAR):
+        if ratio[top] <= MIN_LINE_PEAK or (k >= MIN_LINES_REFITTED and above < MIN_HARMONIC_HEIGHT):
             break
         level = next(level for end, level in levels if top < end)
         width, surplus = _wander(top, solution, data, level)
@@ -159,17 +160,17 @@ def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
     ranges = [(low, high) for low, high in ranges if low < min(high, ratio.size)]
     tops = np.array([low + int(np.argmax(ratio[low:high])) for low, high in ranges])
     surplus = ratio[tops] - np.log(trials_at(tops / 2.0, data.n, data.rate))
-    surplus[ratio[tops] <= LEAST] = -np.inf
+    surplus[ratio[tops] <= MIN_LINE_PEAK] = -np.inf
     best = int(np.argmax(surplus))
     return int(tops[best]), float(surplus[best])
 
 
 def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """Places of the lines that stand out by themselves, in half cycles; the strongest `PEAKS`."""
+    """Places of the lines that stand out by themselves, in half cycles; the strongest `MAX_SPACED_LINES`."""
     left, found = ratio.copy(), []
-    for _ in range(PEAKS):
+    for _ in range(MAX_SPACED_LINES):
         top, above = _strongest(left, data)
-        if left[top] <= LEAST or above < ALONE:
+        if left[top] <= MIN_LINE_PEAK or above < MIN_SPACED_LINE_HEIGHT:
             break
         found.append(top)
         _take_out(left, top, 8)
@@ -177,10 +178,10 @@ def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
 
 
 def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
-    """The lowest of evenly spaced lines among these `places`, and the multiples of it at which the lines are.
+    """The lowest of evenly spaced lines among these `places`, and the frequencies of all of them as multiples of it.
 
-    At least `FEWEST_SPACED` of them, and `MOST_OF` of all places between the lowest and the highest. None where there are
-    none, or where they are harmonics.
+    The comb has at least `MIN_SPACED_LINES` lines, at `MIN_COMB_FRACTION` or more of the places between its lowest and its
+    highest line. None if there is no such comb, or if its lines are harmonics of the spacing.
     """
     at = np.sort(np.array(places, dtype=np.float64))
     best: tuple[int, float, float, NDArray[np.float64]] | None = None
@@ -196,7 +197,7 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
                 step, start = (float(v) for v in np.polyfit(order[on], at[on], 1))
             else:
                 count, span = int(on.sum()), int(np.ptp(order[on])) + 1
-                enough = count >= FEWEST_SPACED and count >= MOST_OF * span
+                enough = count >= MIN_SPACED_LINES and count >= MIN_COMB_FRACTION * span
                 if enough and (best is None or count > best[0]):
                     best = count, start + order[on].min() * step, step, order[on] - order[on].min()
     if best is None or abs(best[1] / best[2] - round(best[1] / best[2])) * best[2] <= 2.0:
@@ -209,7 +210,7 @@ def _take_out(ratio: NDArray[np.float64], place: int, reach: int) -> None:
     """Zero in place of a line, and of its side lobes: they are sin²(πd/2)/(πd/2)² of it, at d half cycles."""
     first = max(0, place - reach)
     height = float(ratio[first : place + reach + 1].max(initial=0.0))
-    beyond = int(2.0 / np.pi * np.sqrt(height / LEAST))
+    beyond = int(2.0 / np.pi * np.sqrt(height / MIN_LINE_PEAK))
     ratio[max(0, first - beyond) : place + reach + beyond + 1] = 0.0
 
 
@@ -229,9 +230,13 @@ def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int
 
     A Lorentzian of any height on the single ordinates about the line (their Whittle likelihood).
     """
-    j = np.arange(max(1, top - WIDE), min(solution.ordinates.size, top + WIDE), dtype=np.int64)
+    j = np.arange(
+        max(1, top - WIDTH_ORDINATES),
+        min(solution.ordinates.size, top + WIDTH_ORDINATES),
+        dtype=np.int64,
+    )
     z = solution.ordinates[j] ** 2 / solution.noise(data).variance(j)
-    z /= max(float(np.median(z)) / MEDIAN, 1.0) if level > 1.0 else 1.0
+    z /= max(float(np.median(z)) / MEDIAN_CHI2_1, 1.0) if level > 1.0 else 1.0
     best = (0, -np.inf)
     for half in (1, 2, 4, 8, 16, 32, 64):
         shape = 1.0 / (1.0 + ((j[:, None] - top) / half) ** 2)
@@ -245,7 +250,7 @@ def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int
 
 def _note(frequency: float, width: int, surplus: float, data: Data) -> str:
     """Whether the line is a pure one."""
-    if width == 0 or surplus < CLEAR:
+    if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""
     hertz = width * data.rate / (2.0 * data.n)
     return (
@@ -257,19 +262,19 @@ def _note(frequency: float, width: int, surplus: float, data: Data) -> str:
 def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[int]]:
     """The fundamental (its ordinate) and multiples of the comb to which the line at `top` belongs."""
     best = (top, [1])
-    for divisor in range(1, STRONGEST + 1):
+    for divisor in range(1, MAX_STRONGEST_HARMONIC + 1):
         base = round(top / divisor)
-        if base < 4 * FEWEST_CYCLES + 2 * width:
+        if base < 4 * MIN_LINE_CYCLES + 2 * width:
             break
         highest = (ratio.size - 2) // base
         if divisor <= 3:
-            multiples = _standing(ratio, top, divisor, width, min(HIGHEST, highest))
+            multiples = _standing(ratio, top, divisor, width, min(MAX_LINE_HARMONIC, highest))
             if multiples[:1] == [1] and len(multiples) > len(best[1]):
                 best = (base, multiples)
-        if highest > HIGHEST:
-            places = min(PULSES, highest)
+        if highest > MAX_LINE_HARMONIC:
+            places = min(MAX_PULSE_HARMONIC, highest)
             multiples = _standing(ratio, top, divisor, width, places)
-            many = len(multiples) > max(HIGHEST, MOST_OF * places, len(best[1]))
+            many = len(multiples) > max(MAX_LINE_HARMONIC, MIN_COMB_FRACTION * places, len(best[1]))
             if multiples[:1] == [1] and many:
                 best = (base, multiples)
     return best
@@ -285,6 +290,6 @@ def _standing(
         place = round(m * top / divisor)
         reach = 1 + m * (1 + width) // divisor
         near = ratio[max(0, place - reach) : place + reach + 1]
-        if near.size and near.max() > CLEAR + np.log(near.size):
+        if near.size and near.max() > MIN_HARMONIC_HEIGHT + np.log(near.size):
             found.append(m)
     return found

@@ -14,6 +14,12 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Effect, Model, Moving, Stochastic
 from allanite.fit.engine import solve
+from allanite.suggestion.constants import (
+    MAX_SECTIONS,
+    MIN_COURSE_HALF_WIDTHS,
+    MIN_ORDINATES_PER_HALF_WIDTH,
+    MIN_SECTIONS,
+)
 from allanite.suggestion.screens.band_levels import overlap
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -25,17 +31,18 @@ if TYPE_CHECKING:
 __all__ = ["bands_to_follow", "screen_moving"]
 
 Array = NDArray[np.float64]
-#: Most sections of the record, and fewest; ordinates of a section that a half-width must have.
-SECTIONS, FEWEST, RESOLVED = 64, 8, 8.0
-#: How far from its place a band is looked for, further where it is found at the end, and how much beside that is looked at,
-#: in half-widths; places in one.
-REACHES, ASIDE, PLACES = (6.0, 12.0, 24.0), 3.0, 4
-#: A band moves if it does so by this many half-widths; it is no wider at any time than in the mean.
-FAR, WIDTHS = 1.0, (1.0, 0.5, 0.25)
-#: Strengths that a band which stays may have in a section, of its own: one that is quiet for a while is not elsewhere.
-LEVELS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: Numbers of sections, widths (twice more that of a fit) and distances that are tried: chance has as many more occasions.
-WAYS = (1 + int(np.log2(SECTIONS / FEWEST))) * (len(WIDTHS) + 2) * len(REACHES)
+#: Distances from its mean frequency within which a band is searched, half-widths; the next if it is found at an end.
+REACHES = (6.0, 12.0, 24.0)
+#: Half-widths of spectrum beyond the reach that are compared as well.
+MARGIN = 3.0
+#: Frequencies tried in a half-width.
+PLACES_PER_HALF_WIDTH = 4
+#: Widths of the band that moves, over its width in the mean spectrum: at no time is it wider.
+WIDTH_RATIOS = (1.0, 0.5, 0.25)
+#: Strengths, over the mean strength, that a steady band may have in a section: a band that is quiet has not moved.
+STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
+#: Searches for a course: numbers of sections × widths (and twice that of the fit) × reaches. They multiply the p-value.
+SEARCHES = (1 + int(np.log2(MAX_SECTIONS / MIN_SECTIONS))) * (len(WIDTH_RATIOS) + 2) * len(REACHES)
 
 
 def bands_to_follow(solution: Solution, data: Data) -> list[Process]:
@@ -61,7 +68,7 @@ def screen_moving(bands: list[Process], solution: Solution, data: Data) -> tuple
 
 
 def _may_move(own: Process, data: Data) -> bool:
-    return own.theta > 0.0 and _movable(own.effect) and _sections(own.effect, data) >= FEWEST
+    return own.theta > 0.0 and _movable(own.effect) and _sections(own.effect, data) >= MIN_SECTIONS
 
 
 def _movable(effect: Stochastic) -> bool:
@@ -72,7 +79,9 @@ def _movable(effect: Stochastic) -> bool:
 
 def _sections(band: Stochastic, data: Data) -> int:
     """In how many sections it can be placed, at most."""
-    return data.most_sections(band.occupies or (0.0, 0.0), SECTIONS, RESOLVED)
+    return data.most_sections(
+        band.occupies or (0.0, 0.0), MAX_SECTIONS, MIN_ORDINATES_PER_HALF_WIDTH
+    )
 
 
 def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
@@ -85,7 +94,7 @@ def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)
     sections = _Sections(own, solution, data)
-    course = sections.course([width * w for w in WIDTHS], own.theta, (own.effect,))
+    course = sections.course([width * w for w in WIDTH_RATIOS], own.theta, (own.effect,))
     if course is None:
         return None
     refitted = _along(course, solution, data)
@@ -100,7 +109,7 @@ def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None
                 moving = refitted.processes[-1]
     if not moving.theta:
         return None
-    chance = min(0.0, float(np.log(WAYS)) - course.risen)
+    chance = min(0.0, float(np.log(SEARCHES)) - course.risen)
     effect = moving.effect
     note = f"It stands in the place of {_names(course.gone)}"
     return Candidate(effect, course.risen, effect.family, refitted, log_chance=chance, note=note)
@@ -183,7 +192,7 @@ class _Sections:
                 break
         if found is None or found.risen <= 0.0:
             return None
-        if float(np.ptp(found.places)) < FAR * _half(found.band):
+        if float(np.ptp(found.places)) < MIN_COURSE_HALF_WIDTHS * _half(found.band):
             return None
         return found
 
@@ -191,10 +200,10 @@ class _Sections:
         self, width: float, theta: float, within: tuple[float, float], gone: tuple[Effect, ...]
     ) -> _Course | None:
         """The same of one width with places within two frequencies, of as many sections as explains most."""
-        step = width * 0.5 * sum(within) / PLACES
+        step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
         effect = self.own.effect
-        if places.size <= FAR * PLACES:
+        if places.size <= MIN_COURSE_HALF_WIDTHS * PLACES_PER_HALF_WIDTH:
             return None  # none of them is far enough from another
         bands = [b for f in places if (b := effect.banded(f * (1 - width), f * (1 + width)))]
         if len(bands) < places.size:
@@ -207,12 +216,12 @@ class _Sections:
             return cells.log_likelihood(rest + strength * of_band)
 
         rest = self._rest((effect,), cells)
-        levels = [level * self.own.theta for level in LEVELS]
+        levels = [level * self.own.theta for level in STRENGTHS]
         known = np.max([gains(rest, effect, level) for level in levels], axis=0)
         rest = self._rest(gone, cells)
         rows = np.stack([gains(rest, band, theta) - known for band in bands], axis=1)
         best: _Course | None = None
-        while rows.shape[0] >= FEWEST:
+        while rows.shape[0] >= MIN_SECTIONS:
             path, risen = likeliest(rows)
             if best is None or risen > best.risen:
                 course = places[path] + step * _beside(rows, path)
@@ -228,7 +237,7 @@ class _Sections:
     def _cells(self, within: tuple[float, float], step: float) -> Cells:
         """Where a band may be, and beside it."""
         low, high = self.own.effect.occupies or (0.0, 0.0)
-        aside = 0.5 * ASIDE * (high - low)
+        aside = 0.5 * MARGIN * (high - low)
         return self.sections.cells((within[0] - aside, within[1] + aside), step)
 
 
@@ -246,7 +255,7 @@ def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
     """
     sections, places = gains.shape
     steps = np.arange(places)
-    told = -np.log1p(((steps[:, None] - steps) / PLACES) ** 2)
+    told = -np.log1p(((steps[:, None] - steps) / PLACES_PER_HALF_WIDTH) ** 2)
     told -= np.log(np.exp(told).sum(axis=1))[:, None]
     score = gains[0] - np.log(places)
     came = np.zeros((sections, places), dtype=np.int64)

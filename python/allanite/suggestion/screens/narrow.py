@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Excess", "narrow_bands", "widths_tried"]
 
-#: Ordinates over which power is averaged, each twice the last: as many as lie in a bin of a million samples.
+#: Widths of a band within a bin, ordinates; the widest is a bin of a million samples.
 WIDTHS = tuple(2**k for k in range(2, 13))
 
 

@@ -25,7 +25,17 @@ from allanite.fit.shapes.narrow import flat_about
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import ALIKE, added, other_form, simplest, worth_polishing
 from allanite.fit.shapes.shape import free_places
-from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, line_trials, log_chance
+from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
+    MAX_DESIGNS_POLISHED,
+    MAX_FORMS_EXTENDED,
+    MAX_NARROW_POINTS_CLIMBED,
+    MAX_REFIT_GAIN_RATIO,
+    MIN_DELTA_LOGL_OVER_SIMPLER,
+    MIN_GAIN_PER_DESIGN_PARAMETER,
+    MIN_SPECTRAL_SCREEN_GAIN,
+)
+from allanite.suggestion.evidence import Family, arc_length, line_trials, log_chance
 from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
 
 if TYPE_CHECKING:
@@ -35,18 +45,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 
-#: A candidate that raises logL by less is not refitted.
-LEAST = 0.5
-#: Plain forms of an effect from which the richer one is looked for, and the least rise of logL for which it is taken.
-EXTENDED, WORTH = 8, 8.0
-#: Other designs of a filter of the model that are polished with a candidate, after so many steps of a scan.
-DESIGNS, SCANNED = 3, 5
-#: Points of a narrow effect that are climbed.
-CLIMBED = 60
-#: A narrow band gains at most so many times what a flat one does.
-FLAT = 1.5
-#: What a number of a design must gain.
-PLAINER = 2.0
+#: Fisher steps of the scan over other designs of a filter.
+DESIGN_SCAN_STEPS = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,7 +176,9 @@ def _within_a_bin(
     if data.lost > FEW:
         return None
     best = max(narrow_bands(base, data, white), key=lambda band: band.gain, default=None)
-    if best is None or _chance(FLAT * best.gain, data) > np.log(FALSE_ALARM):
+    if best is None or _chance(MAX_REFIT_GAIN_RATIO * best.gain, data) > np.log(
+        FALSE_ALARM_PROBABILITY
+    ):
         return None
     made = point.banded(best.low, best.high)
     assert made is not None
@@ -198,7 +200,9 @@ def _promising(points: list[Effect], unit: NDArray[np.float64], solution: Soluti
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
     beside = np.maximum(np.append(score[1:], -np.inf), np.append(-np.inf, score[:-1]))
-    best = np.argsort(-np.where(score >= beside, score, -np.inf), kind="stable")[:CLIMBED]
+    best = np.argsort(-np.where(score >= beside, score, -np.inf), kind="stable")[
+        :MAX_NARROW_POINTS_CLIMBED
+    ]
     return [points[i] for i in np.sort(best)]
 
 
@@ -210,13 +214,15 @@ def _extended(
         return model, best
     last = len(model) - 1
     found = model, best
-    for plain, start in sorted(ends, key=lambda end: -end[1].log_likelihood)[:EXTENDED]:
+    for plain, start in sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_FORMS_EXTENDED]:
         for effect in plain.effects[last].extended():
             richer = Model((*plain.effects[:last], effect))
             places = [p for p in free_places(richer) if p[0] == last]
             climbed = part.climb(part.linear(richer), start.theta, start.scale)
             tried = polish(richer, places, climbed, part, roughly=True)
-            if tried[1].log_likelihood > max(found[1].log_likelihood, best.log_likelihood + WORTH):
+            if tried[1].log_likelihood > max(
+                found[1].log_likelihood, best.log_likelihood + MIN_DELTA_LOGL_OVER_SIMPLER
+            ):
                 found = tried
     return found
 
@@ -246,16 +252,19 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
         columns = np.stack([part.linear(other, here).matrix for other in others])
         starts = np.stack([best.theta] * len(others))
         thetas, values, scales = climb_many(
-            part.power, part.count, columns, starts, best.scale, SCANNED
+            part.power, part.count, columns, starts, best.scale, DESIGN_SCAN_STEPS
         )
         designs: dict[tuple[object, ...], int] = {}
         for k in map(int, np.argsort(-values, kind="stable")):
             designs.setdefault(tuple(others[k].effects[place].values[c] for c in choices), k)
-        for k in list(designs.values())[:DESIGNS]:
+        for k in list(designs.values())[:MAX_DESIGNS_POLISHED]:
             start = part.climb(part.linear(others[k]), thetas[k], scales[k])
             tried = polish(others[k], free_places(others[k]), start, part, roughly=True)
             spared = sum(e.numbers for e in found[0]) - sum(e.numbers for e in tried[0])
-            if tried[1].log_likelihood > found[1].log_likelihood - PLAINER * spared:
+            if (
+                tried[1].log_likelihood
+                > found[1].log_likelihood - MIN_GAIN_PER_DESIGN_PARAMETER * spared
+            ):
                 found = tried
     return found
 
@@ -271,7 +280,7 @@ def _near(point: Effect, effect: Effect) -> bool:
 def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -> Candidate | None:
     """The best of many starting points, shapes polished from the best few that differ."""
     scanned = added(base.model, points, base.best, part)
-    if scanned[0][0].log_likelihood - base.best.log_likelihood < LEAST:
+    if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SPECTRAL_SCREEN_GAIN:
         return None
     last = len(base.model)
     ends = [
@@ -279,8 +288,8 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -
         for found, model in worth_polishing(scanned)
     ]
     model, best = simplest(ends, last)
-    if best.log_likelihood > base.best.log_likelihood + WORTH:
-        top = sorted(ends, key=lambda end: -end[1].log_likelihood)[:DESIGNS]
+    if best.log_likelihood > base.best.log_likelihood + MIN_DELTA_LOGL_OVER_SIMPLER:
+        top = sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_DESIGNS_POLISHED]
         others = [other_form(plain, last, start, part) for plain, start in top]
         model, best = max(
             [(model, best), *others],

@@ -11,8 +11,9 @@ from allanite.effects import Moving
 from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, judge
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band
 from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
+from allanite.suggestion.constants import MIN_BURST_CYCLES, MIN_DELTA_LOGL_OVER_SIMPLER
 from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
-from allanite.suggestion.screens.drifting import CLEAR, wanted, with_it
+from allanite.suggestion.screens.drifting import wanted, with_it
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
 
 __all__ = ["screen_tones"]
-
-#: Fewest turns of a burst: a wave or two of a slow process is nothing that was switched on.
-TURNS = 8.0
 
 
 def screen_tones(
@@ -53,11 +51,11 @@ def _best(
     hope /= loud
     frequency = middle / T
     there = [c.gain for c in lasting if _at(c, frequency, 1.0 / ((last - first) * T))]
-    least = max([*there, steady(band, middle) / loud]) + CLEAR
+    least = max([*there, steady(band, middle) / loud]) + MIN_DELTA_LOGL_OVER_SIMPLER
     family = Family("line", width=line_trials(data.n) * trials(band))
     if hope < least or frequency <= 0.0 or not may_show(family, hope):
         return None
-    if middle * (last - first) < TURNS or _on_a_course(frequency, solution):
+    if middle * (last - first) < MIN_BURST_CYCLES or _on_a_course(frequency, solution):
         return None
     if _wrong_elsewhere(frequency, 1.0 / ((last - first) * T), solution, data):
         return None

@@ -12,12 +12,19 @@ from allanite.effects import CATALOGUE, Level, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.crowding import crest, crowding
 from allanite.fit.likelihood.whitened import ends_of, white_power, whiten, with_normal_tails
+from allanite.fit.rivals.evidence import RIVAL
 from allanite.recording.tails import coarse_step
-from allanite.suggestion.evidence import COARSE, FALSE_ALARM, best_interval, refine
+from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
+    LEVEL_CELLS,
+    MIN_CODE_CHANGE_FRACTION,
+    MIN_LEVEL_DELTA_LOGL,
+    MIN_POWER_VALUES,
+)
+from allanite.suggestion.evidence import best_interval, refine
 from allanite.suggestion.screens.borders import between_values, of_stretches, within_cells
 from allanite.suggestion.screens.exclusions import screen_outliers
 from allanite.suggestion.screens.level_forms import (
-    CLOSE,
     Series,
     screen_columns,
     screen_cycle,
@@ -40,9 +47,6 @@ __all__ = [
     "screen_moments",
     "unsteady",
 ]
-
-#: Part of the samples that differ from the one before, of noise that is rounded to three of its standard deviations.
-DITHERED = 0.25
 
 
 def screen_moments(
@@ -71,7 +75,7 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
         return False
     gain = effect.gain(data.time, data.covariates)
     loud = gain > np.sqrt(gain.min() * gain.max())
-    if candidate.log_chance > np.log(FALSE_ALARM) or loud.all():
+    if candidate.log_chance > np.log(FALSE_ALARM_PROBABILITY) or loud.all():
         return False
     usual = [float(np.median(np.abs(whitened.samples[part]))) for part in (loud, ~loud)]
     power = [float(np.mean(whitened.samples[part] ** 2)) for part in (loud, ~loud)]
@@ -96,7 +100,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
         return []
     price = 0.5 * np.log(max(series.freedom * series.power.size, 2.0))
     best = max(c.gain - price * c.parameters for c in found)
-    kept = [c for c in found if c.gain - price * c.parameters > best - CLOSE]
+    kept = [c for c in found if c.gain - price * c.parameters > best - RIVAL]
     kept = [_refitted(_sharp(c, series, solution, data, whitened), solution, data) for c in kept]
     if any(effect.passing for effect in solution.model.modifiers):
         kept = [c for c in kept if _steadies(c, data, series)]
@@ -107,7 +111,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
     """The power of the white noise over time; None where there is too little of it, or it depends on the bias."""
     calm = whitened.without_single
     power, share, freedom = white_power(solution, data, calm)
-    if power is None or power.size < 64 or _dithered(data):
+    if power is None or power.size < MIN_POWER_VALUES or _dithered(data):
         return None
     steady = with_normal_tails(whitened)
     judged = power if steady is calm else white_power(solution, data, steady)[0]
@@ -136,7 +140,9 @@ def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
 def _dithered(data: Data) -> bool:
     """True if the samples rarely change code, so the noise level depends on the bias."""
     seen = data.samples if data.missing is None else data.samples[~data.missing]
-    return coarse_step(seen) > 0.0 and float(np.mean(np.diff(seen) != 0.0)) < DITHERED
+    return (
+        coarse_step(seen) > 0.0 and float(np.mean(np.diff(seen) != 0.0)) < MIN_CODE_CHANGE_FRACTION
+    )
 
 
 def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
@@ -191,7 +197,7 @@ def _sharp(
     square[:ends] = square[ends : 5 * ends].mean()
     square[data.n - ends :] = square[data.n - 5 * ends : data.n - ends].mean()
     places = np.round((np.array(times) - data.start) * data.rate).astype(np.int64)
-    places = between_values(square, places, factors, max(1, data.n // COARSE))
+    places = between_values(square, places, factors, max(1, data.n // LEVEL_CELLS))
     moments = tuple((data.start + places / data.rate).tolist())
     near = np.round([series.place(time) for time in moments]).astype(np.int64)
     levels = of_stretches(series.power, near, factors) / series.power.mean()
@@ -213,7 +219,8 @@ def unsteady(
     sure = [
         c
         for c in levels
-        if c.log_chance is not None and c.log_chance + np.log(searches) < np.log(FALSE_ALARM)
+        if c.log_chance is not None
+        and c.log_chance + np.log(searches) < np.log(FALSE_ALARM_PROBABILITY)
     ]
     if not sure:
         return 1.0, 1.0
@@ -227,7 +234,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
     """
     power, size = series.judged, series.judged.size
-    cells = min(COARSE, size // 8)
+    cells = min(LEVEL_CELLS, size // 8)
     start, end, gain, chance = best_interval(power, series.freedom, cells)
     if size > cells:
         # Where it begins and ends is a matter of the estimate; what was tried and found is above.
@@ -241,7 +248,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     effect = next((change for change in changes if change is not None), None)
     # Where the model is wrong by so much anyway, or a factor is known no better, a smaller change of level is no effect.
     least = max(discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
-    if effect is None or gain < 4.0 or abs(factor - 1.0) < least:
+    if effect is None or gain < MIN_LEVEL_DELTA_LOGL or abs(factor - 1.0) < least:
         return None
     return Candidate(effect, gain, "level", None, 3, min(0.0, chance))
 

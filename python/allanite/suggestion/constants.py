@@ -1,0 +1,356 @@
+"""Constants that decide which effects are suggested and which the search adds, drops or replaces.
+
+Each comment gives the unit, what is compared with the constant, and the basis of its value. "Judgment" means chosen by
+judgment; not measured. Grids of shapes and sizes of arrays are defined where they are used. Two limits are defined in
+`allanite.fit`: `RIVAL`, the score within which two models cannot be distinguished, and `POLISH`, the most that the polish
+of shapes adds to logL.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Errors of a whole check.
+
+#: Unit: probability. False-alarm probability of all suggestions of one check together.
+#: Basis: definition; 0.75–1 % of the null records of the statistical tests raise an alarm.
+FALSE_ALARM_PROBABILITY = 0.01
+#: Unit: 1. Families of candidates that are assumed to share the false-alarm probability when a search decides whether a
+#: refit is worthwhile.
+#: Basis: a lower limit of the number of families of a check, so that no significant candidate is skipped.
+MIN_SEARCH_FAMILIES = 8.0
+#: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search. A candidate is refitted only if this multiple
+#: could be significant.
+#: Basis: judgment. One unit test repeats a check without the limit and finds the same.
+MAX_REFIT_GAIN_RATIO = 1.5
+
+# Order of the suggestions.
+
+#: Unit: 1. Overdispersion of the spectrum above which a change of the noise level goes before all other suggestions.
+#: Basis: judgment; a tenth of the record seven times as loud otherwise raised two to four false suggestions.
+MIN_OVERDISPERSION_LEVEL_FIRST = 1.1
+#: Unit: fraction. A candidate is explained by another effect if less of its power or evidence remains beside that effect.
+#: Basis: judgment.
+MAX_EXPLAINED_REMAINDER = 0.1
+#: Unit: 1. Ratio of scores above which outliers or a change of the white noise go before all other suggestions.
+#: Basis: judgment; needed for a phase that wraps at the range of its counter.
+MIN_SCORE_RATIO_AHEAD = 10.0
+#: Unit: record length / gap. Outliers closer than the record length over this number form one cluster.
+#: Basis: judgment; needed for a tap that had been called a resonance.
+OUTLIER_CLUSTER_DIVISOR = 256
+#: Unit: samples. Mean number of outliers in each cluster from which the outliers are an event.
+#: Basis: judgment.
+MIN_OUTLIERS_PER_CLUSTER = 4
+#: Unit: nats. Smallest ΔlogL of a disturbance beside other changes in time.
+#: Basis: derivation; a dozen octaves, ½χ²₁ each, together exceed it once in 200 records.
+MIN_DISTURBANCE_DELTA_LOGL = 14.0
+#: Unit: fraction. Two suggestions explain the same misfit if they share more than this part of the smaller ΔlogL.
+#: Basis: judgment.
+MIN_SHARED_GAIN_FRACTION = 0.5
+
+# Random processes and filters.
+
+#: Unit: nats. Smallest ΔlogL of the best grid point for which a process or filter is refitted.
+#: Basis: judgment; far below any significant ΔlogL.
+MIN_SPECTRAL_SCREEN_GAIN = 0.5
+#: Unit: nats. Smallest ΔlogL of a screen for which a slow function is refitted, or the band of a resonance is searched
+#: for a line.
+#: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %.
+MIN_SCREEN_GAIN = 3.0
+#: Unit: nats. ΔlogL by which a richer form must beat the simpler one: a drifting line or a tone burst a steady line, a
+#: wandering line a pure one, a filter with a noise floor a filter without.
+#: Basis: judgment.
+MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
+#: Unit: forms. Plain forms of an effect, best first, from which the richer form is searched.
+#: Basis: judgment.
+MAX_FORMS_EXTENDED = 8
+#: Unit: designs. Best designs of a filter that are polished.
+#: Basis: judgment.
+MAX_DESIGNS_POLISHED = 3
+#: Unit: points. Grid points of a resonance or a notch that are climbed.
+#: Basis: judgment.
+MAX_NARROW_POINTS_CLIMBED = 60
+#: Unit: nats per parameter. ΔlogL that each further parameter of a filter design must gain.
+#: Basis: judgment.
+MIN_GAIN_PER_DESIGN_PARAMETER = 2.0
+
+# Lines and narrow bands.
+
+#: Unit: 1. Largest relative error of a mains frequency and of the sensor's clock.
+#: Basis: judgment.
+MAINS_TOLERANCE = 0.002
+#: Unit: cycles in the record. A periodic signal with fewer cycles is a drift, not a line.
+#: Basis: judgment.
+MIN_LINE_CYCLES = 4
+#: Unit: lines. Strongest lines that are refitted whatever their height.
+#: Basis: judgment.
+MIN_LINES_REFITTED = 2
+#: Unit: lines. Most lines that are refitted in one check.
+#: Basis: judgment.
+MAX_LINES_REFITTED = 12
+#: Unit: nats. Peaks of the periodogram below this height are not refitted.
+#: Basis: derivation; the search of 100 samples reaches this height by chance.
+MIN_LINE_PEAK = 6.0
+#: Unit: nats. Height of a harmonic or of a further line above ln of the number of frequencies searched for it.
+#: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each.
+MIN_HARMONIC_HEIGHT = 8.0
+#: Unit: 1. Highest harmonic of a line that is searched.
+#: Basis: judgment.
+MAX_LINE_HARMONIC = 12
+#: Unit: 1. Highest harmonic of a train of pulses that is searched.
+#: Basis: judgment.
+MAX_PULSE_HARMONIC = 64
+#: Unit: 1. Highest harmonic that the strongest line of a train of pulses may be.
+#: Basis: judgment.
+MAX_STRONGEST_HARMONIC = 32
+#: Unit: fraction. Part of the places of a comb at which a line must stand out.
+#: Basis: judgment; none of 50 sets of 20 random places is a comb.
+MIN_COMB_FRACTION = 0.6
+#: Unit: lines. Fewest lines of an evenly spaced comb.
+#: Basis: judgment; none of 50 sets of 20 random places is a comb.
+MIN_SPACED_LINES = 5
+#: Unit: lines. Strongest lines among which an evenly spaced comb is searched.
+#: Basis: judgment.
+MAX_SPACED_LINES = 48
+#: Unit: nats. Height of a line of an evenly spaced comb above ln of the number of frequencies searched.
+#: Basis: judgment; none of 50 sets of 20 random places is a comb.
+MIN_SPACED_LINE_HEIGHT = 3.0
+#: Unit: standard deviations. Excess of the mean power of a narrow band of ordinates over the model.
+#: Basis: judgment.
+MIN_BAND_EXCESS = 4.0
+#: Unit: standard deviations. The same for a band so wide that the record has few of them.
+#: Basis: judgment; what is spread over 20 000 of 100 000 ordinates with less than ΔlogL 300 is missed.
+MIN_WIDE_BAND_EXCESS = 2.5
+#: Unit: bands. The widest narrow band is at most the range of frequencies over this number.
+#: Basis: judgment.
+MIN_NARROW_BANDS = 4
+#: Unit: bands. The widest wide band is at most the range of frequencies over this number.
+#: Basis: judgment.
+MIN_WIDE_BANDS = 2
+#: Unit: expected power. A single ordinate counts at most this much in the mean power of a band.
+#: Basis: judgment.
+MAX_ORDINATE_POWER = 20.0
+#: Unit: 1. Ratio of the excess power of a band to that of its neighbors from which the band may hold a line.
+#: Basis: judgment.
+MIN_EXCESS_OVER_NEIGHBORS = 2.0
+#: Unit: cycles per record. A line that drifts by less over the record is a steady line.
+#: Basis: derivation; one cycle is the resolution of the record.
+MIN_DRIFT_CYCLES = 1.0
+#: Unit: cycles. Fewest cycles of a tone burst; a few waves of a slow process are no burst.
+#: Basis: judgment.
+MIN_BURST_CYCLES = 8.0
+
+# Bands that move.
+
+#: Unit: sections. Most sections of the record in which a band is located.
+#: Basis: judgment.
+MAX_SECTIONS = 64
+#: Unit: sections. Fewest sections of the record in which a band is located.
+#: Basis: judgment.
+MIN_SECTIONS = 8
+#: Unit: ordinates. Fewest ordinates of a section in the half-width of a band.
+#: Basis: judgment.
+MIN_ORDINATES_PER_HALF_WIDTH = 8.0
+#: Unit: half-widths of the band. Range of the frequencies of a band from which the band moves.
+#: Basis: judgment; none of 40 steady bands moved in the claim on moving bands.
+MIN_COURSE_HALF_WIDTHS = 1.0
+
+# Burst noise.
+
+#: Unit: nats. Burst noise is searched only if the Gauss-Markov process raises logL by this much.
+#: Basis: judgment.
+MIN_BURST_NOISE_DELTA_LOGL = 12.0
+#: Unit: samples. Shortest correlation time at which two levels can be seen.
+#: Basis: judgment.
+MIN_BURST_NOISE_LAG = 4.0
+#: Unit: nats. Log-odds above which the record has two levels.
+#: Basis: simulation; 157 Gauss-Markov records of ΔlogL 12 to 70 stay below −2.6, median −50. Markov's inequality does
+#: not give the error rate: four parameters of the chain are polished first, which adds about 2.
+MIN_BURST_NOISE_LOG_ODDS = float(np.log(1000.0))
+#: Unit: nats. Log-odds below which two levels are refuted.
+#: Basis: the chain takes the rest of the spectrum for white noise and loses up to about 15 by that.
+REFUTED_BURST_NOISE_LOG_ODDS = -20.0
+
+# Slow functions and events.
+
+#: Unit: fraction. Part of its gain that a richer slow function may add when the noise is refitted.
+#: Basis: judgment.
+MAX_NOISE_REFIT_FRACTION = 0.05
+#: Unit: samples. Shorter events are outliers.
+#: Basis: judgment.
+MIN_EVENT_SAMPLES = 16
+#: Unit: fraction. Part of the change of the mean that the inner half of a short event must show.
+#: Basis: judgment.
+MIN_INNER_CHANGE_FRACTION = 0.5
+#: Unit: samples. In longer events a few samples cannot make up the change, so their tails are not examined.
+#: Basis: judgment; 4 of 60 records of t(5) noise had a false short event.
+MAX_SHORT_EVENT_SAMPLES = 4096
+#: Unit: fraction of the record. Largest standard error of the time of a step; a step known less well is not suggested.
+#: Basis: judgment.
+MAX_STEP_TIME_ERROR = 0.02
+
+# Changes of the noise level.
+
+#: Unit: cells. Cells of the record between which a level may change before its times are refined; an interval has at
+#: least the length of one cell.
+#: Basis: judgment.
+LEVEL_CELLS = 256
+#: Unit: values. Fewest values of the power over time in which a change of level is searched.
+#: Basis: judgment.
+MIN_POWER_VALUES = 64
+#: Unit: nats. Smallest ΔlogL of a change of the level of the white noise.
+#: Basis: judgment; a single two-sided test exceeds it with a probability of 0.5 %.
+MIN_LEVEL_DELTA_LOGL = 4.0
+#: Unit: periods. Fewest periods in the record of a level that changes periodically.
+#: Basis: judgment.
+MIN_LEVEL_PERIODS = 4
+#: Unit: probability. Largest false-alarm probability of H for which a gate is fitted to a period.
+#: Basis: judgment; the suggestion itself is judged at the false-alarm probability of the check.
+MAX_PERIOD_PROBABILITY = 0.1
+#: Unit: fraction. Fewest samples that differ from the sample before; else the noise level depends on the bias.
+#: Basis: noise that is rounded to three of its standard deviations.
+MIN_CODE_CHANGE_FRACTION = 0.25
+#: Unit: fraction of the record. Shortest interval, and shortest rest, of a change of the level of a band.
+#: Basis: judgment; a shorter ringing is a disturbance.
+MIN_BAND_LEVEL_FRACTION = 1.0 / 64.0
+#: Unit: fraction. Part of the evidence of an interval that a second interval may have; with more, the level changes often.
+#: Basis: judgment.
+MAX_SECOND_INTERVAL_FRACTION = 0.2
+#: Unit: spectra. Fewest spectra of the interval from which the frequencies of a louder band are found.
+#: Basis: judgment.
+MIN_INTERVAL_SPECTRA = 4
+#: Unit: samples. Shortest spectrum from which the frequencies of a louder band are found.
+#: Basis: judgment.
+MIN_SPECTRUM_SAMPLES = 16
+
+# Outliers and disturbances.
+
+#: Unit: probability. False-alarm probability, per record, of outliers among the first and last samples.
+#: Basis: judgment.
+END_OUTLIER_PROBABILITY = 0.001
+#: Unit: samples. Inner neighbors with which a sample near an end of the record is compared.
+#: Basis: judgment.
+END_NEIGHBORS = 9
+#: Unit: fraction of the record. Most samples that outliers or one disturbance exclude.
+#: Basis: judgment.
+MAX_EXCLUDED_FRACTION = 0.2
+#: Unit: probability. Largest false-alarm probability at which a segment is excluded.
+#: Basis: judgment.
+MAX_EXCLUSION_PROBABILITY = 1e-6
+#: Unit: 1. Power of a disturbance in some band over that at other times.
+#: Basis: judgment; 116 of 120 disturbances of twice the noise are found, none in 600 records without one.
+MIN_DISTURBANCE_POWER_RATIO = 2.0
+#: Unit: 1. A band with something narrow at other times must exceed the power ratio by this factor.
+#: Basis: judgment.
+NARROW_DISTURBANCE_FACTOR = 10.0
+#: Unit: ordinates. Fewest ordinates of a band in which a disturbance is compared with other times.
+#: Basis: judgment.
+MIN_DISTURBANCE_ORDINATES = 8
+#: Unit: samples. Fewest equal samples in a row that are a stuck value.
+#: Basis: judgment.
+MIN_STUCK_SAMPLES = 16
+#: Unit: fraction. Most equal neighbors elsewhere in a record in which a stuck value can be seen.
+#: Basis: judgment.
+MAX_EQUAL_NEIGHBOR_FRACTION = 0.1
+#: Unit: periods. Periods of the middle of a band in the window that finds the ends of a disturbance.
+#: Basis: judgment.
+WINDOW_PERIODS = 8
+#: Unit: windows. Fewest windows elsewhere with which those of the disturbance are compared.
+#: Basis: judgment.
+MIN_WINDOWS_ELSEWHERE = 64
+#: Unit: 1. Power over the usual power from which an octave rings beside the disturbance.
+#: Basis: judgment.
+MIN_RINGING_POWER_RATIO = 100.0
+#: Unit: 1. A window with less power over the usual power does not belong to the disturbance.
+#: Basis: judgment.
+MAX_QUIET_POWER_RATIO = 4.0
+
+# Limits of the search.
+
+#: Unit: s. Default processor time of a search, independent of the record.
+#: Basis: judgment.
+DEFAULT_SECONDS = 60.0
+#: Unit: s per sample. Default processor time of a search for each sample.
+#: Basis: judgment.
+DEFAULT_SECONDS_PER_SAMPLE = 1e-5
+#: Unit: steps. Default number of effects that a search adds, beside lines and excluded segments.
+#: Basis: judgment.
+MAX_ADDED_EFFECTS = 8
+#: Unit: steps. Most lines and excluded segments that a search adds.
+#: Basis: judgment.
+MAX_INDEPENDENT_ADDITIONS = 32
+#: Unit: events. Most returns of the bias that one effect describes; more are a process.
+#: Basis: judgment.
+MAX_EXCURSIONS = 32
+#: Unit: effects. Second effects that are tried beside an addition that raises an error.
+#: Basis: judgment.
+MAX_SECOND_EFFECTS_TRIED = 6
+#: Unit: pairs. Best pairs of effects that are refitted completely.
+#: Basis: judgment.
+MAX_PAIRS_REFITTED = 3
+
+# Acceptance of a step.
+
+#: Unit: nats. Smallest rise of the score for which the last model is replaced.
+#: Basis: judgment.
+MIN_SCORE_GAIN = 0.5
+#: Unit: expected scatter. Allan errors, and their rises on a step, beyond this multiple are a fault of the model.
+#: Basis: simulation; of 200 true models each, 3 (white noise), 2 (with a random walk) and 0 (with flicker) exceed it.
+MAX_ALLAN_ERROR_SCATTERS = 2.0
+#: Unit: expected scatter. Rise of the Allan error that is accepted when an effect that is not detected is dropped.
+#: Basis: judgment.
+MAX_ALLAN_RISE_SCATTERS = 0.5
+#: Unit: 1 (rms of ln deviation). Rise of the Allan error that is ignored.
+#: Basis: judgment.
+MAX_IGNORED_ALLAN_RISE = 0.005
+#: Unit: 1. Ratio of the logarithms of two Allan errors below which a rival that is not clearly better replaces an effect.
+#: Basis: judgment.
+MAX_ALLAN_ERROR_RATIO = 0.8
+#: Unit: log10 of the p-value. An event with a larger p-value is refused if it raises an Allan error beyond its scatter.
+#: Basis: judgment.
+MAX_EVENT_LOG10_P = -4.0
+#: Unit: fraction. Part of the ΔlogL of a check that a further suggestion of the check must keep after earlier additions.
+#: Basis: judgment.
+MIN_RETAINED_GAIN_FRACTION = 0.8
+#: Unit: fraction of the power of a bin. A process with less power in all bins that moved is not examined again.
+#: Basis: judgment.
+MIN_VISIBLE_POWER_FRACTION = 0.05
+
+# Dropping and replacing effects.
+
+#: Unit: fraction. An added effect is dropped if it explains less than this part of the BIC cost of its parameters.
+#: Basis: judgment.
+MIN_EXPLAINED_COST_FRACTION = 0.5
+#: Unit: nats. An effect of the initial model is dropped if it explains less.
+#: Basis: derivation; the mean ΔlogL of one parameter of an effect that is absent, ½χ²₁.
+MIN_START_EFFECT_GAIN = 0.5
+#: Unit: nats per parameter. ΔlogL that each further parameter of a rival must gain if the rival is not clearly better.
+#: Basis: judgment.
+MIN_GAIN_PER_RIVAL_PARAMETER = 3.0
+#: Unit: fraction. A function with at least this part of its energy in an excluded segment leaves with that segment.
+#: Basis: judgment.
+MIN_ENERGY_IN_SEGMENT = 0.95
+#: Unit: cycles in the record. A line closer to a band may be part of the band.
+#: Basis: judgment.
+MAX_LINE_BAND_DISTANCE = 10.0
+#: Unit: 1. Two overlapping bands whose widths have a smaller ratio are one band.
+#: Basis: judgment.
+MAX_BAND_WIDTH_RATIO = 3.0
+#: Unit: cycles in the record. Closer lines may be one line that wanders.
+#: Basis: judgment.
+MAX_WANDERING_LINE_DISTANCE = 3.0
+#: Unit: nats. Evidence by which two lines that beat once in the record must beat a narrow band.
+#: Basis: judgment; two lines of constant amplitude within one cycle are a coincidence.
+MIN_BEAT_EVIDENCE = 10.0
+#: Unit: 1. Highest multiple of a narrow band that is searched.
+#: Basis: judgment.
+MAX_BAND_HARMONIC = 9
+#: Unit: half-widths of the band. Smallest distance of a side band.
+#: Basis: judgment.
+MIN_SIDE_BAND_HALF_WIDTHS = 6.0
+#: Unit: fraction of the frequency of the band. Largest distance of a side band.
+#: Basis: judgment.
+MAX_SIDE_BAND_FRACTION = 0.5
+#: Unit: intervals. As many louder intervals stay separate effects; more become one effect.
+#: Basis: judgment.
+MAX_SEPARATE_LEVEL_INTERVALS = 2
