@@ -16,8 +16,8 @@ from allanite.fit.likelihood.whitened import cell_means, whiten
 from allanite.fit.shapes.deterministic import LOW, design_of, regress
 from allanite.statespace.growth import QUANTITIES, error_growth
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
+from allanite.suggestion.screens.level_changes import level_series
 from allanite.suggestion.screens.level_forms import PERIOD_CELLS, log_slope
-from allanite.suggestion.screens.transients import level_series
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
-from allanite.suggestion.evidence import Family, log_chance
+from allanite.suggestion.p_values import Family, log_chance
 
 __all__ = ["Rise", "needed"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
-from allanite.suggestion.evidence import Family, arc_length, interval_trials, trials_at
+from allanite.suggestion.p_values import Family, arc_length, interval_trials, trials_at
 from allanite.suggestion.screens.spectral import directions
 
 if TYPE_CHECKING:

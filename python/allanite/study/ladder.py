@@ -13,7 +13,7 @@ from allanite import _kernels
 from allanite.effects import title_of
 from allanite.fit.rivals.evidence import RIVAL
 from allanite.fit.rivals.undecided import Undecided, undecided
-from allanite.study.errors import refusal
+from allanite.study.error_comparison import refusal
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
 if TYPE_CHECKING:

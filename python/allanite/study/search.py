@@ -18,19 +18,26 @@ from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
-from allanite.study.another import is_there, with_another
-from allanite.study.ending import exchanged
-from allanite.study.errors import as_good, errors_fall, predicts, rises, wider, within_chance
-from allanite.study.harmonics import with_companions
+from allanite.study.drop_and_replace import added_to, pruned, swapped, with_samples_out
+from allanite.study.error_comparison import (
+    as_good,
+    errors_fall,
+    predicts,
+    rises,
+    wider,
+    within_chance,
+)
+from allanite.study.final_replacement import exchanged
+from allanite.study.harmonics_and_side_bands import with_companions
 from allanite.study.ladder import Rung, Study, came_back
-from allanite.study.levels import one_level, several_levels
-from allanite.study.moved import alone, bins_moved, faded, moved, rise
-from allanite.study.moves import added_to, pruned, swapped, with_samples_out
-from allanite.study.pairs import parted
-from allanite.study.stack import unstacked
+from allanite.study.merged_excursions import every_visit
+from allanite.study.merged_levels import one_level, several_levels
+from allanite.study.nameless_shape import unstacked
+from allanite.study.second_effect import is_there, with_another
+from allanite.study.spectrum_changes import alone, bins_moved, faded, moved, rise
+from allanite.study.splitting import parted
 from allanite.study.story import dropped_on_the_way, story
-from allanite.study.visits import every_visit
-from allanite.study.wandering import wandering
+from allanite.study.wandering_lines import wandering
 from allanite.suggestion import check_fit, same_misfit
 from allanite.suggestion.constants import (
     DEFAULT_SECONDS,
@@ -42,7 +49,7 @@ from allanite.suggestion.constants import (
     MIN_RETAINED_GAIN_FRACTION,
     MIN_VISIBLE_POWER_FRACTION,
 )
-from allanite.suggestion.screens.drifts import is_placed
+from allanite.suggestion.screens.slow_functions import is_placed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -10,7 +10,7 @@ from allanite.effects import Model, Modifier, Moving
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
-from allanite.study.errors import errors_fall, rises
+from allanite.study.error_comparison import errors_fall, rises
 from allanite.study.ladder import Rung
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from allanite.common.blas import one_thread
 from allanite.common.numbers import chance_text, trials_text
 from allanite.criticism import Where, criticise
 from allanite.fit.likelihood.whitened import whiten
-from allanite.suggestion.rest import Rest, rest_of
 from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
+from allanite.suggestion.unexplained_shape import Rest, rest_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

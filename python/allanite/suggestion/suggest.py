@@ -19,19 +19,19 @@ from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MIN_SHARED_GAIN_FRACTION
-from allanite.suggestion.evidence import Family, line_trials, log_chance
-from allanite.suggestion.order import in_order
+from allanite.suggestion.explanation import explain
+from allanite.suggestion.p_values import Family, line_trials, log_chance
+from allanite.suggestion.ranking import in_order
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
-from allanite.suggestion.screens.bursts import screen_bursts
-from allanite.suggestion.screens.drifting import bands_above, screen_drifting
-from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
+from allanite.suggestion.screens.burst_noise import screen_bursts
+from allanite.suggestion.screens.drifting_bands import bands_to_follow, screen_moving
+from allanite.suggestion.screens.drifting_lines import bands_above, screen_drifting
 from allanite.suggestion.screens.exclusions import screen_disturbance
+from allanite.suggestion.screens.level_changes import level_forms, screen_moments, unsteady
 from allanite.suggestion.screens.lines import screen_lines
-from allanite.suggestion.screens.moving import bands_to_follow, screen_moving
+from allanite.suggestion.screens.slow_functions import beside_the_best, screen_slow
 from allanite.suggestion.screens.spectral import Candidate, screen_spectral
-from allanite.suggestion.screens.tones import screen_tones
-from allanite.suggestion.screens.transients import level_forms, screen_moments, unsteady
-from allanite.suggestion.words import explain
+from allanite.suggestion.screens.tone_bursts import screen_tones
 
 __all__ = ["Suggestion", "same_misfit", "suggest"]
 

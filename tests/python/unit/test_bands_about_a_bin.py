@@ -8,7 +8,7 @@ import generators as g
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.shapes.narrow import within_bins
-from allanite.study.moves import pruned
+from allanite.study.drop_and_replace import pruned
 
 RATE, LENGTH = 100.0, 180_000
 

@@ -18,8 +18,8 @@ from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, with
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.narrow import Window, within_bins
 from allanite.spectrum import bins_of
-from allanite.study.errors import errors_fall
-from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
+from allanite.study.error_comparison import errors_fall
+from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
 
 RATE, LENGTH = 50.0, 90_000
 DURATION = LENGTH / RATE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.study.moves import added_to
+from allanite.study.drop_and_replace import added_to
 
 RATE, N = 25.0, 60_000
 MODEL = "N+B+K"

@@ -5,8 +5,8 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.suggestion.evidence import trials_at
 from allanite.suggestion.known_frequencies import known_bands
+from allanite.suggestion.p_values import trials_at
 
 DAY = 86400.0
 

@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.likelihood.whitened import whiten
-from allanite.suggestion.screens.borders import moved
+from allanite.suggestion.screens.level_borders import moved
 
 RATE, N = 50.0, 60_000
 TIME = np.arange(N) / RATE

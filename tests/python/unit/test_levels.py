@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.common.errors import InputError
-from allanite.suggestion.evidence import best_interval
+from allanite.suggestion.p_values import best_interval
 from allanite.suggestion.screens.level_forms import (
     screen_columns,
     screen_cycle,

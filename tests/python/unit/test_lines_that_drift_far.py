@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band
-from allanite.suggestion.evidence import Family, line_trials, log_chance
+from allanite.suggestion.p_values import Family, line_trials, log_chance
 
 RATE, LENGTH, N = 50.0, 100_000, 0.0126
 T = LENGTH / RATE

@@ -13,7 +13,7 @@ import generators as g
 from allanite.axes.lines import common_lines
 from allanite.effects import weights
 from allanite.effects.resonance import Resonance
-from allanite.suggestion.screens.moving import PLACES_PER_HALF_WIDTH, likeliest
+from allanite.suggestion.screens.drifting_bands import PLACES_PER_HALF_WIDTH, likeliest
 
 RATE, LENGTH = 100.0, 200_000
 TIME = np.arange(LENGTH) / RATE

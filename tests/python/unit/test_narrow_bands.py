@@ -6,9 +6,9 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.rivals.evidence import evidence, gained, over_true
-from allanite.study.moves import one_thing
-from allanite.suggestion.evidence import arc_length, line_trials, trials_at
+from allanite.study.drop_and_replace import one_thing
 from allanite.suggestion.known_frequencies import known_bands
+from allanite.suggestion.p_values import arc_length, line_trials, trials_at
 from allanite.suggestion.screens.spectral import directions
 
 RATE, LENGTH, N = 50.0, 60_000, 0.0126

@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.study.errors import errors_fall
+from allanite.study.error_comparison import errors_fall
 
 RATE, LENGTH = 50.0, 12_000
 TIME = np.arange(LENGTH) / RATE

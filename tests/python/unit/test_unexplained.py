@@ -37,7 +37,7 @@ def test_what_is_left_is_described_and_said(record):
     # The bands reach as far as the rate shows: what they add there is not in N.
     assert fit["N"].value == pytest.approx(LEVEL, rel=0.06)
     # What the model without it lacks is at most 80 % of the power, at half of that from 1.3 to 6.8 Hz.
-    from allanite.suggestion.rest import rest_of
+    from allanite.suggestion.unexplained_shape import rest_of
 
     rest = rest_of(al.fit_model(record, "N+B+K"))
     assert 0.6 < rest.low_hz < 2.6, rest
@@ -84,7 +84,7 @@ def test_bands_that_are_none_are_refused():
 
 def test_a_line_and_a_band_at_one_frequency_are_one_thing():
     """A line in a model that has the band there, and the other way round: one of them stays."""
-    from allanite.study.moves import added_to
+    from allanite.study.drop_and_replace import added_to
 
     rng = np.random.default_rng(5)
     time = np.arange(N) / RATE

@@ -23,7 +23,7 @@ from allanite.suggestion.constants import (
     MIN_POWER_VALUES,
     MIN_SPECTRUM_SAMPLES,
 )
-from allanite.suggestion.evidence import (
+from allanite.suggestion.p_values import (
     best_interval,
     refine,
     two_levels,

@@ -29,12 +29,12 @@ from allanite.suggestion.constants import (
     MIN_STUCK_SAMPLES,
     NARROW_DISTURBANCE_FACTOR,
 )
-from allanite.suggestion.evidence import (
+from allanite.suggestion.p_values import (
     best_interval,
     refine,
     two_levels,
 )
-from allanite.suggestion.screens.edges import without_ringing
+from allanite.suggestion.screens.disturbance_ends import without_ringing
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from allanite.suggestion.constants import (
     MIN_LEVEL_DELTA_LOGL,
     MIN_LEVEL_PERIODS,
 )
-from allanite.suggestion.screens.borders import moved
+from allanite.suggestion.screens.level_borders import moved
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:

@@ -31,8 +31,8 @@ from allanite.suggestion.constants import (
     MIN_SPACED_LINE_HEIGHT,
     MIN_SPACED_LINES,
 )
-from allanite.suggestion.evidence import Family, log_chance, trials_at
 from allanite.suggestion.known_frequencies import known_bands
+from allanite.suggestion.p_values import Family, log_chance, trials_at
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:

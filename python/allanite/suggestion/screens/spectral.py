@@ -35,8 +35,8 @@ from allanite.suggestion.constants import (
     MIN_GAIN_PER_DESIGN_PARAMETER,
     MIN_SPECTRAL_SCREEN_GAIN,
 )
-from allanite.suggestion.evidence import Family, arc_length, line_trials, log_chance
-from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
+from allanite.suggestion.p_values import Family, arc_length, line_trials, log_chance
+from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data

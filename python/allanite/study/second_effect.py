@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.fit.rivals.evidence import RIVAL, gained
-from allanite.study.errors import errors_fall, predicts, rises, wider
-from allanite.study.moves import mostly_within, one_thing
+from allanite.study.drop_and_replace import mostly_within, one_thing
+from allanite.study.error_comparison import errors_fall, predicts, rises, wider
 from allanite.suggestion import check_fit
 from allanite.suggestion.constants import MAX_SECOND_EFFECTS_TRIED
 

@@ -21,9 +21,9 @@ from allanite.suggestion.constants import (
     MIN_LEVEL_DELTA_LOGL,
     MIN_POWER_VALUES,
 )
-from allanite.suggestion.evidence import best_interval, refine
-from allanite.suggestion.screens.borders import between_values, of_stretches, within_cells
+from allanite.suggestion.p_values import best_interval, refine
 from allanite.suggestion.screens.exclusions import screen_outliers
+from allanite.suggestion.screens.level_borders import between_values, of_stretches, within_cells
 from allanite.suggestion.screens.level_forms import (
     Series,
     screen_columns,

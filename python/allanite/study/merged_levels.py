@@ -11,7 +11,7 @@ from allanite.fit import refitted
 from allanite.fit.likelihood.whitened import expected_level, whiten
 from allanite.fit.rivals.evidence import RIVAL
 from allanite.suggestion.constants import MAX_SEPARATE_LEVEL_INTERVALS
-from allanite.suggestion.screens.transients import level_series, screen_levels
+from allanite.suggestion.screens.level_changes import level_series, screen_levels
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

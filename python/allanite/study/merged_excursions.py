@@ -12,10 +12,10 @@ from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
-from allanite.study.errors import as_good
+from allanite.study.error_comparison import as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EXCURSIONS
-from allanite.suggestion.evidence import Family, log_chance
-from allanite.suggestion.screens.drifts import beside_the_best, evidence, screen_slow
+from allanite.suggestion.p_values import Family, log_chance
+from allanite.suggestion.screens.slow_functions import beside_the_best, evidence, screen_slow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

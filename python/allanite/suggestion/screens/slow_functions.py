@@ -34,7 +34,7 @@ from allanite.suggestion.constants import (
     MIN_INNER_CHANGE_FRACTION,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.evidence import Family, arc_length, log_chance
+from allanite.suggestion.p_values import Family, arc_length, log_chance
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:

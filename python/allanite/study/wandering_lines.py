@@ -8,10 +8,10 @@ from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import FEW
 from allanite.fit.rivals.evidence import RIVAL, evidence
-from allanite.study.errors import errors_fall
+from allanite.study.drop_and_replace import between
+from allanite.study.error_comparison import errors_fall
 from allanite.study.ladder import Rung
-from allanite.study.moved import rise
-from allanite.study.moves import between
+from allanite.study.spectrum_changes import rise
 from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_BEAT_EVIDENCE
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from allanite.suggestion.constants import (
     MIN_WIDE_BAND_EXCESS,
     MIN_WIDE_BANDS,
 )
-from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
+from allanite.suggestion.p_values import Family, line_trials, log_chance, may_show
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:

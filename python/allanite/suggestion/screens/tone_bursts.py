@@ -12,8 +12,8 @@ from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, judge
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band
 from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
 from allanite.suggestion.constants import MIN_BURST_CYCLES, MIN_DELTA_LOGL_OVER_SIMPLER
-from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
-from allanite.suggestion.screens.drifting import wanted, with_it
+from allanite.suggestion.p_values import Family, line_trials, log_chance, may_show
+from allanite.suggestion.screens.drifting_lines import wanted, with_it
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:

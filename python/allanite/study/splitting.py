@@ -12,7 +12,7 @@ from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.rivals.together import splits
-from allanite.study.moves import one_thing
+from allanite.study.drop_and_replace import one_thing
 from allanite.suggestion.constants import MAX_PAIRS_REFITTED
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from allanite.effects import Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.rivals.evidence import RIVAL, evidence
 from allanite.study.ladder import Rung
-from allanite.suggestion.rest import nameless
+from allanite.suggestion.unexplained_shape import nameless
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

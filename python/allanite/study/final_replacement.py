@@ -8,7 +8,7 @@ from allanite.effects import Deterministic, Modifier
 from allanite.fit import refitted
 from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
-from allanite.study.errors import errors_fall
+from allanite.study.error_comparison import errors_fall
 from allanite.study.ladder import Rung
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
