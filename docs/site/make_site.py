@@ -6,6 +6,7 @@ from pathlib import Path
 
 import compared
 import effect_pages
+import format_pages
 import notebook_pages
 import reference_pages
 
@@ -50,6 +51,7 @@ def main() -> None:
     effect_pages.write(PAGES / "effects")
     notebook_pages.write(ROOT / "docs" / "notebooks", PAGES / "notebooks")
     reference_pages.write(PAGES)
+    format_pages.write(PAGES / "formats.md")
     compared.write(PAGES / "compared.md")
     (ROOT / "target" / "mkdocs.yml").write_text(navigation(), encoding="utf-8")
 

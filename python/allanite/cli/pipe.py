@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError, about
+from allanite.readers import FORMATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,8 +19,8 @@ __all__ = ["NAME", "PIPE", "log_file", "named"]
 
 PIPE = "-"
 NAME = "standard input"
-# First bytes → suffix by which the readers know a format; anything else is text.
-SIGNATURES = {b"\x93NUMPY": ".npy", b"PK\x03\x04": ".npz", b"ULog": ".ulg", b"#ROSBAG": ".bag"}
+#: First bytes of a pipe that are compared with those of the formats; anything else is text.
+HEAD = 8
 
 
 @contextmanager
@@ -31,8 +32,8 @@ def log_file(path: str) -> Iterator[Path]:
     if sys.stdin is None:
         raise InputError("standard input is closed: there is no log to read")
     stream = sys.stdin.buffer
-    head = stream.read(8)
-    suffix = next((s for magic, s in SIGNATURES.items() if head.startswith(magic)), ".csv")
+    head = stream.read(HEAD)
+    suffix = next((s for magic, s in FORMATS.magic.items() if head.startswith(magic)), ".csv")
     with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
         spool = Path(folder) / f"{NAME}{suffix}"
         with spool.open("wb") as file:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from threading import RLock
 from typing import TypeVar
 
 from allanite.common.errors import InputError
+from allanite.common.extensions import add_installed
 from allanite.effects._base import SCREENS, Effect, Stochastic
 
 __all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard", "white_noise"]
@@ -84,17 +84,7 @@ class Catalogue:
             if self._asked:
                 return
             self._asked = True
-            from importlib.metadata import entry_points
-
-            for point in entry_points(group=ENTRY_POINTS):
-                try:
-                    self.add(point.load())
-                except Exception as error:  # whatever a foreign module raises
-                    where = point.dist.name if point.dist is not None else "an installed package"
-                    warnings.warn(
-                        f"the effect {point.name} = {point.value} of {where} is left out: {error}",
-                        stacklevel=3,
-                    )
+            add_installed(ENTRY_POINTS, "effect", self.add)
 
 
 def _named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from importlib import import_module
-from pkgutil import iter_modules
 from threading import RLock
 from typing import TYPE_CHECKING, Protocol
 
 from allanite.common.errors import InputError
+from allanite.common.extensions import add_installed, declared_in
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,13 +66,7 @@ class Targets(Mapping[str, Target]):
     """Targets by name: those of the modules of some packages, and those of installed packages, which are loaded once."""
 
     def __init__(self, *packages: str) -> None:
-        names = {
-            f"{package}.{found.name}"
-            for package in packages
-            for found in iter_modules(import_module(package).__path__)
-            if not (found.ispkg or found.name.startswith("_"))
-        }
-        own = [one for name in names for one in import_module(name).TARGETS]
+        own = [one for targets in declared_in("TARGETS", *packages) for one in targets]
         self._targets: dict[str, Target] = {t.name: t for t in sorted(own, key=lambda t: t.name)}
         self._complete = False
         self._lock = RLock()
@@ -96,17 +88,7 @@ class Targets(Mapping[str, Target]):
             if self._complete:
                 return
             self._complete = True
-            from importlib.metadata import entry_points
-
-            for point in entry_points(group=ENTRY_POINTS):
-                try:
-                    self._add(point.load())
-                except Exception as error:  # whatever a foreign module raises
-                    where = point.dist.name if point.dist is not None else "an installed package"
-                    warnings.warn(
-                        f"the export {point.name} = {point.value} of {where} is left out: {error}",
-                        stacklevel=3,
-                    )
+            add_installed(ENTRY_POINTS, "export", self._add)
 
     def _add(self, target: object) -> None:
         if not isinstance(target, Target):

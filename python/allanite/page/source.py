@@ -39,8 +39,6 @@ __all__ = [
 
 #: Largest upload: two thousand million bytes, some 100 million samples of text.
 MOST_BYTES = 2_000_000_000
-#: Suffixes that say how a file is read; ``.json`` that of a data sheet.
-KNOWN = {*FORMATS, ".json"}
 _FORBIDDEN = re.compile(r"[\x00-\x1f/\\:]")
 
 
@@ -200,7 +198,9 @@ class Uploads:
             self._folder = OwnedFolder(self.KIND)
         self._count += 1
         suffix = Path(name).suffix.lower()
-        return self._folder.path / f"{self._count:04d}{suffix if suffix in KNOWN else '.csv'}"
+        if suffix not in (*FORMATS.suffixes, ".json"):  # a data sheet is JSON
+            suffix = ".csv"
+        return self._folder.path / f"{self._count:04d}{suffix}"
 
     def files(self) -> Sequence[Path]:
         """The uploaded logs."""

@@ -1,4 +1,4 @@
-"""Logs in: one format a file, one registry, one `read`."""
+"""Read logs: one module for each format, one table of formats, and one function `read`."""
 
 from __future__ import annotations
 
@@ -11,46 +11,34 @@ import numpy as np
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import require, shown_bytes
 from allanite.common.plain import plain
-from allanite.readers import npy, npz, parquet, text
+from allanite.readers import text
+from allanite.readers._format import Formats, LogFormat
 from allanite.readers._isolated import one_line
-from allanite.readers.arrays import hdf5, matlab
-from allanite.readers.clocks import rinex, stable32, timelab
+from allanite.readers._table import Table
 from allanite.readers.columns import Layout, Request, understand
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
-from allanite.readers.texts import (
-    chrony,
-    hector,
-    jsonlines,
-    linuxptp,
-    ntpd,
-    pps,
-    rostopic,
-    sensorconnect,
-    sentences,
-    serial,
-    stations,
-)
-from allanite.readers.topics import ardupilot, rosbag, ulog
+from allanite.readers.topics import rosbag
 from allanite.readers.unit_names import unitless
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from allanite.readers._table import Picker, Table
+    from allanite.readers._table import Picker
     from allanite.recording.log_column import LogColumn
     from allanite.recording.timebase import Stamps
 
 __all__ = [
     "FORMATS",
-    "TEXTS",
+    "LogFormat",
+    "Table",
     "kind_of_sensor",
     "read",
     "read_sensors",
@@ -58,56 +46,22 @@ __all__ = [
     "sensor_kind",
 ]
 
-# Suffix → the reader. Anything else is read as text.
-FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
-    ".npy": npy.read,
-    ".npz": npz.read,
-    ".mat": matlab.read,
-    ".bag": rosbag.read,
-    ".db3": rosbag.read,
-    ".mcap": rosbag.read,
-    ".ulg": ulog.read,
-    ".h5": hdf5.read,
-    ".hdf5": hdf5.read,
-    ".hdf": hdf5.read,
-    ".nc": hdf5.read,
-    ".nc4": hdf5.read,
-    ".cdf": hdf5.read,
-    ".parquet": parquet.read,
-    ".feather": parquet.read,
-    ".arrow": parquet.read,
-    ".clk": rinex.read,
-    ".bin": ardupilot.read,
-    ".phd": stable32.read,
-    ".frd": stable32.read,
-    ".tim": timelab.read,
-}
+#: All log formats; a file that none of them claims is read as a table of text.
+FORMATS = Formats(
+    "allanite.readers.arrays",
+    "allanite.readers.clocks",
+    "allanite.readers.texts",
+    "allanite.readers.topics",
+)
 
 #: Bytes of a text log from which its format is recognized.
 HEAD = 8192
 #: Bytes of memory for each byte of a text log of such a format (measured: 6 for JSON lines, 25 for a serial plotter).
 MEMORY_PER_BYTE = 30.0
-# Formats of text that no suffix names: (recognizer of the first bytes, reader), tried in this order.
-TEXTS: tuple[tuple[Callable[[bytes], bool], Callable[[Path, Picker], Table]], ...] = tuple(
-    (module.recognizes, module.read)
-    for module in (
-        sentences,
-        stable32,
-        linuxptp,
-        chrony,
-        ntpd,
-        stations,
-        hector,
-        rostopic,
-        sensorconnect,
-        jsonlines,
-        serial,
-        pps,
-    )
+#: Answer to a topic of a log that has none.
+NO_TOPICS = (
+    "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has no topics"
 )
-
-#: Those whose logs have topics.
-TOPICAL = (rosbag.read, ulog.read, ardupilot.read)
 
 
 def read(
@@ -127,7 +81,7 @@ def read(
     Parameters
     ----------
     path : str, Path or data frame
-        A file: text (any delimiter, header or not, also packed by gzip), or a format of `FORMATS`. Or an
+        A file: text (any delimiter, header or not, also packed by gzip), or one of the formats. Or an
         object of pandas, polars, xarray or Arrow, whose index or column of date-times is the time.
     rate : float or str, optional
         Sampling rate in Hz; else what the file states, else from the time column. ``"100!"`` insists on 100 Hz where
@@ -361,7 +315,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _reader(rosbag.read, topics)(path, pick)
+            return rosbag.read(path, pick, topics)
         # The layout of the EuRoC data set: mav0/imu0/data.csv.
         inside = [path / part / "data.csv" for part in (".", "imu0", "mav0/imu0")]
         found = next((file for file in inside if file.is_file()), None)
@@ -387,34 +341,25 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     if is_packed(path):
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
-    reader = FORMATS.get(path.suffix.lower(), text.read)
-    if reader is text.read and (of_format := _text_format(path)) is not None:
-        reader = of_format
+    log_format = FORMATS.of_suffix(path.suffix.lower())
+    if log_format is None and (log_format := FORMATS.of_head(_text_head(path))) is not None:
         require(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
-    table = _reader(reader, topics)(path, pick)
+    if not topics:
+        table = (text.read if log_format is None else log_format.read)(path, pick)
+    elif log_format is not None and log_format.has_topics:
+        table = log_format.read(path, pick, topics)
+    else:
+        raise InputError(NO_TOPICS)
     if table.n == 0 and any(column is not None for column in table.columns):
         raise TooShortError("no row in it")
     return table
 
 
-def _text_format(path: Path) -> Callable[[Path, Picker], Table] | None:
-    """Return the reader of a text log with a format of its own, or None for a plain table."""
+def _text_head(path: Path) -> bytes:
+    """First bytes of a text log; none of a binary file."""
     with path.open("rb") as stream:
         head = stream.read(HEAD)
-    if b"\0" in head:
-        return None
-    return next((read for recognizes, read in TEXTS if recognizes(head)), None)
-
-
-def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:
-    reader: Callable[[Path, Picker], Table] = read
-    if not topics:
-        return reader
-    if read not in TOPICAL:
-        raise InputError(
-            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has no topics"
-        )
-    return lambda path, pick: read(path, pick, topics)
+    return b"" if b"\0" in head else head
 
 
 def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:

@@ -106,7 +106,7 @@ def read(path: Path, pick: Picker) -> Table:
             from allanite.readers import FORMATS
 
             raise InputError(
-                f"binary data, not a text log; if its suffix is wrong, rename it (known: {' '.join(FORMATS)})"
+                f"binary data, not a text log; if its suffix is wrong, rename it (known: {' '.join(FORMATS.suffixes)})"
             )
     with of_core(str(path)):
         return _read(path, pick)

@@ -304,7 +304,7 @@ def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, wo
     [
         (lambda d: d / "absent.csv", "no such file"),
         (lambda d: d, "is a directory"),
-        (lambda d: write(d, b"\x00\x01\x02" * 100), r"binary data.*known: \.npy .*\.tim"),
+        (lambda d: write(d, b"\x00\x01\x02" * 100), r"binary data.*known: .*\.npy .*\.tim"),
         (lambda d: write(d, b"PK\x03\x04 broken", "x.npz"), "damaged or truncated|never loaded"),
         (lambda d: npz(d, samples=np.arange(3.0)), "no key 'data' among samples"),
         (lambda d: npz(d, data=np.arange(3.0), t=np.arange(4.0)), "'t' has shape"),

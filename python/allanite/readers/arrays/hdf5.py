@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays.matlab import RATES, assemble
@@ -101,3 +102,11 @@ def _classic(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, A
         }
         attributes[""] = dict(getattr(file, "_attributes", {}))
     return found, attributes
+
+
+FORMAT = LogFormat(
+    "HDF5 and netCDF",
+    read,
+    suffixes=(".h5", ".hdf5", ".hdf", ".nc", ".nc4", ".cdf"),
+    reads="the datasets of one length",
+)

@@ -10,6 +10,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.memory import require, shown_bytes
 from allanite.readers import text
+from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table, columns_of
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
@@ -149,3 +150,11 @@ def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at ha
             if item.dtype.names is None and "#refs#" not in name
         }
     return assemble(found)
+
+
+FORMAT = LogFormat(
+    "MATLAB",
+    read,
+    suffixes=(".mat",),
+    reads="the variables of one length",
+)

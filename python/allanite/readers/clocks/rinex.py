@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
+from allanite.readers._format import LogFormat
 from allanite.readers._lines import lines_of
 from allanite.readers._table import Table, check_shape
 
@@ -69,3 +70,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return Table(
         tuple(clocks), tuple(columns), ("s",) * len(clocks), time=times.astype("datetime64[us]")
     )
+
+
+FORMAT = LogFormat(
+    "RINEX clock file",
+    read,
+    suffixes=(".clk",),
+    reads="the offset of each clock",
+)

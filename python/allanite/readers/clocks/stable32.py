@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.readers import text
+from allanite.readers._format import LogFormat
 from allanite.readers.texts._lines import rewritten
 
 if TYPE_CHECKING:
@@ -62,3 +63,12 @@ def _commented(path: Path, lines: int) -> Iterator[str]:
     with path.open(encoding="latin-1") as stream:
         for number, line in enumerate(stream):
             yield f"# {line.rstrip()}" if number < lines else line.rstrip()
+
+
+FORMAT = LogFormat(
+    "Stable32",
+    read,
+    suffixes=(".phd", ".frd"),
+    recognizes=recognizes,
+    reads="values at the stated interval; also a text file with `# Header End`",
+)

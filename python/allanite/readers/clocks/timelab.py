@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape
 
 if TYPE_CHECKING:
@@ -82,3 +83,11 @@ def _append(found: list[NDArray[np.float64]], cells: list[bytes]) -> int:
     # Once in blocks, and once as a whole.
     require(2.0 * sum(block.nbytes for block in found), "the time errors")
     return len(cells)
+
+
+FORMAT = LogFormat(
+    "TimeLab",
+    read,
+    suffixes=(".tim",),
+    reads="the time errors of the block `TIC`",
+)

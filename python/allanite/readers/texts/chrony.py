@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
 from allanite.readers.texts._lines import spacing_notes
 
@@ -96,3 +97,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         time=moments,
         notes=tuple(notes),
     )
+
+
+FORMAT = LogFormat(
+    "chrony: tracking, statistics and measurements",
+    read,
+    recognizes=recognizes,
+    reads="the offset as the phase of the clock",
+)

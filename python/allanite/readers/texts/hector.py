@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.readers import text
+from allanite.readers._format import LogFormat
 from allanite.readers.texts._lines import MJD_OF_1970, date_times
 
 if TYPE_CHECKING:
@@ -69,3 +70,11 @@ def offsets_of(path: Path) -> list[str]:
                 [moment] = date_times([86400.0 * (float(match["day"]) - MJD_OF_1970)])
                 found.append(str(moment.astype("datetime64[s]")))
     return found
+
+
+FORMAT = LogFormat(
+    "Hector (`.mom`)",
+    read,
+    recognizes=recognizes,
+    reads="the observations, one sample each sampling period",
+)

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.readers.texts._lines import first_lines
@@ -129,3 +130,11 @@ def _number(value: object) -> float | None:
         return float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
         return None
+
+
+FORMAT = LogFormat(
+    "JSON lines",
+    read,
+    recognizes=recognizes,
+    reads="numbers of the objects, named by their path",
+)

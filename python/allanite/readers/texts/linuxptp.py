@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
 from allanite.readers.texts._lines import date_times, first_lines, spacing_notes
 
@@ -109,3 +110,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         time=date_times(time),
         notes=tuple(notes),
     )
+
+
+FORMAT = LogFormat(
+    "ptp4l, phc2sys, ts2phc",
+    read,
+    recognizes=recognizes,
+    reads="the offset as the phase of the clock",
+)

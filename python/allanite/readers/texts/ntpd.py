@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
 from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines, spacing_notes
 
@@ -82,3 +83,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         time=date_times(time),
         notes=tuple(notes),
     )
+
+
+FORMAT = LogFormat(
+    "ntpd: loopstats and peerstats",
+    read,
+    recognizes=recognizes,
+    reads="the offset as the phase of the clock",
+)

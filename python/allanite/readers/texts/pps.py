@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
 from allanite.readers.texts._lines import first_lines
 
@@ -156,3 +157,11 @@ def _phase(
     phase = np.full(int(number[-1]) + 1, np.nan)
     phase[number] = (since - number.astype(object) * whole).astype(np.float64) / PICOSECOND
     return phase, period
+
+
+FORMAT = LogFormat(
+    "edges of a pulse per second (ppstest, sysfs, TICC, or a column of times)",
+    read,
+    recognizes=recognizes,
+    reads="the phase: time of each edge minus whole periods",
+)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.readers import text
+from allanite.readers._format import LogFormat
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -83,3 +84,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says w
         time=np.rint(time).astype(np.int64).astype("datetime64[ns]"),
         notes=(*table.notes, note),
     )
+
+
+FORMAT = LogFormat(
+    "`rostopic echo -p`",
+    read,
+    recognizes=recognizes,
+    reads="gyroscope and accelerometer at the stamps of the headers",
+)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.readers import text
+from allanite.readers._format import LogFormat
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,3 +46,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - every channel is 
     # Two sensors in one log have the same channels: there the serial number is part of the name.
     names = table.names if len(serials) > 1 else tuple(name for name, _ in shown)
     return replace(table, names=names, units=units)
+
+
+FORMAT = LogFormat(
+    "MicroStrain SensorConnect",
+    read,
+    recognizes=recognizes,
+    reads="channels without the serial number; scaled channels in g and rad/s",
+)

@@ -13,6 +13,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require, shown_bytes
+from allanite.readers._format import LogFormat
 from allanite.readers._lines import lines_of
 from allanite.readers._table import Table
 from allanite.recording.timebase import read_stamps
@@ -204,3 +205,11 @@ def _scale(
     if number in INCREMENTS:
         return np.repeat(INCREMENTS[number], 3) * rate, units
     return None, (None,) * 6
+
+
+FORMAT = LogFormat(
+    "sentences of VectorNav and NovAtel",
+    read,
+    recognizes=recognizes,
+    reads="the numbers of each sentence whose checksum holds",
+)

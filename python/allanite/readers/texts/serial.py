@@ -11,6 +11,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.readers.texts._lines import date_times, first_lines, rewritten
@@ -136,3 +137,11 @@ def _is_header(line: str, rows: Sequence[str]) -> bool:
 def _seconds(clock: str) -> float:
     hour, minute, second = clock.split(":")
     return 3600.0 * int(hour) + 60.0 * int(minute) + float(second)
+
+
+FORMAT = LogFormat(
+    "Arduino serial monitor (`12:00:00.000 -> 1,2,3`) and plotter (`gx:1 gy:2`)",
+    read,
+    recognizes=recognizes,
+    reads="columns; the time stamp is the time unless the board sends one",
+)

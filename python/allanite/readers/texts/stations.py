@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
 from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines
 
@@ -95,3 +96,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         time=date_times(86400.0 * (np.array(days) - MJD_OF_1970)),
         notes=(f"positions of the station {plain(station or '')}: one unit of the values is 1 m",),
     )
+
+
+FORMAT = LogFormat(
+    "UNR `.tenv` and `.tenv3`",
+    read,
+    recognizes=recognizes,
+    reads="east, north and up, one sample a day",
+)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 from allanite.readers.topics._quiet import quiet
@@ -129,3 +130,12 @@ def _chosen(
         found = (kind, int(at) if at.isdigit() else 0)
         return found if found in rows else None
     return next((key for kind in TOPICS for key in sorted(rows) if key[0] == kind), None)
+
+
+FORMAT = LogFormat(
+    "ArduPilot DataFlash log",
+    read,
+    suffixes=(".bin",),
+    has_topics=True,
+    reads="gyroscope and accelerometer of one instance",
+)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 
@@ -198,3 +199,13 @@ def _numbers(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
             yield from _numbers(value, f"{prefix}{field.name}_")
         elif isinstance(value, int | float) and not isinstance(value, bool):
             yield f"{prefix}{field.name}", float(value)
+
+
+FORMAT = LogFormat(
+    "ROS bag and MCAP",
+    read,
+    suffixes=(".bag", ".db3", ".mcap"),
+    magic=((b"#ROSBAG", ".bag"),),
+    has_topics=True,
+    reads="one topic of IMU messages, with a temperature",
+)

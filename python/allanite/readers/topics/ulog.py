@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 from allanite.readers.topics._quiet import quiet
@@ -106,3 +107,13 @@ def _column(topic: str, field: str) -> tuple[str | None, str | None]:
         sensor, unit = ("gyro", "rad/s") if "gyro" in topic else ("acc", "m/s^2")
         return f"{sensor}_{field}", unit
     return ("temperature", "degC") if field == "temperature" else (None, None)
+
+
+FORMAT = LogFormat(
+    "PX4 ULog",
+    read,
+    suffixes=(".ulg",),
+    magic=((b"ULog", ".ulg"),),
+    has_topics=True,
+    reads="one sensor topic",
+)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
+from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated
 from allanite.readers._table import split_unit
 from allanite.readers.frame import table_of
@@ -127,3 +128,11 @@ def _feather(path: Path) -> Any:
     from pyarrow import feather
 
     return feather.read_table(str(path), use_threads=False)
+
+
+FORMAT = LogFormat(
+    "Parquet and Arrow",
+    read,
+    suffixes=(".parquet", ".feather", ".arrow"),
+    reads="the columns of the table",
+)

@@ -8,6 +8,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape, columns_of
 
 if TYPE_CHECKING:
@@ -73,3 +74,12 @@ def _check(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
     if needed > there:
         raise ValueError(f"shape {shape} of {dtype} needs {needed} bytes, the file has {there}")
     check_shape(shape)
+
+
+FORMAT = LogFormat(
+    "NumPy array",
+    read,
+    suffixes=(".npy",),
+    magic=((b"\x93NUMPY", ".npy"),),
+    reads="the columns of the array",
+)

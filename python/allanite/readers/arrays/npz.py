@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
+from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape, columns_of
 
 if TYPE_CHECKING:
@@ -109,3 +110,12 @@ def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] 
     if len(texts) != k:
         raise InputError(f"{found[key].size} entries in {key!r} for {k} channels")
     return texts
+
+
+FORMAT = LogFormat(
+    "NumPy archive",
+    read,
+    suffixes=(".npz",),
+    magic=((b"PK\x03\x04", ".npz"),),
+    reads="the arrays of one length",
+)

@@ -1,0 +1,51 @@
+"""Find extensions: modules of this package that declare something, and entry points of installed packages."""
+
+from __future__ import annotations
+
+import warnings
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+__all__ = ["add_installed", "declared_in"]
+
+
+def declared_in(name: str, *packages: str) -> Iterator[Any]:
+    """Values of the variable `name` in the public modules of some packages that define it, by module name."""
+    for package in packages:
+        for found in sorted(iter_modules(import_module(package).__path__), key=lambda m: m.name):
+            if not (found.ispkg or found.name.startswith("_")):
+                module = import_module(f"{package}.{found.name}")
+                if hasattr(module, name):
+                    yield getattr(module, name)
+
+
+def add_installed(group: str, what: str, add: Callable[[Any], None]) -> None:
+    """Call `add` with each object that installed packages name under a group of entry points.
+
+    An entry point that cannot be loaded or added is left out with a warning, because one faulty package must not
+    disable the others.
+
+    Parameters
+    ----------
+    group : str
+        ``"allanite.exports"``.
+    what : str
+        What the objects are, for the warning: ``"export"``.
+    add : callable
+        Adds one object to its registry, or raises.
+    """
+    from importlib.metadata import entry_points
+
+    for point in entry_points(group=group):
+        try:
+            add(point.load())
+        except Exception as error:  # whatever a foreign module raises
+            where = point.dist.name if point.dist is not None else "an installed package"
+            warnings.warn(
+                f"the {what} {point.name} = {point.value} of {where} is left out: {error}",
+                stacklevel=4,
+            )

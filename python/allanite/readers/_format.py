@@ -1,0 +1,97 @@
+"""What the file of a log format declares, and the table of all formats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from threading import RLock
+from typing import TYPE_CHECKING, Any
+
+from allanite.common.errors import InputError
+from allanite.common.extensions import add_installed, declared_in
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from allanite.readers._table import Table
+
+__all__ = ["ENTRY_POINTS", "Formats", "LogFormat"]
+
+#: Group of entry points under which an installed package names its log formats.
+ENTRY_POINTS = "allanite.readers"
+
+
+@dataclass(frozen=True, slots=True)
+class LogFormat:
+    """One log format: how its files are recognized, and the function that reads them.
+
+    Attributes
+    ----------
+    title : str
+        Name of the format in the documentation: ``ROS bag``.
+    read : callable
+        ``read(path, pick)`` returns a `Table`. A format with topics also takes ``topics``, a sequence of names.
+    suffixes : tuple of str
+        Suffixes of its files: ``(".bag", ".mcap")``. They must not belong to another format.
+    recognizes : callable, optional
+        ``recognizes(head)`` is true if the first bytes of a text log are of this format, whatever its suffix. Exactly
+        one format may recognize a log.
+    magic : tuple of (bytes, str)
+        First bytes of a file and the suffix it gets when it comes through a pipe.
+    has_topics : bool
+        Whether a log holds several topics.
+    reads : str
+        What becomes the columns, for the documentation.
+    """
+
+    title: str
+    read: Callable[..., Table]
+    suffixes: tuple[str, ...] = ()
+    recognizes: Callable[[bytes], bool] | None = None
+    magic: tuple[tuple[bytes, str], ...] = ()
+    has_topics: bool = False
+    reads: str = ""
+
+
+class Formats:
+    """All log formats: those of the modules of some packages, then those of installed packages, which are loaded once."""
+
+    def __init__(self, *packages: str) -> None:
+        self._formats: list[LogFormat] = list(declared_in("FORMAT", *packages))
+        self._complete = False
+        self._lock = RLock()
+
+    def __iter__(self) -> Iterator[LogFormat]:
+        self._load()
+        return iter(tuple(self._formats))
+
+    def of_suffix(self, suffix: str) -> LogFormat | None:
+        """Format of a suffix, in lower case with its dot, or None."""
+        return next((one for one in self if suffix in one.suffixes), None)
+
+    def of_head(self, head: bytes) -> LogFormat | None:
+        """Format that recognizes the first bytes of a text log, or None."""
+        return next((one for one in self if one.recognizes and one.recognizes(head)), None)
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """Suffixes of all formats."""
+        return tuple(suffix for one in self for suffix in one.suffixes)
+
+    @property
+    def magic(self) -> dict[bytes, str]:
+        """First bytes of files and the suffixes of their formats."""
+        return {head: suffix for one in self for head, suffix in one.magic}
+
+    def _load(self) -> None:
+        with self._lock:
+            if not self._complete:
+                self._complete = True
+                add_installed(ENTRY_POINTS, "log format", self._add)
+
+    def _add(self, log_format: Any) -> None:
+        if not isinstance(log_format, LogFormat):
+            raise InputError(f"{log_format!r} is not an allanite.readers.LogFormat")
+        taken = set(log_format.suffixes) & {s for one in self._formats for s in one.suffixes}
+        if taken:
+            raise InputError(f"the suffix {min(taken)} belongs to another format")
+        self._formats.append(log_format)
