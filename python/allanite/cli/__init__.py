@@ -1,8 +1,8 @@
-"""The command line: `main` turns every error into one line and an exit code.
+"""The command line: `main` runs a command and turns every error into one line and an exit code.
 
-Exit codes: 0 done · 1 ``check --strict`` found the model inadequate · 2 input or options wrong ·
-3 input usable but too short or too broken · 70 an error of allanite itself · 130 interrupted. Each
-command is one file of this package, imported when it is asked for.
+Exit codes: 0 success; 1 ``check --strict`` found the model inadequate, or ``accept`` found a figure that does not meet
+the sheet; 2 wrong input or options; 3 usable input that is too short or too damaged; 70 an internal error of allanite;
+130 interrupted. Each command is one module of `allanite.cli.commands`, imported only when it runs.
 """
 
 from __future__ import annotations
@@ -10,11 +10,12 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.interrupt import heard
+from allanite.cli.interrupt import keep_interrupts
 from allanite.cli.words import WORDS
 from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.common.memory import address_space
@@ -25,64 +26,65 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-# Command → what `--help` says of it, kept here so that help imports no command.
+# Command → its line in `allanite --help`. The lines are kept here so that help imports no command.
 COMMANDS = {
-    "inspect": "What is understood of a log, column by column, before anything is computed.",
-    "adev": "Allan deviation of a log: tau, deviation, interval.",
-    "fit": "Coefficients of a noise model, with intervals.",
-    "check": "Where a model fails to describe a log, and which effects are missing.",
-    "improve": "Add the missing effects one by one until nothing helps; prints the ladder.",
-    "characterize": "Every axis at once: one table, what the axes share, figure, report, exports.",
-    "report": "One file to hand on: record, model, where it fails, the ladder, what is left.",
-    "accept": "Acceptance test: each figure of a data sheet against the measured interval.",
-    "compare": "Logs, models and data sheets in one table and one figure.",
-    "explore": "A local page: see the curves, add what is missing, watch the error fall.",
-    "export": "Parameters of a model for a filter or simulator.",
-    "predict": "Growth of the error of angle, velocity, position or phase since the last fix.",
-    "thermal": "Law of temperature of every axis, with a band; parameters for PX4, ArduPilot, C.",
-    "trend": "Rate of a series (heights, sea level, gravity, phase) with its uncertainty under the fitted noise.",
-    "timing": "Clocks and time servers: time error, ITU-T masks, jumps, noise and holdover.",
-    "combine": "What averaging several units of one axis gains, with which weights; which unit deviates.",
-    "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
-    "simulate": "Samples of a model, seeded, of any length.",
-    "fleet": "Every axis of every log of a folder: one table, and which units deviate.",
-    "watch": "Samples as they come: an alarm when a model does not hold any more.",
-    "demo": "The whole loop on a generated recording with hidden effects.",
+    "inspect": "Show how a log is read: role, unit and rate of each column. Start here.",
+    "adev": "Compute the Allan deviation of a log.",
+    "fit": "Fit a noise model to a log: coefficients with 95 % intervals.",
+    "check": "Show where a model does not fit a log, and which effects are missing.",
+    "improve": "Build a noise model step by step: add missing effects until none is left.",
+    "characterize": "Build a model of every axis of an IMU: table, report, parameter files.",
+    "report": "Write an HTML or Markdown report on a log and its model.",
+    "accept": "Test a part against the limits of its data sheet.",
+    "compare": "Compare logs, models and data sheets in one table and one figure.",
+    "explore": "Open a local web page to look at logs and improve models by hand.",
+    "export": "Write the parameters of a model for a filter or simulator.",
+    "predict": "Predict how the error of angle, velocity, position or phase grows without aiding.",
+    "thermal": "Fit the bias of every axis as a function of temperature.",
+    "trend": "Estimate the rate of a time series, with an uncertainty that counts colored noise.",
+    "timing": "Test clocks and time servers: time error, ITU-T masks, noise, holdover.",
+    "combine": "Weight several sensors of one axis: gain of averaging, and which sensor deviates.",
+    "plan": "Compute how long and at what rate to record.",
+    "simulate": "Simulate samples of a model.",
+    "fleet": "Build models for a folder of logs: one table, and which sensors deviate.",
+    "watch": "Watch a running sensor: raise an alarm when the model no longer holds.",
+    "demo": "Simulate a gyroscope with two hidden effects, and find them.",
 }
+#: Commands whose modules are in `allanite.cli.commands.scale`.
+SCALE_COMMANDS = ("fleet", "watch")
 
-
-#: The last line where a file that is mapped into memory becomes shorter.
-CUT = "allanite: a log became shorter while it was read, or its disk failed\n"
-#: Bytes of address space below which libraries cannot be loaded, and end the process as they like: measured with two
-#: threads, reports need 450 MB.
+#: Last line of a process that ends because a memory-mapped file became shorter.
+FILE_TRUNCATED = "allanite: a log became shorter while it was read, or its disk failed\n"
+#: Minimum address space of the process, bytes. With less, libraries fail to load in unpredictable ways: reports need
+#: 450 MB (measured with two threads).
 MIN_ADDRESS_SPACE = 500e6
 
 
-class _ReaderGoneError(Exception):
+class _OutputClosedError(Exception):
     """The reader of standard output ended, as in ``allanite simulate … | head``."""
 
 
 @contextmanager
-def _reader_gone() -> Iterator[None]:
-    """Raise `_ReaderGoneError` for a broken pipe before click sees it.
+def _broken_pipe_as_closed_output() -> Iterator[None]:
+    """Raise `_OutputClosedError` for a broken pipe before click sees it.
 
-    Versions of click differ in what they make of a broken pipe: an exit with code 1, in different places.
+    Versions of click treat a broken pipe differently: they exit with code 1, in different places.
     """
     try:
         yield
     except BrokenPipeError as error:
-        raise _ReaderGoneError from error
+        raise _OutputClosedError from error
 
 
 class _Commands(click.Group):
     """A group that imports a command's module when the command runs."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
-        with _reader_gone():  # --help and --version are written here
+        with _broken_pipe_as_closed_output():  # --help and --version are written here
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: click.Context) -> Any:
-        with _reader_gone():
+        with _broken_pipe_as_closed_output():
             return super().invoke(ctx)
 
     def list_commands(self, _ctx: click.Context) -> list[str]:
@@ -97,52 +99,11 @@ class _Commands(click.Group):
 
 
 def _command(name: str) -> click.Command | None:
-    """Import a command, and none of the others."""
-    match name:
-        case "adev":
-            from allanite.cli.commands.adev import command
-        case "fit":
-            from allanite.cli.commands.fit import command
-        case "check":
-            from allanite.cli.commands.check import command
-        case "improve":
-            from allanite.cli.commands.improve import command
-        case "characterize":
-            from allanite.cli.commands.characterize import command
-        case "report":
-            from allanite.cli.commands.report import command
-        case "accept":
-            from allanite.cli.commands.accept import command
-        case "compare":
-            from allanite.cli.commands.compare import command
-        case "explore":
-            from allanite.cli.commands.explore import command
-        case "export":
-            from allanite.cli.commands.export import command
-        case "combine":
-            from allanite.cli.commands.combine import command
-        case "thermal":
-            from allanite.cli.commands.thermal import command
-        case "plan":
-            from allanite.cli.commands.plan import command
-        case "simulate":
-            from allanite.cli.commands.simulate import command
-        case "demo":
-            from allanite.cli.commands.demo import command
-        case "timing":
-            from allanite.cli.commands.timing import command
-        case "trend":
-            from allanite.cli.commands.trend import command
-        case "predict":
-            from allanite.cli.commands.predict import command
-        case "fleet":
-            from allanite.cli.commands.scale.fleet import command
-        case "watch":
-            from allanite.cli.commands.scale.watch import command
-        case "inspect":
-            from allanite.cli.commands.inspect import command
-        case _:
-            return None
+    """The command of this name, or None; imports only its module."""
+    if name not in COMMANDS:
+        return None
+    package = "allanite.cli.commands.scale" if name in SCALE_COMMANDS else "allanite.cli.commands"
+    command: click.Command = import_module(f"{package}.{name}").command
     return command
 
 
@@ -157,15 +118,29 @@ def _version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> No
 @click.group(
     cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="A model is a sum such as N+B+K or N+GM(T=30), or a file written by fit --save.",
+    epilog="Example: allanite inspect imu.csv, then allanite characterize imu.csv --report imu.html."
+    " Help on one command: allanite COMMAND --help.",
 )
-@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version)
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_version,
+    help="Show the version and exit.",
+)
 def cli() -> None:
-    """Noise models of inertial sensors: measure, fit, criticise, improve."""
+    """Measure and model the noise of inertial sensors and clocks.
+
+    Most commands read a LOG of a sensor at rest (CSV, NumPy, MATLAB, HDF5, Parquet, ROS bag, ULog and others). They print
+    a table, or JSON with --json. Figures, models and parameter files are written where an option names a file.
+
+    A MODEL is a sum of noise effects such as N+B+K or N+GM(T=30), or a file written with --save.
+    """
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit with its code; never shows a traceback for a user's mistake."""
+    """Run the command line and exit with its code, without a traceback for a user's mistake."""
     code = _run(arguments)
     threads = sys.modules.get("allanite.common.threads")
     if arguments is None and threads is not None and threads.computing():
@@ -176,27 +151,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _check_address_space() -> None:
+    """Refuse to run with less address space than the libraries need."""
     found = address_space()
     if found < MIN_ADDRESS_SPACE:
         raise InputError(
-            f"the address space is limited to {found / 1e6:.0f} MB (ulimit -v):"
-            f" {MIN_ADDRESS_SPACE / 1e6:.0f} MB are needed"
+            f"the address space is limited to {found / 1e6:.0f} MB, at least {MIN_ADDRESS_SPACE / 1e6:.0f} MB are"
+            " needed: raise the limit (ulimit -v)"
         )
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    """Exit code of a command line, after every error was printed as one line."""
     if sys.stdout is None:
-        return _fail("standard output is closed: give it a place to go", 2)
+        return _fail("standard output is closed: redirect it to a file, a pipe or /dev/null", 2)
     try:
-        with heard(last=arguments is None):
+        with keep_interrupts(process_ends=arguments is None):
             _check_address_space()
             if arguments is None:
                 from allanite import _kernels
 
-                _kernels.end_with_line(CUT, 2)
+                _kernels.end_with_line(FILE_TRUNCATED, 2)
                 _kernels.few_arenas()
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
-            with _reader_gone():
+            with _broken_pipe_as_closed_output():
                 sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else str(error))
@@ -209,37 +186,38 @@ def _run(arguments: Sequence[str] | None) -> int:
         return _fail(error.worded(WORDS), 2)
     except (KeyboardInterrupt, click.Abort):
         return _fail("interrupted", 130)
-    except _ReaderGoneError:
-        _abandon_output()
+    except _OutputClosedError:
+        _discard_output()
         return 0
     except MemoryError:
-        return _fail("not enough memory for this log: --decimate averages it down", 3)
+        return _fail("not enough memory for this log: average it with --decimate K", 3)
     except OSError as error:
         if error.filename is None:
-            # Files name themselves (`whole_file`): what could not be written is the output.
-            _abandon_output()
+            # `whole_file` names its file, so an error without a name concerns standard output.
+            _discard_output()
         return _fail(f"{error.filename or 'standard output'}: {error.strerror or error}", 2)
     except BaseException as error:
-        # A panic of the core outside of its watched calls is no Exception.
+        # A panic of the Rust core is no Exception, only a BaseException.
         if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
             raise
         if isinstance(error, ModuleNotFoundError) and not (error.name or "allanite").startswith(
             "allanite"
         ):
             return _fail(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
-        from allanite.cli.unexpected import told
+        from allanite.cli.unexpected import internal_error_message
 
-        return _fail(told(error), 70)
+        return _fail(internal_error_message(error), 70)
     return code if isinstance(code, int) else 0
 
 
-def _abandon_output() -> None:
-    """Let what was not written go nowhere: it cannot be flushed at exit either."""
+def _discard_output() -> None:
+    """Redirect standard output to the null device, so that the flush at exit cannot fail again."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str, code: int) -> int:
+    """Print a message as one line on standard error; return the exit code."""
     with suppress(OSError):
         click.echo(plain(f"allanite: {' '.join(message.split())}", 300), err=True)
     return code

@@ -1,4 +1,4 @@
-"""The time column of a log that is not kept: where samples are missing, and what all its stamps say."""
+"""Time stamps of a log that is read in chunks: fills gaps with NaN rows, and sums up all stamps."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 __all__ = ["Clock"]
 
-#: Rows kept back until those behind them are there: a late stamp before an early one is no gap, and
-#: stamps that run off may come back.
-BEHIND = WINDOW + 1
-#: Rows already given by which those at the border of two chunks are judged.
-BEFORE = 1024
-#: Missing rows that are made at a time.
-ROWS = 1 << 16
-#: Missing rows of one gap that are made whatever the log's length.
-FEW = 1 << 24
+#: Rows at the end of a chunk that wait for the next chunk. Later stamps may show that a late stamp is no gap, or that
+#: diverging stamps return (`allanite.recording.steps.WINDOW`).
+HELD_BACK_ROWS = WINDOW + 1
+#: Rows of the last chunk that are repeated, so that stamps at the border have neighbors. Chosen by judgment; not measured.
+REPEATED_ROWS = 1024
+#: Maximum number of NaN rows per yielded chunk.
+FILL_ROWS = 1 << 16
+#: A gap of up to this many missing rows is filled, however short the log is. Chosen by judgment; not measured.
+MAX_GAP_ROWS = 1 << 24
 
 
 class Clock:
-    """Stamps in column `at` of a log's chunks."""
+    """Time stamps in column `at` of a log, read chunk by chunk."""
 
     def __init__(self, at: int, unit: str | None, rate: float | None = None) -> None:
         self.at, self.unit, self.rate = at, unit, rate
@@ -46,7 +46,7 @@ class Clock:
         self.coarse = self.lost = False
 
     def fill(self, chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-        """Yield the rows of the chunks, rows of NaN where the stamps show missing samples.
+        """Yield the rows of the chunks, with rows of NaN in place of missing samples.
 
         Raises
         ------
@@ -57,23 +57,23 @@ class Clock:
         given = 0
         for chunk in chunks:
             rows = chunk if held is None else np.concatenate((held, chunk))
-            end = max(len(rows) - BEHIND, given)
+            end = max(len(rows) - HELD_BACK_ROWS, given)
             if end > given:
-                yield from self._pieces(rows, given, end)
-            first = max(end - BEFORE, 0)
+                yield from self._filled(rows, given, end)
+            first = max(end - REPEATED_ROWS, 0)
             held, given = rows[first:], end - first
         if held is not None and len(held) > given:
-            yield from self._pieces(held, given, len(held))
+            yield from self._filled(held, given, len(held))
 
-    def _pieces(self, rows: NDArray[Any], begun: int, end: int) -> Iterator[NDArray[Any]]:
-        """Rows from `begun` to `end`, with what is missing before each."""
+    def _filled(self, rows: NDArray[Any], begun: int, end: int) -> Iterator[NDArray[Any]]:
+        """Yield the rows from `begun` to `end`, with rows of NaN in each gap."""
         before = self.rows - begun
         time = rows[:, self.at]
         bad = np.flatnonzero(~np.isfinite(time))
         if bad.size:
             raise InputError(
-                f"the time column holds {time[bad[0]]} at row {before + int(bad[0])}; give --rate"
-                " and leave the column out (--time-column none)"
+                f"the time column holds {time[bad[0]]} at row {before + int(bad[0])}: ignore the column with"
+                " --time-column none and --rate HZ"
             )
         if time.size < 2:
             yield rows[begun:end]
@@ -89,22 +89,23 @@ class Clock:
         for row, missing in steps.gaps:
             if not begun - 1 <= row < end - 1:
                 continue
-            if missing > max(FEW, FILL * self.rows):
+            if missing > max(MAX_GAP_ROWS, FILL * self.rows):
                 raise InputError(
-                    f"the time column jumps by {missing / steps.rate:.4g} (of its unit) after row"
-                    f" {before + row}: give the log as a file, or --rate with --time-column none"
+                    f"the time column jumps by {missing / steps.rate:.4g} (in its own unit) after row"
+                    f" {before + row}: give the log as a file, or ignore the column with --time-column none and"
+                    " --rate HZ"
                 )
             yield rows[at : row + 1]
             at = row + 1
             self.gaps.append((before + row, missing))
-            for part in range(0, missing, ROWS):
-                yield np.full((min(ROWS, missing - part), rows.shape[1]), np.nan)
+            for part in range(0, missing, FILL_ROWS):
+                yield np.full((min(FILL_ROWS, missing - part), rows.shape[1]), np.nan)
         yield rows[at:end]
         self._count(steps, max(begun - 1, 0), end - 1, before)
         self.rows += end - begun
 
     def _count(self, steps: Steps, first: int, end: int, before: int) -> None:
-        """Add the steps from `first` to `end`."""
+        """Add the intervals between stamps from `first` to `end` to the sums."""
         raw = steps.raw[first:end]
         if raw.size == 0:
             return
@@ -133,13 +134,15 @@ class Clock:
         self.squares += float(np.var(clean)) * raw.size if clean.size else 0.0
 
     def stamps(self) -> Stamps:
-        """Return what the stamps say, as of a column that is kept; the jitter is that about each chunk's mean.
+        """Properties of all stamps, in the form that `read_stamps` returns.
 
-        A drift of the interval is not looked for.
+        The jitter is relative to the mean interval of each chunk. A drift of the interval is not computed.
         """
         second = TIME_UNITS[self.unit or "s"]
         if self.times <= 0.0:
-            raise InputError("the time column does not advance; give --rate")
+            raise InputError(
+                "the time column does not advance: ignore it with --time-column none and --rate HZ"
+            )
         return Stamps(
             rate=self.counts / (self.times * second),
             unit=self.unit or "s",

@@ -1,4 +1,4 @@
-"""Which column of rows that come one by one is watched: told by the header and the first of them."""
+"""Choose the column to watch from the first lines of a source."""
 
 from __future__ import annotations
 
@@ -15,82 +15,85 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
 
-__all__ = ["ROWS", "cells_of", "has_numbers", "place_of"]
+__all__ = ["FIRST_ROWS", "cells_of", "column_index", "has_numbers"]
 
-#: Rows that tell what is time where no header does.
-ROWS = 100
+#: Rows of numbers from which the columns are recognized. Without a header, this many rows show which column is time.
+#: Chosen by judgment; not measured.
+FIRST_ROWS = 100
 
 
 def cells_of(line: str) -> list[str]:
-    """Cells of a row; semicolons and tabs part numbers that may have decimal commas."""
+    """Cells of a row. In rows with semicolons or tabs, a comma is a decimal comma."""
     line = line.strip("\r\n ")
     mark = next((mark for mark in ";\t," if mark in line), None)
     return [cell.strip() for cell in line.split(mark)]
 
 
 def has_numbers(line: str) -> bool:
-    """Whether a line is a row: no comment, and as many numbers as words at least."""
+    """True if a line is a row of samples: no comment, and at least half of the filled cells are numbers."""
     if line.lstrip().startswith("#"):
         return False
     cells = [cell for cell in cells_of(line) if cell]
     return bool(cells) and 2 * sum(not np.isnan(_number(cell)) for cell in cells) >= len(cells)
 
 
-def place_of(lines: Sequence[str], asked: str | None, named: str, source: str) -> int:
+def column_index(lines: Sequence[str], column: str | None, model_column: str, source: str) -> int:
     """Index of the column to watch.
 
     Parameters
     ----------
     lines : sequence of str
         The first lines, with the header if there is one.
-    asked : str or None
-        Name or number that was asked for.
-    named : str
-        Name that the model's file has; taken if there is such a column.
+    column : str or None
+        Name or number that the user gave.
+    model_column : str
+        Name of the column in the model file. Used if the source has a column of this name.
     source : str
-        What the lines are of, for what is said.
+        Name of the source, for messages.
 
     Raises
     ------
     InputError
-        An unknown column, one of time stamps, or binary data.
+        The column is unknown or holds time stamps, or the data are binary.
     """
     from allanite.readers.columns import Request, choose, roles_of
     from allanite.recording import find_column
 
     if any("\0" in line for line in lines):
-        raise InputError("binary data: rows of text are watched, one number or more in a line")
+        raise InputError(
+            "binary data: the source must be text, with one number or more in each line"
+        )
     table = _table(lines)
     if table is None:
         return 0
     names = table.names
     request = Request()
     roles = roles_of(table, request)
-    if asked is not None or named in names:
-        at = find_column(named if asked is None else asked, names)
+    if column is not None or model_column in names:
+        at = find_column(model_column if column is None else column, names)
         if at in roles.clocks or roles.roles[at] == "time":
             raise InputError(
-                f"column {names[at]} holds time stamps: name that of the sensor with --column"
+                f"column {names[at]} holds time stamps: choose a sensor column with --column"
                 f" ({', '.join(names)})"
             )
         return at
     samples = choose(table, roles, request).samples
-    # Names of frames and the like are no numbers; without names what never changes may be anything.
-    sensors = [i for i in samples if _may_be_one(table, i)] or [samples[0]]
+    sensors = [i for i in samples if _may_be_sensor(table, i)] or [samples[0]]
     if len(sensors) > 1:
-        said = f"column {names[sensors[0]]} is watched (--column NAME takes another)"
-        several = ", ".join(names[i] for i in sensors)
-        click.echo(plain(f"· {source}: {said}, of {several}", MOST), err=True)
+        others = ", ".join(names[i] for i in sensors[1:])
+        note = f"· {source}: watching column {names[sensors[0]]}; others: {others} (choose with --column NAME)"
+        click.echo(plain(note, MOST), err=True)
     return sensors[0]
 
 
-def _may_be_one(table: Table, at: int) -> bool:
+def _may_be_sensor(table: Table, at: int) -> bool:
+    """True if a column has numbers and, in a table without names, if the numbers change."""
     numbers = table[at][~np.isnan(table[at])]
     return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 
 
 def _table(lines: Sequence[str]) -> Table | None:
-    """The first rows as a table with the names of the header, or made-up ones."""
+    """Table of the first rows, with the names in the header or x0, x1, …; None without any row."""
     from allanite.readers._table import Table, split_header
 
     first = next((i for i, line in enumerate(lines) if has_numbers(line)), None)
@@ -110,7 +113,7 @@ def _table(lines: Sequence[str]) -> Table | None:
 
 
 def _number(cell: str) -> float:
-    """NaN for what is none."""
+    """The number in a cell; NaN if the cell holds none."""
     try:
         return float(cell.replace(",", "."))
     except ValueError:

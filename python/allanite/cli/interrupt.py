@@ -1,8 +1,8 @@
-"""Ctrl-C is never lost, whenever it comes.
+"""Make sure that no Ctrl-C is lost.
 
-Python turns the signal into an exception in whatever runs at that moment. While modules are imported, in a destructor
-or in a callback of foreign code that exception can be swallowed, and the command then runs to its end. Hence the
-exception waits for the end of an import, and is raised again until it has arrived.
+Python turns the signal into an exception in the code that runs at that moment. During an import, in a destructor or in
+a callback from foreign code, this exception can be swallowed. The command would then run to its end. Therefore the
+exception is delayed until an import has ended, and raised again until it takes effect.
 """
 
 from __future__ import annotations
@@ -18,22 +18,24 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-__all__ = ["heard"]
+__all__ = ["keep_interrupts"]
 
-AGAIN = 0.05  # s until an interrupt that has not arrived is raised again
-IMPORT = "<frozen importlib._bootstrap>"
+#: Time until an interrupt that had no effect is raised again, s. Chosen by judgment; not measured.
+REPEAT_S = 0.05
+#: File name of the frames of Python's import system.
+IMPORT_FILE = "<frozen importlib._bootstrap>"
 
 
 @contextmanager
-def heard(*, last: bool) -> Iterator[None]:
-    """Let no interrupt be lost inside of the block.
+def keep_interrupts(*, process_ends: bool) -> Iterator[None]:
+    """Context in which no interrupt is lost.
 
-    Does nothing outside of the main thread, which alone hears signals, and where somebody else listens.
+    Has no effect outside of the main thread, as only the main thread gets signals, or if another handler is installed.
 
     Parameters
     ----------
-    last : bool
-        Whether the process ends with the block: once interrupted, it is not disturbed at that.
+    process_ends : bool
+        Whether the process ends after the block. After an interrupt, further interrupts are then ignored.
 
     Raises
     ------
@@ -45,7 +47,7 @@ def heard(*, last: bool) -> Iterator[None]:
         return
     listener = _Listener()
     try:
-        signal.signal(signal.SIGINT, listener.hear)
+        signal.signal(signal.SIGINT, listener.handle)
     except ValueError:
         yield
         return
@@ -54,43 +56,49 @@ def heard(*, last: bool) -> Iterator[None]:
     finally:
         with listener.lock:
             listener.ended = True
-        # Handles what is pending before it gives the signal back.
-        asked = listener.asked and last
-        signal.signal(signal.SIGINT, signal.SIG_IGN if asked else signal.default_int_handler)
-    if listener.asked:
+        # `signal.signal` runs the handlers of pending signals before it replaces the handler.
+        ignored = listener.interrupted and process_ends
+        signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.default_int_handler)
+    if listener.interrupted:
         raise KeyboardInterrupt
 
 
 class _Listener:
+    """Handler of SIGINT that raises `KeyboardInterrupt` again until the block has ended."""
+
     def __init__(self) -> None:
-        self.asked = self.ended = False
+        self.interrupted = self.ended = False
         self.lock = _thread.allocate_lock()
 
-    def hear(self, _signal: int, frame: FrameType | None) -> None:
-        if _underway(sys.exc_info()[1]):
-            return  # what cleans up behind it is not disturbed
-        if not self.asked:
-            self.asked = True
+    def handle(self, _signal: int, frame: FrameType | None) -> None:
+        """Raise `KeyboardInterrupt`, unless the block has ended or an import is running."""
+        if _is_interrupt(sys.exc_info()[1]):
+            return  # cleanup code that runs because of the first interrupt must finish
+        if not self.interrupted:
+            self.interrupted = True
             _thread.start_new_thread(self._repeat, ())
-        if not self.ended and not _importing(frame):
+        if not self.ended and not _is_importing(frame):
             raise KeyboardInterrupt
 
     def _repeat(self) -> None:
+        """Interrupt the main thread again and again until the block has ended."""
         while True:
-            time.sleep(AGAIN)
+            time.sleep(REPEAT_S)
             with self.lock:
                 if self.ended:
                     return
                 _thread.interrupt_main()
 
 
-def _underway(error: BaseException | None) -> bool:
+def _is_interrupt(error: BaseException | None) -> bool:
+    """True if an error, or an error in whose handling it was raised, is a `KeyboardInterrupt`."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__context__
     return error is not None
 
 
-def _importing(frame: FrameType | None) -> bool:
-    while frame is not None and frame.f_code.co_filename != IMPORT:
+def _is_importing(frame: FrameType | None) -> bool:
+    """True if a frame runs inside of an import."""
+    while frame is not None and frame.f_code.co_filename != IMPORT_FILE:
         frame = frame.f_back
     return frame is not None

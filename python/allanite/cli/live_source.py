@@ -22,8 +22,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from allanite.cli.first_rows import ROWS as FIRST_ROWS
-from allanite.cli.first_rows import cells_of, has_numbers
+from allanite.cli.first_rows import FIRST_ROWS, cells_of, has_numbers
 from allanite.cli.pipe import NAME, PIPE
 from allanite.common.errors import MOST, InputError, about
 from allanite.common.plain import plain
@@ -36,21 +35,21 @@ if TYPE_CHECKING:
 
 __all__ = ["Rows", "Stop", "is_file", "rows_of"]
 
-#: Bytes read at a time.
+#: Number of bytes per read.
 BLOCK = 1 << 16
-#: Longest line, in bytes. The rows of known loggers have less than a thousandth of it.
+#: Maximum length of a line, bytes. Rows of known loggers are a thousand times shorter.
 MAX_LINE = 1 << 20
-#: Bytes of lines that are kept until the columns are known.
+#: Maximum size of the first lines, which are kept until the columns are known, bytes.
 MAX_FIRST = 16 * MAX_LINE
-#: Rows after which they are passed on, and seconds after which fewer are.
+#: Samples are passed on once there are this many, or after this time in s. Chosen by judgment; not measured.
 MAX_ROWS, FLUSH_S = 4096, 0.2
-#: Seconds between two looks at a file that does not grow.
+#: Time between two checks of a file that does not grow, s. Chosen by judgment; not measured.
 POLL_S = 0.2
-#: Bytes before a position by which a file is recognized.
+#: Number of bytes before a position that are compared to recognize a file.
 TAIL = 64
-#: Seconds for which standard input and datagrams are still read after a signal: what has already arrived is not lost.
+#: Time for which standard input and datagrams are still read after a signal, s. Rows that have arrived are not lost.
 DRAIN_S = 0.1
-#: Blocks that may wait for the main thread.
+#: Maximum number of blocks that wait for the main thread.
 QUEUE = 64
 
 
@@ -87,9 +86,9 @@ class Rows:
     ----------
     samples : ndarray, shape (n,)
     position : dict or None
-        Where the source continues after these rows; of a file only.
+        Position in the file after these rows; None unless the source is a file.
     follows : bool
-        Whether the first sample follows the last of the rows before.
+        Whether the first sample directly follows the last sample of the previous rows.
     """
 
     samples: NDArray[np.float64]
@@ -104,11 +103,11 @@ class _Block:
     Attributes
     ----------
     data : bytes
-        Empty if there are no more for now.
+        Empty if no bytes have arrived since the last block.
     begins_at : int or None
-        Position in the file of a first block; None where the block follows the one before.
+        Position in the file at which reading begins anew; None if the block continues the previous block.
     follows : bool
-        Whether the rows follow those before.
+        Whether the rows directly follow the previous rows.
     """
 
     data: bytes
@@ -117,7 +116,7 @@ class _Block:
 
 
 def is_file(source: str) -> bool:
-    """Whether a source is neither standard input nor an address."""
+    """True if a source is neither standard input nor an address."""
     return source != PIPE and "://" not in source
 
 
@@ -129,25 +128,25 @@ def rows_of(
     position: dict[str, Any] | None = None,
     follow: bool = False,
 ) -> Iterator[Rows]:
-    """Give the samples of a source as they come, until its end or a signal.
+    """Yield the samples of a source as they arrive, until its end or a signal.
 
     Parameters
     ----------
     source : str
         Path, ``-``, or ``udp://127.0.0.1:PORT``.
     place_of : callable
-        Returns the index of the column, given the first lines.
+        Returns the index of the column from the first lines.
     stop : Stop
-        Ends the rows. Those that have arrived are given first.
+        Event that ends the reading. Rows that have already arrived are still yielded.
     position : dict or None
-        Where to continue a file, as `Rows.position` tells.
+        Position at which to continue a file: a value of `Rows.position`.
     follow : bool
-        Wait for more at the end of a file.
+        Whether to wait for more rows at the end of a file.
 
     Raises
     ------
     InputError
-        No such source, an address that cannot be used, a line that is too long, or a row without the column.
+        The source does not exist, the address cannot be used, a line is too long, or a row lacks the column.
     """
     if source == PIPE:
         if sys.stdin is None:
@@ -163,7 +162,7 @@ def rows_of(
 
 
 class _Lines:
-    """Splits blocks into lines and takes the sample of each row."""
+    """Splits blocks into lines and extracts the sample of each row."""
 
     def __init__(
         self, name: str, place_of: Callable[[list[str]], int], *, keeps_position: bool
@@ -178,7 +177,7 @@ class _Lines:
         self.follows = True
 
     def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
-        """Give rows once there are enough of them, some time has passed, or no more come for now."""
+        """Yield rows once there are enough, some time has passed, or the source pauses."""
         passed_on = time.monotonic()
         try:
             for block in blocks:
@@ -193,26 +192,28 @@ class _Lines:
                 ):
                     yield from self._flush()
                     passed_on = time.monotonic()
-            # The last line of a source that has ended may lack its end; one that a signal cut off is not complete.
+            # At the end of the source, the last line may lack its line break. After a signal, it may be incomplete.
             if not stop.is_set():
                 self._take(b"\n" if self.rest else b"", counted=len(self.rest))
             self._know_the_column()
         except InputError:
-            # What came before a bad row counts.
+            # The rows before a bad row count.
             if self.place is not None:
                 yield from self._flush()
             raise
         yield from self._flush()
 
     def _begin(self, block: _Block) -> None:
+        """Forget the columns and the unfinished line, because reading begins anew."""
         if self.rest:
-            _notice(f"{self.name}: its last row is not complete, and is not watched")
+            _notice(f"{self.name}: the last row is incomplete and is skipped")
         self.offset, self.tail, self.rest = block.begins_at or 0, b"", b""
         self.first, self.first_rows, self.first_bytes = [], 0, 0
         self.place = None
         self.follows = self.follows and block.follows
 
     def _flush(self) -> Iterator[Rows]:
+        """Yield the collected samples, if there are any."""
         if not self.samples:
             return
         position = None
@@ -223,14 +224,14 @@ class _Lines:
         yield rows
 
     def _take(self, data: bytes, *, counted: int | None = None) -> None:
-        """Take bytes of the source; `counted` tells how many there really are."""
-        # A carriage return ends a line, too; the blank line that it may leave is no row.
+        """Split bytes of the source into lines. `counted`, if given, is the number of bytes that the source really has."""
+        # A carriage return also ends a line. The blank line in "\r\n" is ignored later.
         text = self.rest + data.replace(b"\r", b"\n")
         end = text.rfind(b"\n") + 1
         lines, self.rest = text[:end], text[end:]
         if len(self.rest) > MAX_LINE:
             raise InputError(
-                f"{self.name}: a line is longer than {MAX_LINE} bytes: rows of text are watched, one in a line"
+                f"{self.name}: a line is longer than {MAX_LINE} bytes; the source must be text with one row per line"
             )
         if not lines:
             return
@@ -241,6 +242,7 @@ class _Lines:
         self.tail = (self.tail + taken)[-TAIL:]
 
     def _line(self, line: str) -> None:
+        """Extract the sample of a line, or keep the line until the column is known."""
         if self.place is not None:
             self._sample(line)
             return
@@ -253,11 +255,12 @@ class _Lines:
             self._know_the_column()
         elif self.first_bytes > MAX_FIRST:
             raise InputError(
-                f"{self.name}: no {FIRST_ROWS} rows of numbers in the first {MAX_FIRST} bytes: rows of text are watched"
+                f"{self.name}: fewer than {FIRST_ROWS} rows of numbers in the first {MAX_FIRST} bytes; the source must"
+                " be text with one row per line"
             )
 
     def _know_the_column(self) -> None:
-        """Choose the column by the lines so far, and take their samples."""
+        """Choose the column from the first lines, and extract the samples of these lines."""
         if self.place is None:
             self.place = self.place_of(self.first)
             lines, self.first = self.first, []
@@ -273,18 +276,18 @@ class _Lines:
 
 
 def sample_of(line: str, place: int) -> float | None:
-    """The number at a place of a row; NaN for an empty cell, None for a line of words.
+    """The number in a column of a row; NaN for an empty cell, None for a line without a number there.
 
     Raises
     ------
     InputError
-        A row without this place, or an infinite number.
+        The row has fewer columns, or the number is infinite.
     """
     if not line.strip() or line.lstrip().startswith("#"):
         return None
     cells = cells_of(line)
     if place >= len(cells):
-        raise InputError(f"a row has {len(cells)} columns: --column {place} is none of them")
+        raise InputError(f"a row has only {len(cells)} columns, but column {place} is watched")
     cell = cells[place]
     try:
         value = float(cell.replace(",", ".") if cell else "nan")
@@ -301,9 +304,10 @@ def sample_of(line: str, place: int) -> float | None:
 def _of_file(
     path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
 ) -> Iterator[_Block]:
+    """Yield blocks of a file; begins anew if the file is truncated or replaced."""
     if not path.is_file():
         found = (
-            "is no regular file: pipe it to allanite watch -" if path.exists() else "no such file"
+            "not a regular file: pipe it to allanite watch -" if path.exists() else "no such file"
         )
         raise InputError(f"{path}: {found}")
     file = path.open("rb")
@@ -313,7 +317,7 @@ def _of_file(
             at, tail = int(position["offset"]), bytes.fromhex(position["tail"])
             if not _is_continued(file.fileno(), at, tail):
                 _notice(
-                    f"{path}: is not the file that the state ended in: it is read from its first row"
+                    f"{path}: not the file from which the state was saved; reading from the first row"
                 )
                 at, tail = 0, b""
         file.seek(at)
@@ -329,19 +333,19 @@ def _of_file(
             yield _Block(b"")
             stop.wait(POLL_S)
             if _is_replaced(path, file.fileno()):
-                # Whoever writes may finish the old file; its last rows come before those of the new one.
+                # The writer may still finish the old file. Its last rows come before the rows of the new file.
                 stop.wait(POLL_S)
                 while data := file.read(BLOCK):
                     yield _Block(data)
                 file.close()
                 file = path.open("rb")
-                _notice(f"{path}: was replaced by another file: that is read from its first row")
+                _notice(
+                    f"{path}: replaced by another file; reading the new file from the first row"
+                )
                 at, tail = 0, b""
                 yield _Block(b"", 0)
             elif not _is_continued(file.fileno(), at, tail):
-                _notice(
-                    f"{path}: was truncated: it is read from its first row; rows may be missing"
-                )
+                _notice(f"{path}: truncated; reading from the first row, rows may be missing")
                 at, tail = 0, b""
                 file.seek(0)
                 yield _Block(b"", 0, follows=False)
@@ -350,7 +354,7 @@ def _of_file(
 
 
 def _is_continued(descriptor: int, at: int, tail: bytes) -> bool:
-    """Whether a file still has these bytes before a position."""
+    """True if a file still has these bytes before a position."""
     if os.fstat(descriptor).st_size < at:
         return False
     here = os.lseek(descriptor, 0, os.SEEK_CUR)
@@ -362,7 +366,7 @@ def _is_continued(descriptor: int, at: int, tail: bytes) -> bool:
 
 
 def _is_replaced(path: Path, descriptor: int) -> bool:
-    """Whether the path names another file; a path that names none does not yet."""
+    """True if the path names another file than the open one; False if the path names no file."""
     try:
         now, before = path.stat(), os.fstat(descriptor)
     except OSError:
@@ -374,7 +378,7 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 
 
 def _of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
-    """Give the blocks that a function returns in a thread; empty bytes end them."""
+    """Yield the blocks that a function returns, called in a thread, until it returns no bytes."""
     blocks: queue.Queue[bytes] = queue.Queue(QUEUE)
 
     def run() -> None:
@@ -402,7 +406,7 @@ def _of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
 
 
 def _of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
-    """Give the datagrams that come to an address of this machine, until one says ``end``."""
+    """Yield the datagrams that arrive at an address of this machine, until one is ``end``."""
     listener = _listener(source)
     with listener:
 
@@ -410,18 +414,19 @@ def _of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
             data = listener.recv(BLOCK)
             if data.strip() == b"end":
                 return b""
-            # Rows do not go on in the next datagram.
+            # A row never continues in the next datagram.
             return data + b"\n"
 
         yield from _of_thread(read, stop)
 
 
 def _listener(source: str) -> socket.socket:
+    """UDP socket bound to the address in `source`."""
     import socket
 
     host, _, port = source.removeprefix("udp://").rpartition(":")
     if not source.startswith("udp://") or host not in ("127.0.0.1", "localhost"):
-        raise InputError(f"{source}: an address of this machine is needed, udp://127.0.0.1:PORT")
+        raise InputError(f"{source}: not an address of this machine: write udp://127.0.0.1:PORT")
     if not (port.isascii() and port.isdecimal() and 1 <= int(port[:9]) <= 65535):
         raise InputError(f"{source}: the port must be a whole number from 1 to 65535")
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -431,11 +436,12 @@ def _listener(source: str) -> socket.socket:
         listener.close()
         if error.errno == errno.EADDRINUSE:
             raise InputError(
-                f"{source}: the address is in use: another program listens there; choose another port"
+                f"{source}: the address is in use by another program: choose another port"
             ) from None
         raise InputError(f"{source}: cannot listen: {error.strerror or error}") from None
     return listener
 
 
 def _notice(text: str) -> None:
+    """Print a note on standard error."""
     click.echo(plain(f"· {text}", MOST), err=True)

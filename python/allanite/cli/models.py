@@ -1,4 +1,4 @@
-"""Models as the command line names them: a sum, or a file that knows its unit and rate."""
+"""Models of the command line: a model string, or a file that also holds a unit and a rate."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["NamedModel", "for_column", "models_of"]
 
 @dataclass(frozen=True, slots=True)
 class NamedModel:
-    """A model with what its file says of the recording it was fitted to."""
+    """A model, with the column, unit and rate of the recording to which it was fitted, if its file states them."""
 
     name: str
     model: Model
@@ -28,12 +28,12 @@ class NamedModel:
     document: Mapping[str, Any] = field(default_factory=dict)
 
     def in_unit(self, unit: str) -> Model:
-        """The model with its coefficients converted to samples in `unit`, if its own unit is known.
+        """The model with its coefficients converted to samples in `unit`; unchanged if its own unit is unknown.
 
         Raises
         ------
         InputError
-            The unit of another kind of sensor.
+            The unit is that of another kind of sensor.
         """
         if self.unit is None or self.unit == unit:
             return self.model
@@ -42,7 +42,7 @@ class NamedModel:
 
 
 def _scaled(effect: Effect, factor: float) -> Effect:
-    """The effect with everything that is in the unit of the samples times a factor."""
+    """The effect with all parameters that have the unit of the samples multiplied by a factor."""
     names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
     values = {k: v for k, v in effect.values.items() if k in names and v is not None}
     scaled = {
@@ -61,7 +61,7 @@ def models_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[NamedModel]:
-    """Models of a source (`allanite.sources.documents_of`): a model string, or those of a file, one an axis."""
+    """Models of a model string or of a file (`allanite.sources.documents_of`): one per axis."""
     from allanite.effects.files import model_from_dict
     from allanite.sources import documents_of
 
@@ -78,16 +78,16 @@ def models_of(
 
 
 def for_column(models: list[NamedModel], column: str, text: str) -> NamedModel:
-    """The model of a column: the only one that `text` holds, or that of the column's name.
+    """The model of a column: the only model, or the model with the column's name. `text` names the source in errors.
 
     Raises
     ------
     InputError
-        Several models, and none of that name: theirs are listed.
+        There are several models, and none for this column.
     """
     if len(models) == 1:
         return models[0]
     names = [m.column for m in models]
     if column not in names:
-        raise InputError(f"{text} holds no model of column {column}: it holds {', '.join(names)}")
+        raise InputError(f"{text} has no model of column {column}, only of {', '.join(names)}")
     return models[names.index(column)]

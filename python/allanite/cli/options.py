@@ -1,4 +1,4 @@
-"""Options shared by the commands that read a log, and the recording they lead to."""
+"""Options shared by the commands that read a log, and functions that read the log as the options say."""
 
 from __future__ import annotations
 
@@ -26,46 +26,67 @@ __all__ = [
     "DEFAULT_MODEL",
     "INFLATE",
     "SEED",
+    "LogCommand",
     "LogOptions",
     "RateType",
     "columns_of",
-    "is_number",
+    "is_points_per_decade",
+    "is_shown_early",
     "json_option",
     "log_options",
     "model_option",
     "recording_of",
     "recordings_of",
-    "said_early",
     "time_option",
 ]
 
 DEFAULT_MODEL = "N+B+K"
-SHORTEST = 16  # samples below which no command has anything to say
+#: Minimum number of samples of a recording, for every command. Chosen by judgment; not measured.
+MIN_SAMPLES = 16
 
 model_option = click.option(
     "--model",
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Sum of effects, e.g. N+B+K or N+GM(T=30), or a model file.",
+    help="Model to fit or to start from: a sum of effects, e.g. N+B+K or N+GM(T=30), or a model file.",
 )
-#: What every generator of random numbers takes.
+#: Type of every --seed option: the range that the random number generators accept.
 SEED = click.IntRange(0, SEEDS)
-#: Factor on the deviations of a parameter file.
+#: --inflate: factor on the deviations of a parameter file.
 INFLATE = click.option(
     "--inflate",
     type=click.FloatRange(0.0, 1e6, min_open=True),
     default=1.0,
     metavar="FACTOR",
-    help="Multiply all deviations in the file, which records this as your choice.",
+    help="Multiply all noise deviations in the parameter file; the file records the factor.",
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="JSON on stdout, nothing else.")
-#: Where the style of figures is kept while a command runs: every command that has --plot has it.
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON on standard output instead of a table."
+)
+#: Key of the style of figures in `click.Context.meta`. Every command with --plot sets this key.
 STYLE = "allanite.style"
 
 
+class LogCommand(click.Command):
+    """A command whose help lists its own options first, and the shared options of `log_options` below them."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options in two sections."""
+        own: list[tuple[str, str]] = []
+        shared: list[tuple[str, str]] = []
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is not None and isinstance(parameter, click.Option):
+                (shared if parameter.name in READING_OPTIONS else own).append(record)
+        for heading, records in (("Options", own), ("Options for reading the log", shared)):
+            if records:
+                with formatter.section(heading):
+                    formatter.write_dl(records)
+
+
 def plot_option(command: Any) -> Any:
-    """Add --plot, and --style, which `output.plot` reads."""
+    """Add the options --plot and --style to a command; `output.plot` uses the style."""
 
     def keep(ctx: click.Context, _param: click.Parameter, value: str) -> None:
         ctx.meta[STYLE] = value
@@ -77,13 +98,15 @@ def plot_option(command: Any) -> Any:
         show_default=True,
         expose_value=False,
         callback=keep,
-        help="Of the figure: paper is one column of 88 mm in 8 pt without title, slides has large letters.",
+        help="Style of the figure. paper: one column of 88 mm, 8 pt, no title. slides: large letters.",
     )
-    return click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")(style(command))
+    return click.option(
+        "--plot", metavar="FILE", help="Write the figure to FILE (.svg, .png or .pdf)."
+    )(style(command))
 
 
 class Seconds(click.types.FloatParamType):
-    """A positive time: 60, 60s, 10min or 2h."""
+    """Option type of a positive time in seconds: 60, 60s, 10min or 2h."""
 
     name = "seconds"
     units = (("min", 60.0), ("h", 3600.0), ("s", 1.0))
@@ -91,7 +114,7 @@ class Seconds(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Seconds; a float is one already."""
+        """The time in seconds."""
         text, factor = str(value).strip(), 1.0
         for unit, size in self.units:
             if text.endswith(unit):
@@ -102,7 +125,7 @@ class Seconds(click.types.FloatParamType):
         except ValueError:
             number = -1.0
         if not 0.0 < number < float("inf"):
-            self.fail(f"{value!r} is not a time, as 60s, 10min or 2h is", param, ctx)
+            self.fail(f"{value!r} is not a time: write 60s, 10min or 2h", param, ctx)
         return number
 
 
@@ -111,25 +134,25 @@ time_option = click.option(
     "seconds",
     type=Seconds(),
     metavar="TIME",
-    help="Look for no further effect after this time, e.g. 60s or 10min; each axis gets a first model."
-    " Default: a minute of processor time, and 10 s for every million samples.",
+    help="Start no further step after this time, e.g. 60s or 10min. Every axis gets at least a first model."
+    " Default: 1 min of processor time plus 10 s per million samples.",
 )
 
 
 class RateType(click.ParamType[float | str]):
-    """A rate in Hz, kept as text where it ends in an exclamation mark."""
+    """Option type of a rate in Hz; text if it ends in an exclamation mark, else a float."""
 
     name = "rate"
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | str:
-        """Return a float, or the text of a rate that is insisted on."""
+        """The rate as a float, or as text with its exclamation mark."""
         text = str(value).strip()
         try:
             number = float(text.removesuffix("!"))
         except ValueError:
-            self.fail(f"{value!r} is not a number of Hz, as 100 or 100! is", param, ctx)
+            self.fail(f"{value!r} is not a rate in Hz: write 100 or 100!", param, ctx)
         return text if text.endswith("!") else number
 
 
@@ -138,59 +161,91 @@ _LOG_OPTIONS = (
         "--rate",
         type=RateType(),
         metavar="HZ",
-        help="Sampling rate; 100! insists where the log says otherwise.",
+        help="Sampling rate. Default: from the time stamps or the file. 100! overrides a log that says otherwise.",
     ),
     click.option(
         "--unit",
         metavar="UNIT",
-        help="Unit of the samples: rad/s deg/s deg/h m/s^2 g mg ug 1; of two kinds of sensor: deg/s,m/s^2.",
+        help="Unit of the samples, if the log does not state it: rad/s deg/s deg/h m/s^2 g mg ug, or 1 for none."
+        " For gyroscopes and accelerometers together: deg/s,m/s^2.",
     ),
     click.option(
         "--quantity",
         type=click.Choice(["rate", "increment", "angle"]),
-        help="What the samples are (default rate).",
+        help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral"
+        " from the start; also velocity or clock phase).",
     ),
-    click.option("--column", multiple=True, metavar="NAME", help="Column to use; repeatable."),
+    click.option(
+        "--column",
+        multiple=True,
+        metavar="NAME",
+        help="Column to use as a sensor; repeatable. Default: all sensor columns.",
+    ),
     click.option(
         "--covariate",
         multiple=True,
         metavar="NAME",
-        help="Column offered as an explanation; repeatable.",
+        help="Logged column, such as a temperature, that the sensor may depend on; repeatable.",
     ),
-    click.option("--time-column", metavar="NAME", help="Column of time stamps; none for none."),
-    click.option("--piece", type=int, metavar="N", help="Piece of a log parted by jumps of time."),
-    click.option("--topic", multiple=True, metavar="NAME", help="Topic of a bag; repeatable."),
+    click.option(
+        "--time-column",
+        metavar="NAME",
+        help="Column of time stamps. none: the log has no time stamps; give --rate.",
+    ),
+    click.option(
+        "--piece",
+        type=int,
+        metavar="N",
+        help="Segment to use if time jumps split the log, counted from 1. Default: the longest.",
+    ),
+    click.option(
+        "--topic",
+        multiple=True,
+        metavar="NAME",
+        help="Topic of a ROS bag, ULog or ArduPilot log; repeatable.",
+    ),
     click.option(
         "--output-unit",
         metavar="UNIT",
-        help="Unit of the results: of samples or of a coefficient; of two kinds of sensor: deg/h,ug.",
+        help="Unit of the results, e.g. deg/h, or of one coefficient, e.g. deg/sqrt(h). For gyroscopes and"
+        " accelerometers together: deg/h,ug.",
     ),
     click.option(
         "--trim",
         metavar="START:END|quiet",
-        help="Use only these seconds of the log, or its longest quiet stretch.",
+        help="Use only these seconds, e.g. 600: or 60:3600. quiet: the longest segment without motion.",
     ),
     click.option(
         "--scale",
         multiple=True,
         metavar="NAME=FACTOR",
-        help="Multiply a column, e.g. raw counts: gx=1/131; repeatable.",
+        help="Multiply a column by a factor, e.g. gx=1/131 for raw counts; repeatable.",
     ),
     click.option(
         "--anyway",
         is_flag=True,
-        help="Use a log that is mostly motion, or whose unit contradicts gravity.",
+        help="Do not refuse a log that is mostly motion, or whose unit contradicts gravity.",
     ),
-    click.option("--decimate", type=int, metavar="K", help="Average K samples into one."),
-    click.option("--seed", type=SEED, metavar="N", help="Seed of everything random."),
+    click.option(
+        "--decimate",
+        type=int,
+        metavar="K",
+        help="Replace each K consecutive samples by their mean.",
+    ),
+    click.option(
+        "--seed",
+        type=SEED,
+        metavar="N",
+        help="Seed that reports state. The results do not depend on it.",
+    ),
     json_option,
-    click.option("--quiet", is_flag=True, help="No notes, no progress."),
+    click.option("--quiet", is_flag=True, help="Print no notes and no progress."),
 )
 
 
 @dataclass(frozen=True, slots=True)
 class LogOptions:
-    """The shared options as given."""
+    """Values of the shared options, as the user gave them."""
 
     rate: float | str | None
     unit: str | None
@@ -215,8 +270,8 @@ class LogOptions:
         return float(self.rate.removesuffix("!")) if isinstance(self.rate, str) else self.rate
 
     @property
-    def later(self) -> tuple[str, ...]:
-        """Names of those given that say what is done with the samples once they are read."""
+    def after_reading(self) -> tuple[str, ...]:
+        """Names of the given options that change the samples after the log was read."""
         given = {
             "--trim": self.trim,
             "--decimate": self.decimate,
@@ -226,13 +281,13 @@ class LogOptions:
 
     @property
     def output_units(self) -> dict[str, str]:
-        """Units of samples that ``--output-unit`` means, by kind of sensor."""
+        """Unit of the samples that follows from ``--output-unit``, by kind of sensor."""
         if self.output_unit is None:
             return {}
         return units_by_kind(",".join(map(sample_unit, self.output_unit.split(","))))
 
     def reading(self) -> dict[str, Any]:
-        """Return the options of `allanite.read`."""
+        """Keyword arguments for `allanite.read`."""
         from allanite.readers.scaling import parse_scales
 
         return {
@@ -248,8 +303,12 @@ class LogOptions:
         }
 
 
+#: Names of the options that `LogCommand` lists in the section about reading the log.
+READING_OPTIONS = frozenset(field.name for field in fields(LogOptions)) - {"as_json", "quiet"}
+
+
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the shared options; the command gets them as one `LogOptions` called ``options``."""
+    """Add the shared options to a command, which receives their values as one `LogOptions` named ``options``."""
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
@@ -261,13 +320,15 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return wrapped
 
 
-def is_number(taus: str) -> bool:
-    """Whether averaging times are given as a number per decade; ² is a digit and no number."""
-    return taus.isascii() and taus.isdigit()
+def is_points_per_decade(taus: str) -> bool:
+    """True if the value of --taus is a whole number of points per decade."""
+    return taus.isascii() and taus.isdigit()  # "²".isdigit() is true
 
 
 def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[Recording]:
-    """Read a log and return one recording a column, as the options ask; a fit needs a sensor at rest.
+    """Read a log with these options and return one recording per column.
+
+    With `for_fit`, a log that is mostly motion is refused.
 
     Raises
     ------
@@ -279,12 +340,12 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
     columns = list(recording_of(path, options, for_fit=for_fit))
     for column in columns:
         if not _varies(column):
-            raise _stuck(path, column)
+            raise _constant_column_error(path, column)
     return _without_locked(path, columns) if for_fit else columns
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """Return the columns without those that are locked to one code, each with a line that says so."""
+    """Columns that are not locked to one quantization code; prints a line for each column that is."""
     from allanite.fit.locked import locked_error
 
     errors = [locked_error(column) for column in columns]
@@ -296,29 +357,30 @@ def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
     return [column for column, error in zip(columns, errors, strict=True) if error is None]
 
 
-def _stuck(path: str, column: Recording) -> InputError:
+def _constant_column_error(path: str, column: Recording) -> InputError:
+    """Error for a column without any variation."""
     path = NAME if path == PIPE else path
     return InputError(
-        f"{path}: column {column.columns[0]} is constant or all NaN: a stuck sensor, or"
-        " the wrong column (--column)"
+        f"{path}: column {column.columns[0]} is constant or all NaN: the sensor is stuck, or --column names the"
+        " wrong column"
     )
 
 
 def recording_of(
     path: str,
     options: LogOptions,
-    suits: Callable[[Recording], None] | None = None,
+    check_columns: Callable[[Recording], None] | None = None,
     *,
     for_fit: bool = True,
 ) -> Recording:
-    """Read and check a log with all columns that the options ask for.
+    """Read and check a log with all columns that the options select.
 
-    What `suits` refuses is refused before anything is said. A log that is mostly motion is refused if a model is fitted.
+    `check_columns` may raise an error before any note is printed. With `for_fit`, a log that is mostly motion is refused.
 
     Raises
     ------
     InputError
-        No column in it changes, its unit contradicts gravity, or it is mostly motion.
+        No column changes, the unit contradicts gravity, or the log is mostly motion.
     TooShortError
         Fewer samples than any command can use.
     """
@@ -326,28 +388,30 @@ def recording_of(
 
     with log_file(path) as file, named(file, path):
         recording = read(file, **options.reading())
-    if suits is not None:
-        suits(recording)
+    if check_columns is not None:
+        check_columns(recording)
     return _prepared(recording, path, options, for_fit=for_fit)
 
 
 def recordings_of(
-    path: str, options: LogOptions, suits: Callable[[Sequence[Recording]], None] | None = None
+    path: str,
+    options: LogOptions,
+    check_columns: Callable[[Sequence[Recording]], None] | None = None,
 ) -> list[Recording]:
-    """Read a log as `recording_of` does, and the sensors of the same device that have rates of their own."""
+    """Read a log as `recording_of` does; one recording for each sampling rate in the log."""
     from allanite.readers import read_sensors
 
     with log_file(path) as file, named(file, path):
         recordings = read_sensors(file, **options.reading())
-    if suits is not None:
-        suits(recordings)
+    if check_columns is not None:
+        check_columns(recordings)
     return [_prepared(recording, path, options) for recording in recordings]
 
 
 def _prepared(
     recording: Recording, path: str, options: LogOptions, *, for_fit: bool = True
 ) -> Recording:
-    """Cut, check, decimate and convert a recording as the options ask."""
+    """Trim, check, decimate and convert a recording as the options say."""
     from allanite.readers.plausibility import checked
 
     if path == PIPE:
@@ -359,7 +423,7 @@ def _prepared(
         recording = recording.trim(*_span(options.trim))
     with about(path):
         recording = checked(recording, for_fit=for_fit, anyway=options.anyway)
-    _say_motion(recording, options)
+    _show_early_findings(recording, options)
     if options.decimate is not None:
         recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
@@ -369,38 +433,38 @@ def _prepared(
         asked = ASKED.set({kind: one.strip() for kind, one in each})
         if (context := click.get_current_context(silent=True)) is not None:
             context.call_on_close(lambda: ASKED.reset(asked))
-    if recording.n < SHORTEST:
+    if recording.n < MIN_SAMPLES:
         raise TooShortError(
-            f"{path}: {recording.n} samples are too few: at least {SHORTEST} are needed, and some"
-            " thousands for a fit"
+            f"{path}: {recording.n} samples are too few: at least {MIN_SAMPLES} are needed, and a fit needs some"
+            " thousands"
         )
     if not any(_varies(column) for column in recording):
-        raise _stuck(path, recording.column(0))
+        raise _constant_column_error(path, recording.column(0))
     return recording
 
 
-def said_early(finding: Finding) -> bool:
-    """Whether a finding is said before anything is computed: an option is missing, or did something.
+def is_shown_early(finding: Finding) -> bool:
+    """True if a finding is printed before the computation: excluded columns, motion, or a missing unit.
 
-    That nothing says the unit of a column which may be a clock's is a remark among others.
+    A missing unit counts only as a warning. For a column that may belong to a clock it is a remark, printed later.
     """
     kinds = ("not_used", "other_rate", "quiet_stretch", "motion")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 
-def _say_motion(recording: Recording, options: LogOptions) -> None:
-    """Say what is left out and that the sensor moves before anything is computed; JSON carries it in the audit."""
+def _show_early_findings(recording: Recording, options: LogOptions) -> None:
+    """Print excluded columns and motion on standard error. JSON output has them in its audit instead."""
     from allanite.recording.at_rest import finding_of
 
     if not (options.quiet or options.as_json):
-        left = filter(said_early, recording.told)
-        for finding in (*left, *finding_of(recording)):
+        early = filter(is_shown_early, recording.told)
+        for finding in (*early, *finding_of(recording)):
             mark = "!" if finding.severity == "warning" else "·"
             click.echo(f"{mark} {finding.worded(words_of(options.trim))}", err=True)
 
 
 def _varies(column: Recording) -> bool:
-    """Whether the rate changes at all; a phase with a constant slope does not."""
+    """True if the rate changes at all. The rate of a phase with a constant slope does not."""
     import numpy as np
 
     x = column.rate_samples()
@@ -409,11 +473,12 @@ def _varies(column: Recording) -> bool:
 
 
 def _span(text: str) -> tuple[float | None, float | None]:
+    """Start and end of ``START:END`` in seconds, None for an open end."""
     start, colon, end = text.partition(":")
     try:
         bounds = (float(start) if start else None), (float(end) if end else None)
     except ValueError:
         colon = ""
     if not colon or not all(b is None or math.isfinite(b) for b in bounds):
-        raise InputError(f"--trim {text!r}: give START:END in seconds, e.g. 600: or 60:3600")
+        raise InputError(f"--trim {text!r}: write START:END in seconds, e.g. 600: or 60:3600")
     return bounds

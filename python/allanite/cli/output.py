@@ -1,4 +1,4 @@
-"""What leaves a command: JSON without NaN, tables, notes, figures."""
+"""Output of the commands: JSON, tables, notes, progress and figures."""
 
 from __future__ import annotations
 
@@ -46,29 +46,31 @@ __all__ = [
     "write_csv",
 ]
 
-#: Time of a whole study over that of its first step: measured 1 without additions, 2.5 after two; 5 after five.
-STEPS = 5.0
+#: Time of a whole stepwise search divided by the time of its first step. Measured: 1 without additions, 2.5 after two
+#: additions, 5 after five.
+MAX_TIME_RATIO = 5.0
 
 
 def dumps(document: Any) -> str:
-    """JSON text; NaN and infinities become null, NumPy numbers plain ones."""
-    return json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False)
+    """JSON text of a document. NaN and infinities become null, NumPy arrays become lists."""
+    return json.dumps(_jsonable(document), indent=1, ensure_ascii=False, allow_nan=False)
 
 
-def _plain(value: Any) -> Any:
+def _jsonable(value: Any) -> Any:
+    """The value with only types that JSON knows."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): _jsonable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [_jsonable(item) for item in value]
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return _jsonable(value.tolist())
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     return value
 
 
 def show(results: Sequence[Any], options: LogOptions) -> None:
-    """Print results, one a column: JSON documents or tables under headings."""
+    """Print results, one per column, as JSON documents or as tables."""
     if options.as_json:
         documents = [result.to_dict() for result in results]
         one = len(documents) == 1
@@ -83,14 +85,14 @@ def show(results: Sequence[Any], options: LogOptions) -> None:
 
 
 def width() -> int:
-    """Letters of a line: the terminal's, or COLUMNS; 100 where there is none."""
+    """Characters per line: the width of the terminal, or COLUMNS, or 100; at least 60."""
     return max(get_terminal_size((100, 24)).columns, 60)
 
 
 def wrapped(text: str) -> str:
-    """Sentences broken at the terminal's width, below where they begin; rows of a table stay whole.
+    """The text with long sentences wrapped at the terminal's width; rows of tables stay on one line.
 
-    What another program reads keeps its lines.
+    If the output goes to a file or another program, the text is unchanged.
     """
     if not sys.stdout.isatty():
         return text
@@ -110,23 +112,22 @@ def wrapped(text: str) -> str:
 
 
 def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
-    """Print what the audit found, each remark once; JSON carries it in the document instead."""
+    """Print the findings of the audit, each once. JSON output holds them in the document instead."""
     if options.as_json or options.quiet:
         return
-    from allanite.cli.options import said_early
+    from allanite.cli.options import is_shown_early
     from allanite.recording.findings import merged
 
-    found = (f for column in columns for f in column.audit if not said_early(f))
-    said = merged(found)
-    for finding in said:
+    findings = merged(f for column in columns for f in column.audit if not is_shown_early(f))
+    for finding in findings:
         mark = "!" if finding.severity == "warning" else "·"
         click.echo(wrapped(f"{mark} {finding.worded(words_of(options.trim))}"))
-    if said:
+    if findings:
         click.echo()
 
 
 def check_targets(plot: str | None = None, save: str | None = None) -> None:
-    """Refuse --plot and --save targets early."""
+    """Refuse files of --plot and --save that cannot be written, before anything is computed."""
     if plot is not None:
         if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
             raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")
@@ -136,7 +137,7 @@ def check_targets(plot: str | None = None, save: str | None = None) -> None:
 
 
 def save_fits(fits: Sequence[Fit], path: str) -> None:
-    """Write fitted models as one file: a document, or one a column."""
+    """Write fitted models to one JSON file: one document, or a list with one document per column."""
     documents = [fit.to_dict() for fit in fits]
     one = {"schema": documents[0]["schema"], "columns": documents}
     with whole_file(path) as draft:
@@ -144,7 +145,7 @@ def save_fits(fits: Sequence[Fit], path: str) -> None:
 
 
 def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
-    """Write the figure of each result; several columns get their name into the file's."""
+    """Write the figure of each result. With several results, each file name gets the column's name."""
     if path is None:
         return
     for result, name in zip(results, names, strict=True):
@@ -155,7 +156,7 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure in the style that was asked for."""
+    """Write a figure in the style of the option --style."""
     from allanite.cli.options import STYLE
 
     context = click.get_current_context(silent=True)
@@ -164,7 +165,7 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 
 @contextmanager
 def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], None] | None]:
-    """Give a callback (steps done, steps in all) drawing on stderr, if a terminal."""
+    """Context with a callback (steps done, all steps) that draws a progress bar; None if stderr is no terminal."""
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
@@ -178,7 +179,7 @@ def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], N
 
 
 def phase(name: str, options: LogOptions) -> None:
-    """Say on a terminal what is done now."""
+    """Print on a terminal what the command does at the moment."""
     if not options.quiet and sys.stderr.isatty():
         click.echo(f"· {name}", err=True)
 
@@ -187,7 +188,10 @@ def phase(name: str, options: LogOptions) -> None:
 def progress_of_axes(
     columns: int, options: LogOptions
 ) -> Iterator[Callable[[str, int, int], None] | None]:
-    """Give a callback that shows what each axis is at, on a terminal, and how long all will take once one step is done."""
+    """Context with a callback (column, steps done, all steps) that draws the progress of all axes on a terminal.
+
+    After the first step, the callback also prints an estimate of the total time. Without a terminal it is None.
+    """
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
@@ -199,19 +203,19 @@ def progress_of_axes(
     turns = -(-columns // at_once())
     phase(f"{columns} axes, {at_once()} at a time", options)
 
-    def shown(_item: object) -> str:
+    def steps_shown(_item: object) -> str:
         return " · ".join(f"{name} step {done}" for name, done in at.items())
 
     with click.progressbar(
-        length=columns, label="axes", file=sys.stderr, item_show_func=shown
+        length=columns, label="axes", file=sys.stderr, item_show_func=steps_shown
     ) as bar:
 
         def report(column: str, done: int, total: int) -> None:
             with lock:
                 if not at and not bar.pos:
                     first = turns * (monotonic() - begin)
-                    low, high = (_time(share * first) for share in (1.0, STEPS))
-                    click.echo(f"\r· about {low} to {high}, by the first step", err=True)
+                    low, high = (_time(ratio * first) for ratio in (1.0, MAX_TIME_RATIO))
+                    click.echo(f"\r· about {low} to {high} in total", err=True)
                 ended = done == total
                 at[column] = done
                 if ended:
@@ -222,11 +226,12 @@ def progress_of_axes(
 
 
 def _time(seconds: float) -> str:
+    """Text of a time in s or min."""
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 
 def write_csv(recording: Recording, path: Path | None) -> None:
-    """Write time stamps and samples with a header, to the last digit; to standard output without a path."""
+    """Write time stamps and samples as CSV with a header and all digits; without a path, to standard output."""
     import numpy as np
 
     with nullcontext(sys.stdout) if path is None else path.open("w", encoding="utf-8") as stream:

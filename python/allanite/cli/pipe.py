@@ -1,4 +1,4 @@
-"""A log from a pipe: ``allanite fit -`` reads standard input."""
+"""Logs from standard input, as in ``allanite fit -``."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ __all__ = ["NAME", "PIPE", "log_file", "named"]
 
 PIPE = "-"
 NAME = "standard input"
-#: First bytes of a pipe that are compared with those of the formats; anything else is text.
+#: Number of first bytes of a pipe that are compared with the signatures of the formats. Any other log is text.
 HEAD = 8
 
 
 @contextmanager
 def log_file(path: str) -> Iterator[Path]:
-    """Give the path of a log; a pipe goes through a temporary file, which then disappears."""
+    """Context with the path of a log. Standard input is copied to a temporary file, which is deleted at the end."""
     if path != PIPE:
         yield Path(path)
         return
@@ -44,6 +44,6 @@ def log_file(path: str) -> Iterator[Path]:
 
 @contextmanager
 def named(file: Path, path: str) -> Iterator[None]:
-    """Let errors speak of standard input, not of the temporary file."""
+    """Context in which errors name standard input instead of its temporary file."""
     with about(NAME if path == PIPE else None, instead=file):
         yield

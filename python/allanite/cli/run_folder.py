@@ -1,4 +1,4 @@
-"""The folder of a run: the files of each axis as soon as it is finished, from which a repeated run continues."""
+"""Output folder of a characterization. The files of each axis are written once it is finished; a later run continues."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ if TYPE_CHECKING:
 __all__ = ["RunFolder"]
 
 MODEL, TABLE, MODELS = "model.json", "table.txt", "models.json"
-#: Digest of what an axis was computed from: only the same samples and options continue from its model.
+#: File with the digest of the samples and options of an axis. A run continues from a saved model only if they are equal.
 INPUT = "input.sha256"
 
 
 class RunFolder:
-    """Writes the files of a run.
+    """Writes the files of a characterization.
 
     Parameters
     ----------
     path : Path
-        Made if it is missing.
+        Created if it is missing.
     targets : iterable of str
-        Parameter files that are written, for each axis and for all axes.
+        Targets of the parameter files, which are written for each axis and for all axes together.
     how : mapping
         Options of `allanite.export.export`.
     options : str
-        Whatever else the models depend on.
+        Text of all other options on which the models depend.
     working : sequence of Recording
-        Logs at work, which the parameter files follow.
+        Logs with motors running, which the parameter files follow.
     turn_on : mapping of str to TurnOn
-        Bias at switch-on of each column, where further logs tell it.
+        Bias at switch-on of each column, if there are further logs.
     """
 
     def __init__(
@@ -67,10 +67,12 @@ class RunFolder:
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(f"{path}: cannot be made: {error.strerror or error}") from None
+            raise InputError(
+                f"{path}: the folder cannot be created: {error.strerror or error}"
+            ) from None
 
     def start_of(self, column: Recording, model: Model) -> Model:
-        """The model that an earlier run saved of the same samples and options; else the one given."""
+        """Model that an earlier run saved for the same samples and options; otherwise the given model."""
         from allanite.effects.files import model_from_dict
         from allanite.sources import documents_of
 
@@ -83,12 +85,12 @@ class RunFolder:
             (document,) = documents_of(str(folder / MODEL))
             saved = model_from_dict(document, str(folder / MODEL))
         except (AllaniteError, OSError, ValueError):
-            return model  # nothing saved, or damaged: the axis is done again
-        click.echo(plain(f"· {name}: continues from {folder / MODEL}"), err=True)
+            return model  # no saved model, or a damaged one: the axis is computed again
+        click.echo(plain(f"· {name}: continuing from {folder / MODEL}"), err=True)
         return saved
 
     def write(self, study: Study) -> None:
-        """Model, table and parameter files of one axis."""
+        """Write the model, table and parameter files of one axis."""
         from allanite.axes.twin import samples_of
         from allanite.axes.working import working_states
         from allanite.cli.output import dumps
@@ -109,7 +111,7 @@ class RunFolder:
             try:
                 texts[TARGETS[target].file_name] = export(axes, target, **self.how)
             except InputError:
-                continue  # needs several axes: the file of all axes says why
+                continue  # the target needs several axes: `finish` reports the reason
         texts[INPUT] = self._digests[name] + "\n"
         folder = self.path / file_name(name)
         folder.mkdir(exist_ok=True)
@@ -119,7 +121,7 @@ class RunFolder:
             self.finished.append(name)
 
     def finish(self, found: Characterization) -> list[str]:
-        """Models, figure, report and parameter files of all axes; paths of the files written."""
+        """Write the models, figure, report and parameter files of all axes; return the paths of the written files."""
         from allanite.cli.output import dumps
 
         texts = {self.path / MODELS: dumps(found.to_dict()) + "\n"}
@@ -147,12 +149,13 @@ class RunFolder:
 
 
 def _write(path: Path, text: str) -> None:
+    """Write a text file as a whole or not at all."""
     with whole_file(path) as draft:
         draft.write_text(text, encoding="utf-8")
 
 
 def _digest(column: Recording, options: str) -> str:
-    """Digest of the samples, covariates, rate and unit of a column, and of options."""
+    """Digest of the samples, logged columns, rate and unit of a column, and of the options."""
     digest = hashlib.sha256(f"{column.rate!r} {column.unit} {options}".encode())
     for values in (column.samples, *column.covariates.values()):
         digest.update(np.ascontiguousarray(values).tobytes())

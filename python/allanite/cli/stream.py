@@ -1,4 +1,4 @@
-"""The Allan deviation of a log that is not kept: standard input, or a file too large for the memory."""
+"""Allan deviation of a log that is read in chunks: standard input, or a file too large for the memory."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.cli.options import is_number
+from allanite.cli.options import is_points_per_decade
 from allanite.cli.pipe import NAME, PIPE
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import SHARE, free_memory
@@ -33,12 +33,14 @@ if TYPE_CHECKING:
 
 __all__ = ["Stream", "deviations", "too_large"]
 
-ROWS = 1 << 16  # taken at a time
-MOST = 16  # averaging times per octave of a stream
+#: Number of rows per chunk.
+CHUNK_ROWS = 1 << 16
+#: Maximum number of averaging times per octave (limit of `Accumulator`).
+MAX_TAUS_PER_OCTAVE = 16
 
 
 def too_large(path: str) -> bool:
-    """Tell whether a text log or NPY file is better read in chunks than kept."""
+    """True if a text log or NPY file is too large to be held in memory."""
     file = Path(path)
     if not file.is_file() or file.stat().st_size <= SHARE * free_memory():
         return False
@@ -52,7 +54,7 @@ NPY = b"\x93NUMPY"
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """What is known of a log that was not kept, in the words of a recording; its samples are not audited."""
+    """Description of a log that was read in chunks, with the attributes of a `Recording`; its samples are not audited."""
 
     path: str
     columns: tuple[str, ...]
@@ -68,7 +70,7 @@ class Stream:
         return self.n / self.rate
 
     def describe(self) -> dict[str, Any]:
-        """JSON form of the contract."""
+        """JSON form, with the keys of a recording."""
         return {
             "path": self.path,
             "column": self.columns[0],
@@ -82,12 +84,12 @@ class Stream:
 
 
 def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[Stream, Deviation]]:
-    """Read a log to its end, once, and return the deviation of each column.
+    """Read a log once, to its end, and return the overlapping Allan deviation of each column.
 
     Parameters
     ----------
     options : LogOptions
-        Without --trim and --decimate, which need the log itself.
+        Shared options; --trim and --decimate must not be given, as they need all samples.
     taus : str
         ``octave``, or a number of points per decade.
     log : str
@@ -96,9 +98,9 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     Raises
     ------
     InputError
-        No rate, a bad cell, an unknown column.
+        There is no rate, a cell is invalid, or a column is unknown.
     TooShortError
-        Too few rows.
+        There are too few rows.
     """
     from allanite.readers.text import of_core
 
@@ -108,6 +110,7 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
 
 
 def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
+    """Description and deviation of each column; errors do not name the log yet."""
     from allanite.cli.clock import Clock
     from allanite.deviation.averaging import positive_rate
     from allanite.readers import contradicted, request_of
@@ -121,34 +124,32 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     table, rows = _opened(log)
     layout = understand(table, request)
     names, units = table.names, table.units
-    # Columns that are not asked for may hold any text, and infinities.
+    # Columns that are not used may hold text and infinities.
     wanted = sorted({*layout.samples, *layout.clocks})
     chunks = rows(wanted)
     first = next(chunks, None)
     if first is None or len(first) < 3:
-        raise TooShortError("too few rows of numbers")
+        raise TooShortError("fewer than 3 rows of numbers")
     clock = None
     all_rows: Iterable[NDArray[Any]] = itertools.chain((first,), chunks)
     if layout.time is not None:
         unit = layout.time_unit
         if layout.parts is not None:
             all_rows, unit = (
-                _in_one(all_rows, [wanted.index(i) for i in layout.clocks], layout.parts),
+                _with_joined_time(all_rows, [wanted.index(i) for i in layout.clocks], layout.parts),
                 "s",
             )
         clock = Clock(wanted.index(layout.time), unit, request.rate)
     if request.rate is not None:
         positive_rate(request.rate)
     elif clock is None:
-        raise InputError(
-            "no sampling rate", missing="rate", remedy=": give {rate} or a time column"
-        )
+        raise InputError("no sampling rate", missing="rate", remedy=": add {rate} or a time column")
     columns = [
         _Column(names[i], unit, layout, i, wanted.index(i), taus, options.output_units, name)
         for i, unit in zip(layout.samples, layout.units, strict=True)
     ]
     if options.output_units:
-        # Of several columns those of the kind are converted; of none is an error.
+        # Only columns of the unit's kind of sensor are converted. This call raises an error if there is none.
         factors_to(",".join(options.output_units.values()), tuple(c.unit for c in columns))
     for chunk in all_rows if clock is None else clock.fill(all_rows):
         for column in columns:
@@ -162,10 +163,13 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     return [column.result(rate, audit) for column in columns]
 
 
-def _in_one(
+def _with_joined_time(
     chunks: Iterable[NDArray[np.float64]], places: Sequence[int], parts: TimeParts
 ) -> Iterator[NDArray[np.float64]]:
-    """The chunks, shape (rows, columns), with the seconds since the first row in the first place of the time."""
+    """Chunks of shape (rows, columns) in which the first time column holds the seconds since the first row.
+
+    `places` are the columns whose parts (date, seconds, nanoseconds, …) make up the time.
+    """
     origin: list[float] | None = None
     for chunk in chunks:
         arrays = [chunk[:, place] for place in places]
@@ -176,7 +180,7 @@ def _in_one(
 
 
 def _opened(log: str) -> tuple[Table, _Rows]:
-    """The first rows of a log, and what gives the rows of some columns a chunk at a time."""
+    """Table of the first rows of a log, and a function that yields all rows of given columns in chunks."""
     from allanite._kernels import TextReader
     from allanite.readers._table import split_header
     from allanite.readers.text import first_rows
@@ -191,14 +195,14 @@ def _opened(log: str) -> tuple[Table, _Rows]:
 
     def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
         reader.select(wanted)
-        while (chunk := reader.next(ROWS)) is not None:
+        while (chunk := reader.next(CHUNK_ROWS)) is not None:
             yield chunk
 
     return table, rows
 
 
 def _mapped(log: str) -> tuple[Table, _Rows]:
-    """Rows of an array that stays in its file."""
+    """Like `_opened`, for a memory-mapped NPY file."""
     from allanite.readers._table import Table
 
     data = np.load(log, mmap_mode="r", allow_pickle=False)
@@ -210,18 +214,18 @@ def _mapped(log: str) -> tuple[Table, _Rows]:
     array = data if data.ndim == 2 else data[:, np.newaxis]
 
     def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
-        for at in range(0, len(array), ROWS):
-            part = np.asarray(array[at : at + ROWS])
-            # Integers as they are: doubles do not hold all of them.
+        for at in range(0, len(array), CHUNK_ROWS):
+            part = np.asarray(array[at : at + CHUNK_ROWS])
+            # Integers keep their type, as doubles do not hold all 64-bit integers.
             yield (part if part.dtype.kind in "iu" else part.astype(np.float64))[:, wanted]
 
     k = array.shape[1]
     names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
-    return Table(names, tuple(np.asarray(array[:ROWS]).T), (None,) * k, named=False), rows
+    return Table(names, tuple(np.asarray(array[:CHUNK_ROWS]).T), (None,) * k, named=False), rows
 
 
 class _Column:
-    """One column on its way into an accumulator; angles are differenced across chunks."""
+    """Accumulates one column chunk by chunk; angles are differenced, also across chunks."""
 
     def __init__(
         self,
@@ -249,15 +253,15 @@ class _Column:
         self.last: NDArray[Any] = np.empty(0)
         self.hole = False
         grid: str | int = taus
-        if is_number(taus):
+        if is_points_per_decade(taus):
             # A decade has log2(10) octaves.
             grid = math.ceil(int(taus) / math.log2(10))
-            if not 1 <= grid <= MOST:
+            if not 1 <= grid <= MAX_TAUS_PER_OCTAVE:
                 raise InputError(
-                    f"--taus {taus}: a log that is read as it comes has 1 to"
-                    f" {int(MOST * math.log2(10))} averaging times per decade"
+                    f"--taus {taus}: a log that is read in chunks can have 1 to"
+                    f" {int(MAX_TAUS_PER_OCTAVE * math.log2(10))} averaging times per decade"
                 )
-        # The rate is known at the end of the log.
+        # 1 Hz stands for the rate, which is only known at the end of the log.
         self.sums: Accumulator = Accumulator(
             1.0,
             grid,
@@ -266,9 +270,10 @@ class _Column:
         )
 
     def take(self, chunk: NDArray[Any]) -> None:
+        """Add the samples of a chunk."""
         x = samples = chunk[:, self.at]
         if self.quantity == "angle":
-            # Differences of narrow or unsigned integers would wrap; those of 64 bits are right modulo 2^64.
+            # Differences of narrow or unsigned integers would wrap. Differences of 64-bit integers are exact modulo 2^64.
             x = x.astype(np.int64) if x.dtype.kind in "iu" else x
             joined = np.concatenate((self.last, x)) if self.last.size else x
             self.last = joined[-1:]
@@ -276,7 +281,7 @@ class _Column:
         try:
             self.sums.update(x)
         except InputError:
-            # Of a text log the reader has refused it by its line: this is an array's.
+            # The text reader refuses an infinite sample by its line number. This one comes from an NPY file.
             bad = np.flatnonzero(np.isinf(samples))
             if bad.size == 0:
                 raise
@@ -290,12 +295,12 @@ class _Column:
         self.rows += len(samples)
 
     def result(self, rate: float, audit: tuple[Finding, ...]) -> tuple[Stream, Deviation]:
-        """Description and deviation."""
+        """Description and deviation of the column."""
         self.sums.rate = rate
         stream = Stream(self.log, (self.name,), self.rows, rate, self.unit, self.gaps, audit)
         found = self.sums.oadev()
         factor = self.factor * (rate if self.quantity == "angle" else 1.0)
         notes = found.diagnostics
         if self.log != NAME:
-            notes = ("log read in chunks: it would take more than half of the free memory", *notes)
+            notes = ("log read in chunks, as it is larger than half of the free memory", *notes)
         return stream, replace(found, deviation=found.deviation * factor, diagnostics=notes)

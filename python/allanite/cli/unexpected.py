@@ -1,4 +1,4 @@
-"""An unexpected error: one line, and a file to report it with."""
+"""Messages for internal errors of allanite: one line, and a file for the bug report."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from pathlib import Path
 
 from allanite.common.memory import address_space
 
-__all__ = ["told"]
+__all__ = ["internal_error_message"]
 
 
-def told(error: BaseException) -> str:
-    """Describe an error of allanite itself; where it happened is written to a temporary file."""
+def internal_error_message(error: BaseException) -> str:
+    """Message about an internal error; the traceback is written to a temporary file, which the message names."""
     what = f"{type(error).__name__}: {str(error)[:120]}"
     if address_space() < math.inf:
-        # Libraries that cannot be loaded, or start no thread, raise what they like.
-        what += f"; the address space is limited to {address_space() / 1e6:.0f} MB, which may be the cause"
+        # Libraries that cannot be loaded, or cannot start a thread, raise all kinds of errors.
+        what += f"; a possible cause is the address space, which is limited to {address_space() / 1e6:.0f} MB"
     try:
         with tempfile.NamedTemporaryFile(
             "w",
@@ -31,22 +31,24 @@ def told(error: BaseException) -> str:
         ) as file:
             file.write(_details(error))
     except OSError:
-        return f"an error of allanite itself ({what}): please report it with the command"
+        return f"an internal error of allanite ({what}): please report it with the command line"
     return (
-        f"an error of allanite itself ({what}): please report it with {Path(file.name)}, which"
+        f"an internal error of allanite ({what}): please report it and attach {Path(file.name)}, which"
         " holds no samples"
     )
 
 
 def _version() -> str:
+    """Version of allanite."""
     try:
         from allanite._kernels import version
-    except ImportError:  # which may be the very error that is told
+    except ImportError:  # a missing core may be the reported error
         return "without its compiled core"
     return version()
 
 
 def _details(error: BaseException) -> str:
+    """Text of the file: versions, command line and traceback."""
     where = "".join(traceback.format_exception(error))
     return (
         f"allanite {_version()}, Python {platform.python_version()}, {platform.platform()}\n"

@@ -1,4 +1,4 @@
-"""What the options of the command line are called in a remedy."""
+"""Names of options in error messages: the library's name of a remedy → the option of the command line."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ WORDS = {
 
 
 def words_of(trim: str | None) -> dict[str, str]:
-    """The same for a log of which a part is used: its seconds are not those that --trim takes."""
+    """`WORDS`, adapted to --trim: seconds in a message about a trimmed log are not those that --trim expects."""
     return WORDS if trim is None else {**WORDS, "this_span": WORDS["trim"]}

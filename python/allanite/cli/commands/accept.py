@@ -1,4 +1,4 @@
-"""allanite accept: does a part meet its data sheet?"""
+"""allanite accept: test a part against its data sheet."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.cli.commands.improve import Percent
-from allanite.cli.options import LogOptions, log_options
+from allanite.cli.options import LogCommand, LogOptions, log_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,36 +19,42 @@ EXIT = {"meets": 0, "does not meet": 1, "undecided": 3}
 
 
 class Margin(Percent):
-    """Per cent of zero or more."""
+    """Option type of a percentage of zero or more."""
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The number of per cent."""
+        """The number before the percent sign."""
         if str(value).strip().removesuffix("%").strip() in ("0", "0.0"):
             return 0.0
         return super().convert(value, param, ctx)
 
 
-@click.command("accept")
+@click.command(
+    "accept",
+    cls=LogCommand,
+    epilog="Example: allanite accept part-0042.csv --sheet gyro.toml --margin 10% --report part-0042.html",
+)
 @click.argument("log")
 @click.option(
     "--sheet",
     required=True,
     metavar="FILE",
-    help="Data sheet (TOML, JSON); the format stands in allanite compare --help.",
+    help="Data sheet as a TOML or JSON file. allanite compare --help shows the format.",
 )
 @click.option(
     "--margin",
     type=Margin(),
     default=0.0,
-    help="Allowance above the printed figures, e.g. 10%. Default 0.",
+    help="Raise every limit of the sheet by this percentage, e.g. 10%. Default: 0.",
 )
-@click.option("--serial", default="", metavar="TEXT", help="Serial number of the part.")
-@click.option("--date", default="", metavar="TEXT", help="Date of the test, for the report.")
-@click.option("--report", metavar="FILE", help="One-page report (HTML).")
+@click.option("--serial", default="", metavar="TEXT", help="Serial number, for the report and CSV.")
 @click.option(
-    "--csv", "as_csv", is_flag=True, help="One row for each figure, for production lines."
+    "--date", default="", metavar="TEXT", help="Date of the test, for the report and CSV."
+)
+@click.option("--report", metavar="FILE", help="Write a one-page report (.html).")
+@click.option(
+    "--csv", "as_csv", is_flag=True, help="Print CSV instead of a table: one row per figure."
 )
 @log_options
 @click.pass_context
@@ -63,11 +69,14 @@ def command(
     as_csv: bool,
     options: LogOptions,
 ) -> None:
-    """Compare every figure of a data sheet with the measured 95 % interval of LOG.
+    """Test the sensor in LOG against the limits of its data sheet.
 
-    A figure meets the sheet if its whole interval is at most the limit, and does not meet it if its whole interval is
-    above. Otherwise it is undecided, with the record length that would probably decide. Exit codes: 0 all figures meet
-    the sheet, 1 one does not, 3 undecided.
+    Each figure of the sheet is measured with a 95 % interval. The verdict is "meets" if the whole interval is at most the
+    limit, and "does not meet" if the whole interval is above. Otherwise the figure is undecided, and the table shows the
+    record length that would probably decide.
+
+    Prints a table with one row per figure. Exit codes: 0 every figure meets the sheet; 1 at least one does not meet; 3
+    none fails, but at least one is undecided.
     """
     from pathlib import Path
 
@@ -82,7 +91,7 @@ def command(
 
     part = read_datasheet(sheet)
     if as_csv and options.as_json:
-        raise InputError("--csv and --json both print to standard output: give one of them")
+        raise InputError("--csv and --json both use standard output: give only one of them")
     if report is not None:
         if Path(report).suffix.lower() not in (".html", ".htm"):
             raise InputError(f"--report {report}: the name must end in .html")
@@ -91,10 +100,10 @@ def command(
     tested = [c for c in columns if part.of_kind(parse_unit(c.unit).kind).figures]
     if not tested:
         kinds = ", ".join(dict.fromkeys(parse_unit(c.unit).kind for c in columns))
-        raise InputError(f"{sheet}: no figure for {kinds}, which is what {log} holds")
+        raise InputError(f"{sheet} has no figure for {kinds}, the kind of sensor in {log}")
     skipped = [c.columns[0] for c in columns if c not in tested]
     if skipped and not options.quiet and not options.as_json:
-        click.echo(f"· not tested, the sheet has no figure: {', '.join(skipped)}", err=True)
+        click.echo(f"· not tested (no figure in the sheet): {', '.join(skipped)}", err=True)
     found = []
     for column in tested:
         with output.progress(column.columns[0], options) as on_progress:
@@ -110,7 +119,7 @@ def command(
 
 
 def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
-    """Rows for a spreadsheet; a text that begins like a formula gets an apostrophe."""
+    """CSV text with one row per figure."""
     import csv
     import io
 
@@ -143,4 +152,5 @@ def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
 
 
 def _text(cell: str) -> str:
+    """The cell, with an apostrophe in front if a spreadsheet would take it for a formula."""
     return f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell

@@ -1,4 +1,4 @@
-"""allanite adev: the deviation of a log."""
+"""allanite adev: Allan deviation and related deviations of a log."""
 
 from __future__ import annotations
 
@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from allanite.cli.options import LogOptions, is_number, log_options, plot_option
+from allanite.cli.options import (
+    LogCommand,
+    LogOptions,
+    is_points_per_decade,
+    log_options,
+    plot_option,
+)
 from allanite.cli.pipe import PIPE
 from allanite.common.errors import InputError
 from allanite.deviation import ESTIMATORS
@@ -18,17 +24,21 @@ if TYPE_CHECKING:
     from allanite.plots.spec import Figure
     from allanite.recording import Recording
 
-#: Averaging times by name.
+#: Values of --taus that are names.
 GRIDS = ("octave", "decade", "all")
 
 
-@click.command("adev")
+@click.command(
+    "adev",
+    cls=LogCommand,
+    epilog="Example: allanite adev imu.csv --column gyro_x --plot adev.svg",
+)
 @click.argument("log")
 @click.option(
     "--kind",
     type=click.Choice(tuple(ESTIMATORS)),
     multiple=True,
-    help="Which deviation (default oadev); repeatable, then one figure shows all.",
+    help="Deviation to compute (default oadev: overlapping Allan deviation); repeatable. One figure shows all.",
 )
 @click.option(
     "--confidence",
@@ -36,14 +46,14 @@ GRIDS = ("octave", "decade", "all")
     default=0.95,
     show_default=True,
     metavar="P",
-    help="Of the intervals: 0.683 for one standard deviation.",
+    help="Confidence level of the intervals. 0.683 gives one standard deviation.",
 )
 @click.option(
     "--taus",
     default="octave",
     show_default=True,
     metavar="GRID",
-    help="octave, decade, all, or a number of points per decade.",
+    help="Averaging times τ: octave, decade, all, or a number of points per decade.",
 )
 @plot_option
 @log_options
@@ -55,22 +65,26 @@ def command(
     plot: str | None,
     options: LogOptions,
 ) -> None:
-    """Allan deviation of LOG: tau, deviation, interval.
+    """Compute the Allan deviation of each sensor column in LOG.
 
-    tierms and mtie have no interval; theo1 and theoh have averaging times of their own, up to three
-    quarters of the log, and take time in proportion to them.
+    Prints a table of averaging times τ in s, deviations and 95 % intervals. LOG may be - for standard input. A log larger
+    than half of the free memory is read in chunks.
+
+    tierms and mtie have no intervals. theo1 and theoh use their own averaging times, up to three quarters of the log.
     """
     from allanite.cli import output
 
     output.check_targets(plot)
-    if not (is_number(taus) or taus in GRIDS):
+    if not (is_points_per_decade(taus) or taus in GRIDS):
         raise InputError(
-            f"--taus {taus}: {', '.join(GRIDS)} or a number of points per decade (seconds are for"
-            " Python: al.oadev(…, taus=[1, 10]))"
+            f"--taus {taus}: write {', '.join(GRIDS)} or a number of points per decade; for single averaging times in"
+            " seconds use Python: al.oadev(…, taus=[1, 10])"
         )
     kinds = kind or ("oadev",)
-    passing = kinds == ("oadev",) and _streams(log, taus, options)
-    results = _stream(log, options, taus) if passing else _whole(log, kinds, taus, options)
+    in_chunks = kinds == ("oadev",) and _is_read_in_chunks(log, taus, options)
+    results = (
+        _read_in_chunks(log, options, taus) if in_chunks else _read_whole(log, kinds, taus, options)
+    )
     results = [replace(r, deviation=r.deviation.at_confidence(confidence)) for r in results]
     if plot is not None and len(kinds) > 1:
         _plot_kinds(results, len(kinds), plot)
@@ -83,7 +97,7 @@ def command(
 
 
 def _plot_all(results: list[_Measured], path: str) -> None:
-    """All columns in one figure."""
+    """Write one figure with all columns."""
     from allanite.cli import output
     from allanite.comparison.curves import of_deviations
     from allanite.plots import plot_compare
@@ -93,7 +107,7 @@ def _plot_all(results: list[_Measured], path: str) -> None:
 
 
 def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
-    """All kinds of a column in one figure; several columns get their name into the file's."""
+    """Write one figure per column with all kinds; with several columns, each file name gets the column's name."""
     from allanite.cli import output
     from allanite.plots import plot_stability
 
@@ -111,7 +125,7 @@ def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Drawing:
-    """A figure that is made."""
+    """A finished figure with the `plot` method that `output.plot` calls."""
 
     figure: Figure
 
@@ -120,29 +134,33 @@ class _Drawing:
         return self.figure
 
 
-def _streams(log: str, taus: str, options: LogOptions) -> bool:
-    """Tell whether the log is to be taken as it comes, without being kept."""
+def _is_read_in_chunks(log: str, taus: str, options: LogOptions) -> bool:
+    """True if the log is read in chunks and never held in memory as a whole."""
     from allanite.cli.stream import too_large
 
     simple = options.trim is None and options.decimate is None and options.piece is None
-    if not simple or not (is_number(taus) or taus == "octave"):
+    if not simple or not (is_points_per_decade(taus) or taus == "octave"):
         return False
     return log == PIPE or too_large(log)
 
 
-def _stream(log: str, options: LogOptions, taus: str) -> list[_Measured]:
+def _read_in_chunks(log: str, options: LogOptions, taus: str) -> list[_Measured]:
+    """Overlapping Allan deviation of each column of a log that is read in chunks."""
     from allanite.cli.stream import deviations
 
     return [_Measured(stream, deviation) for stream, deviation in deviations(options, taus, log)]
 
 
-def _whole(log: str, kinds: tuple[str, ...], taus: str, options: LogOptions) -> list[_Measured]:
+def _read_whole(
+    log: str, kinds: tuple[str, ...], taus: str, options: LogOptions
+) -> list[_Measured]:
+    """Deviations of each column and kind, of a log that is held in memory."""
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options, for_fit=False)
     from allanite import deviation
 
-    grid = int(taus) if is_number(taus) else taus
+    grid = int(taus) if is_points_per_decade(taus) else taus
     return [
         _Measured(column, getattr(deviation, kind)(column, taus=grid))
         for column in columns
@@ -152,13 +170,13 @@ def _whole(log: str, kinds: tuple[str, ...], taus: str, options: LogOptions) -> 
 
 @dataclass(frozen=True, slots=True)
 class _Measured:
-    """A deviation with the recording it is of."""
+    """A deviation and the recording from which it was computed."""
 
     recording: Recording | Stream
     deviation: Deviation
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/adev/1`` of the contract."""
+        """JSON document with the schema ``allanite/adev/1``."""
         from allanite._kernels import version
 
         head = {"schema": "allanite/adev/1", "version": version()}
@@ -170,7 +188,7 @@ class _Measured:
         return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
 
     def plot(self) -> Figure:
-        """The curve with its interval, where one is known."""
+        """Figure of the curve, with its interval if there is one."""
         from allanite.plots import plot_deviation, plot_stability
 
         recording = cast("Recording", self.recording)

@@ -1,4 +1,4 @@
-"""allanite characterize: every axis at once."""
+"""allanite characterize: build a model of every axis of a sensor."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import click
 from allanite.cli.commands.improve import Percent
 from allanite.cli.options import (
     INFLATE,
+    LogCommand,
     LogOptions,
     log_options,
     model_option,
@@ -29,58 +30,66 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 
-@click.command("characterize")
+@click.command(
+    "characterize",
+    cls=LogCommand,
+    epilog="Example: allanite characterize imu.csv --report imu.html --save imu.json --export kalibr --output imu.yaml",
+)
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @model_option
 @click.option(
     "--tolerance",
     type=Percent(),
-    help="Stop once a model is within this much of the deviation, e.g. 5%.",
+    help="Stop once the model discrepancy is below this percentage of the Allan deviation, e.g. 5%.",
 )
 @click.option(
     "--steps",
     type=click.IntRange(1),
     default=MAX_ADDED_EFFECTS,
     show_default=True,
-    help="Most additions to a model; lines and excluded samples do not count.",
+    help="Maximum number of effects to add per axis. Spectral lines and excluded samples do not count.",
 )
 @time_option
 @plot_option
-@click.option("--report", metavar="FILE", help="Report on all axes: HTML or Markdown.")
-@click.option("--save", metavar="FILE", help="Write the models of all axes as JSON.")
+@click.option("--report", metavar="FILE", help="Write a report on all axes (.html or .md).")
+@click.option(
+    "--save",
+    metavar="FILE",
+    help="Write the models of all axes as JSON, for allanite export and simulate.",
+)
 @click.option(
     "--export",
     "target",
     type=click.Choice((*TARGETS, "all")),
-    help="Parameters of all axes for a filter or simulator; all: one file per target.",
+    help="Write the parameters of all axes for this filter or simulator; needs --output. all: one file per target.",
 )
 @click.option(
     "--output",
     metavar="PATH",
-    help="File for --export, or a folder (with / at its end) for all files: those of an axis are written as soon as it is"
-    " finished, and a repeated run continues.",
+    help="File for --export, or a folder (with / at its end) for the files of every axis.",
 )
 @click.option(
     "--overbound",
     is_flag=True,
-    help="With --export: smallest N and K that cover the 95 % limits of the models.",
+    help="With --export: conservative N and K that cover the 95 % limits of the models.",
 )
 @click.option(
     "--as-fitted",
     is_flag=True,
-    help="With --export: the fitted coefficients alone, without B, lags and lines.",
+    help="With --export: the fitted N and K alone. By default, N and K also cover B, lags and lines.",
 )
 @click.option(
     "--working",
     metavar="LOG",
-    help="The same sensor with motors or engine running: files for filters then follow its noise at work.",
+    help="Log of the same sensor with motors running. Parameter files for filters then follow the noise in this log.",
 )
 @INFLATE
 @click.option(
     "--horizon",
     type=float,
     metavar="SECONDS",
-    help="With --export: longest time without aiding (default: 100 s, or a tenth of the log).",
+    help="With --export: longest time that the filter runs without aiding. Default: 100 s, or a tenth of the log if"
+    " that is shorter.",
 )
 @log_options
 def command(
@@ -101,13 +110,16 @@ def command(
     horizon: float | None,
     options: LogOptions,
 ) -> None:
-    """Improve a model of every axis of the first LOG: one table, what the axes share, figure, report and exports.
+    """Build a noise model for every axis of the sensor in the first LOG.
 
-    Further LOGs of the same sensor, each after a switch-on of its own, tell the bias at switch-on: its spread, the share of
-    temperature, and the initial covariance of filters.
+    The model of each axis starts at MODEL and gets missing effects step by step, as in allanite improve. Prints one table
+    of all axes, with the effects that axes share and the correlation of their residuals. Two axes are computed at a time.
 
-    With --output FOLDER/ the model, table and parameter files of each axis are written as soon as the axis is finished.
-    After an interrupt, or with more --steps or --time, the same command continues from the saved models.
+    Further LOGs show the same sensor, each recorded after another switch-on. From them the spread of the bias at
+    switch-on is estimated, and the initial covariance of filters.
+
+    With --output FOLDER/ the files of each axis are written as soon as the axis is finished. After an interrupt, or with
+    more --steps or --time, the same command continues from the saved models.
     """
     from allanite.axes import characterize
     from allanite.axes.turn_on import turn_on_biases
@@ -120,8 +132,8 @@ def command(
     parsed = parse_model(model)
     in_folder = _is_folder(target, output)
     _check(plot, report, save, target, output, in_folder=in_folder)
-    suits = None if target is None else partial(_refuse, target)
-    recordings = recordings_of(logs[0], options, suits)
+    check_columns = None if target is None else partial(_check_columns, target)
+    recordings = recordings_of(logs[0], options, check_columns)
     further = [recordings_of(log, options) for log in logs[1:]]
     at_work = _at_work(working, options, recordings)
     how: dict[str, Any] = {
@@ -154,15 +166,18 @@ def command(
     except KeyboardInterrupt:
         if folder is not None and folder.finished:
             done = ", ".join(folder.finished)
-            click.echo(plain(f"{output}: holds {done}; the same command continues"), err=True)
+            click.echo(
+                plain(f"{output}: finished axes {done}; run the same command again to continue"),
+                err=True,
+            )
         raise
     written = []
     if plot is not None:
-        out.phase("figure", options)
+        out.phase("writing the figure", options)
         out.save_figure(found.plot(), plot)
         written.append(plot)
     if report is not None:
-        out.phase("report", options)
+        out.phase("writing the report", options)
         found.report().save(report)
         written.append(report)
     if save is not None:
@@ -172,7 +187,7 @@ def command(
     if target is not None:
         _warn(found)
     if folder is not None:
-        out.phase("files of all axes", options)
+        out.phase("writing the files of all axes", options)
         written += folder.finish(found)
     elif target is not None and output is not None:
         for path, text in export_files(found.export_axes(), target, Path(output), **how).items():
@@ -190,7 +205,7 @@ def command(
 def _at_work(
     working: str | None, options: LogOptions, rest: Sequence[Recording]
 ) -> list[Recording]:
-    """The working log as it is read with the same options; it may move, and is used whole."""
+    """Recordings of the --working log, read with the same options except --trim; motion is allowed."""
     from dataclasses import replace
 
     from allanite.axes.working import check_working
@@ -207,7 +222,7 @@ def _at_work(
 
 
 def _is_folder(target: str | None, output: str | None) -> bool:
-    """Whether --output names a folder: by a slash at its end, by being one, or for all targets."""
+    """True if --output names a folder: it ends in a slash, is a folder, or --export is ``all``."""
     return output is not None and (
         target == "all" or output.endswith(("/", "\\")) or Path(output).is_dir()
     )
@@ -222,7 +237,7 @@ def _check(
     *,
     in_folder: bool,
 ) -> None:
-    """Refuse what cannot be written before anything long is computed."""
+    """Refuse output files that cannot be written, before the long computation."""
     from allanite.cli import output as out
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
@@ -233,17 +248,17 @@ def _check(
         kind_of(Path(report))
         check_target(report)
     if target is not None and output is None:
-        raise InputError("--export needs --output beside it: a file, or a folder with / at its end")
+        raise InputError("--export needs --output: a file, or a folder with / at its end")
     if output is not None and not in_folder:
         if target is None:
             raise InputError(
-                f"--output {output} needs --export TARGET beside it, or a / at its end for a folder"
+                f"--output {output} needs --export TARGET, or a / at its end to name a folder"
             )
         check_target(output)
 
 
-def _refuse(target: str, recordings: Sequence[Recording]) -> None:
-    """Refuse columns that the target has no place for before minutes are spent on their models."""
+def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
+    """Refuse columns that the target cannot hold, before their models are computed for minutes."""
     from allanite.common.errors import InputError
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model
@@ -253,16 +268,16 @@ def _refuse(target: str, recordings: Sequence[Recording]) -> None:
     from allanite.recording.findings import named
 
     pairs = [pair for r in recordings for pair in zip(r.columns, r.units, strict=True)]
-    bare = [c for c, unit in pairs if sensor_kind(c) and parse_unit(unit).kind == FREQUENCY]
-    if bare and (target == "all" or not TARGETS[target].any_sensor):
+    unitless = [c for c, unit in pairs if sensor_kind(c) and parse_unit(unit).kind == FREQUENCY]
+    if unitless and (target == "all" or not TARGETS[target].any_sensor):
         raise InputError(
-            f"{named(bare)} {'have' if len(bare) > 1 else 'has'} no unit, which {target} needs",
+            f"{named(unitless)} {'have' if len(unitless) > 1 else 'has'} no unit, but {target} needs one",
             missing="unit",
-            remedy=": " + remedy_of(bare),
+            remedy=": " + remedy_of(unitless),
         )
     if target == "all":
         return
-    # What the target says of a model of white noise it will say of any.
+    # A target that accepts these columns with a simple model accepts them with every model.
     model = model_to_dict(parse_model("N(N=1)+K(K=1)"))
     tried = (
         {**model, "recording": {"column": c, "unit": unit, "rate_hz": r.rate}}
@@ -273,7 +288,7 @@ def _refuse(target: str, recordings: Sequence[Recording]) -> None:
 
 
 def _warn(found: Characterization) -> None:
-    """Name the axes whose fit is not adequate."""
+    """Print a warning for each axis whose fit is not adequate."""
     from allanite.export._axis import warning_of
 
     for name, study in found.studies.items():

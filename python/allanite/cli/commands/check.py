@@ -1,23 +1,31 @@
-"""allanite check: the criticism of a model."""
+"""allanite check: test a model and suggest missing effects."""
 
 from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.cli.options import LogCommand, LogOptions, log_options, model_option, plot_option
 
 
-@click.command("check")
+@click.command(
+    "check",
+    cls=LogCommand,
+    epilog="Example: allanite check imu.csv --column gyro_x --model N+B+K --plot check.svg",
+)
 @click.argument("log")
 @model_option
-@click.option("--strict", is_flag=True, help="Exit with 1 if the model is inadequate.")
+@click.option("--strict", is_flag=True, help="Exit with code 1 if a model is inadequate.")
 @plot_option
 @log_options
 @click.pass_context
 def command(
     ctx: click.Context, log: str, model: str, strict: bool, plot: str | None, options: LogOptions
 ) -> None:
-    """Compare MODEL with LOG: where it fails, and which effects are missing."""
+    """Fit MODEL to LOG; show where the model fails and which effects are missing.
+
+    Prints for each column whether the model is adequate, the averaging times and frequencies where the model fails, and
+    a ranked list of missing effects with their evidence. allanite improve adds these effects.
+    """
     from allanite.cli import output
     from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of

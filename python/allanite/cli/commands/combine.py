@@ -1,26 +1,30 @@
-"""allanite combine: several units of one axis as one sensor."""
+"""allanite combine: combine several sensors of one axis into one."""
 
 from __future__ import annotations
 
 import click
 
-from allanite.cli.options import DEFAULT_MODEL, LogOptions, log_options, plot_option
+from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_options, plot_option
 
 
-@click.command("combine")
+@click.command(
+    "combine",
+    cls=LogCommand,
+    epilog="Example: allanite combine four-imus.csv --column gyro0_x --column gyro1_x --save gyro_x.json",
+)
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(
     "--model",
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Noise of each unit: a sum of random effects.",
+    help="Noise model of each sensor: a sum of random effects.",
 )
 @click.option(
     "--tau",
     type=click.FloatRange(0.0, min_open=True),
     metavar="SECONDS",
-    help="Averaging time at which the weights are best (default: over all times).",
+    help="Averaging time for which the weights are optimized. Default: all averaging times.",
 )
 @click.option("--save", metavar="FILE", help="Write the noise model of the combination as JSON.")
 @plot_option
@@ -33,11 +37,13 @@ def command(
     plot: str | None,
     options: LogOptions,
 ) -> None:
-    """What averaging several units of one axis gains at each τ, with which weights, and which unit deviates.
+    """Combine several sensors that measure the same axis into one by a weighted mean.
 
-    One LOG holds units on one board: columns whose names differ in a number (gyro0_x, gyro1_x), or those named with
-    --column. Several LOGs are different boards, with one unit of each axis or more in each. The model of --save goes into
-    allanite export with the unit of the log.
+    With one LOG, the sensors are on one board: columns whose names differ in a number (gyro0_x, gyro1_x), or the columns
+    named with --column. With several LOGs, each LOG is another board.
+
+    Prints the best weights, the Allan deviation of the combination at each τ against that of the single sensors, and the
+    sensors that deviate from the others. Give the model of --save to allanite export, with --unit.
     """
     from allanite.cli import output as out
     from allanite.cli.options import recording_of
@@ -49,7 +55,9 @@ def command(
     recordings = [recording_of(log, options) for log in logs]
     groups = units_of(recordings, named=bool(options.column))
     if save is not None and len(groups) > 1:
-        raise InputError("--save holds one combination: choose one axis with --column")
+        raise InputError(
+            "--save writes one combination, found several axes: choose one with --column"
+        )
     found = []
     for name, units in groups.items():
         for unit in units:

@@ -1,4 +1,4 @@
-"""allanite compare: logs, models and data sheets side by side."""
+"""allanite compare: compare logs, models and data sheets."""
 
 from __future__ import annotations
 
@@ -6,15 +6,19 @@ from typing import Any
 
 import click
 
-from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.cli.options import LogCommand, LogOptions, log_options, model_option, plot_option
 
 
-@click.command("compare")
+@click.command(
+    "compare",
+    cls=LogCommand,
+    epilog="Example: allanite compare monday.csv tuesday.csv gyro.toml --plot compare.svg",
+)
 @click.argument("items", nargs=-1, required=True, metavar="LOG|MODEL...")
 @click.option(
     "--datasheet",
     metavar="FILE",
-    help="Compare each log with the figures of a data sheet (TOML, JSON).",
+    help="Compare the coefficients of each log with the figures of this data sheet (TOML or JSON).",
 )
 @model_option
 @plot_option
@@ -22,21 +26,21 @@ from allanite.cli.options import LogOptions, log_options, model_option, plot_opt
 def command(
     items: tuple[str, ...], datasheet: str | None, model: str, plot: str | None, options: LogOptions
 ) -> None:
-    """Compare logs, models and data sheets.
+    """Compare the Allan deviations of logs, models and data sheets in one table and figure.
 
-    An item is a log, a model (a string or a file), a data sheet, a YAML file of Kalibr or imu_utils, or a table of Allan
-    deviations. The first item is the reference of the ratios. With --datasheet, MODEL is fitted to each log, and each
-    figure of the sheet is compared with its coefficient.
+    Each item is a log, a model (a string or a file), a data sheet, a YAML file of Kalibr or imu_utils, or a table of Allan
+    deviations. The table shows the ratio of each item to the first item.
 
-    A data sheet is a TOML file: figures with units in a table [figures], or in [gyroscope] and [accelerometer].
+    With --datasheet, MODEL is fitted to each log, and each figure of the sheet is compared with the fitted coefficient.
+    A data sheet is a TOML file. Its figures are in a table [figures], or in [gyroscope] and [accelerometer]:
 
     \b
       name = "MEMS gyroscope"
       [figures]
-      noise_density = "0.03 deg/s/sqrt(Hz)"   one-sided unless it says "two-sided"
+      noise_density = "0.03 deg/s/sqrt(Hz)"   # one-sided, unless you append two-sided
       angle_random_walk = "1.27 deg/sqrt(h)"
-      bias_instability = "18 deg/h"           the coefficient B
-      in_run_bias_stability = "12 deg/h"      the minimum of the Allan deviation
+      bias_instability = "18 deg/h"           # the coefficient B
+      in_run_bias_stability = "12 deg/h"      # the minimum of the Allan deviation
       rate_random_walk = "1 deg/h^1.5"
     """  # noqa: D301
     from pathlib import Path
@@ -76,6 +80,7 @@ def command(
 
 
 def _is_table(item: str) -> bool:
+    """True if the item is a text file with a table of Allan deviations."""
     from pathlib import Path
 
     from allanite.common.files import is_file
@@ -90,7 +95,7 @@ def _is_table(item: str) -> bool:
 
 
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
-    """Curves of the sheet for the kinds of sensor that were compared; none without a noise density."""
+    """Models of the sheet for the kinds of sensor in these columns; empty if the sheet has no noise density."""
     from allanite.cli.models import models_of
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
@@ -104,7 +109,7 @@ def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
 
 
 def _is_log(item: str) -> bool:
-    """Tell a log from a model; what looks like neither is left to the model parser."""
+    """True if the item is a log, by its name or because the file exists. Otherwise the item is parsed as a model."""
     from pathlib import Path
 
     from allanite.common.files import exists
@@ -121,6 +126,7 @@ def _is_log(item: str) -> bool:
 
 
 def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
+    """Comparison of the sheet's figures with a fit to each column of the sheet's kind of sensor."""
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
     from allanite.comparison.datasheet import compare_datasheet, read_datasheet, with_figures
@@ -128,17 +134,17 @@ def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
 
     sheet = read_datasheet(datasheet)
     parsed = with_figures(parse_model(model), sheet)
-    fitting = [c for c in columns if _fits(sheet, c)]
-    if not fitting:
-        raise InputError(f"{datasheet}: no log given is of the kind of sensor of its figures")
+    compared = [c for c in columns if _has_figures(sheet, c)]
+    if not compared:
+        raise InputError(f"{datasheet} has no figure for the kinds of sensor in the logs")
     return [
         compare_datasheet(parsed.fit(column), sheet.of_kind(parse_unit(column.unit).kind))
-        for column in fitting
+        for column in compared
     ]
 
 
-def _fits(sheet: Any, column: Any) -> bool:
-    """Whether the sheet has figures for this column's kind of sensor."""
+def _has_figures(sheet: Any, column: Any) -> bool:
+    """True if the sheet has figures for the kind of sensor in this column."""
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
 

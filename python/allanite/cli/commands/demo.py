@@ -1,4 +1,4 @@
-"""allanite demo: the whole loop on a generated recording with a hidden effect or two."""
+"""allanite demo: simulate a gyroscope with hidden effects and find them."""
 
 from __future__ import annotations
 
@@ -13,27 +13,33 @@ from allanite.cli.options import SEED, json_option
 if TYPE_CHECKING:
     from allanite.study import Study
 
-# A consumer MEMS gyroscope in rad/s, two hours at 100 Hz. The three classical coefficients are
-# those of the MathWorks example of an Allan variance; the other two are what it cannot show.
-SHOWN = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"
+# A consumer MEMS gyroscope in rad/s, two hours at 100 Hz. The three classical coefficients are those of the MathWorks
+# example of an Allan variance. A fit of these three coefficients cannot describe the two hidden effects.
+CLASSICAL = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"
 HIDDEN = "GM(correlation_time=30,q_c=2.5e-3)+SIN(frequency=3.1,amplitude=0.003)"
 START = "N+B+K"
 RATE, DURATION = 100.0, 7200.0
 
 
-@click.command("demo")
+@click.command("demo", epilog="Example: allanite demo -o demo")
 @click.option(
     "-o",
     "--output",
     default="allanite-demo",
     show_default=True,
     metavar="DIR",
-    help="For the log and the figures.",
+    help="Folder for the log, the figures and the model.",
 )
-@click.option("--seed", type=SEED, default=1, show_default=True, metavar="N", help="Seed.")
+@click.option(
+    "--seed", type=SEED, default=1, show_default=True, metavar="N", help="Seed of the simulation."
+)
 @json_option
 def command(output: str, seed: int, as_json: bool) -> None:
-    """Simulate two hours of a gyroscope, hide two effects in it, and let the loop find them."""
+    """Simulate two hours of a gyroscope with two hidden effects, and find them step by step.
+
+    Prints the fit of the usual model N+B+K, then each step of the search. Writes the simulated log, three figures and the
+    final model to a folder.
+    """
     from pathlib import Path
 
     from allanite.cli.output import dumps, write_csv
@@ -43,7 +49,7 @@ def command(output: str, seed: int, as_json: bool) -> None:
 
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
-    recording = parse_model(f"{SHOWN}+{HIDDEN}").simulate(
+    recording = parse_model(f"{CLASSICAL}+{HIDDEN}").simulate(
         duration=DURATION, rate=RATE, seed=seed, unit="rad/s"
     )
     log = folder / "imu.csv"
@@ -51,8 +57,8 @@ def command(output: str, seed: int, as_json: bool) -> None:
         write_csv(recording, draft)
     if not as_json:
         click.echo(
-            f"A simulated gyroscope: {recording.n} samples at {RATE:g} Hz of {SHOWN}, in rad/s.\n"
-            f"Hidden in it: {HIDDEN}.\n\nThe model that everybody starts with is {START}:\n"
+            f"A simulated gyroscope: {recording.n} samples at {RATE:g} Hz of {CLASSICAL}, in rad/s.\n"
+            f"Hidden effects: {HIDDEN}.\n\nFit of the usual model {START}:\n"
         )
     study = improve(recording, parse_model(START))
     first, last = study.ladder[0].fit, study.fit
@@ -64,22 +70,24 @@ def command(output: str, seed: int, as_json: bool) -> None:
         click.echo(dumps(study.to_dict()))
         return
     click.echo(str(first))
-    click.echo("\nThe ladder, one missing effect a rung:\n")
+    click.echo("\nStepwise model building, one missing effect per step:\n")
     click.echo(str(study))
     click.echo(f"\n{_verdict(study)}")
     names = ", ".join(f"{name}.svg" for name, _ in figures)
-    click.echo(f"In {folder}: {names}, imu.csv, and model.json for simulate, compare and export.")
+    click.echo(
+        f"Files in {folder}: {names}, imu.csv, and model.json for allanite simulate, compare and export."
+    )
     program = "allanite" if which("allanite") else sys.argv[0]
-    click.echo(f"Go on with your own log or with this one: {program} explore {log}")
+    click.echo(f"Next, open this log or your own in the browser: {program} explore {log}")
 
 
 def _verdict(study: Study) -> str:
-    """Say in a sentence whether the loop found what was hidden."""
+    """Sentence that says whether the search found the hidden effects."""
     from allanite.effects.files import parse_model
 
     hidden = {effect.kind: effect for effect in parse_model(HIDDEN)}
-    found = {rung.added.kind for rung in study.ladder if rung.added is not None}
+    found = {step.added.kind for step in study.ladder if step.added is not None}
     missed = [kind for kind in hidden if kind not in found]
     more = sorted(found - set(hidden))
     words = "Both hidden effects were found" if not missed else f"Not found: {', '.join(missed)}"
-    return f"{words}{', and nothing else' if not more else '; also added: ' + ', '.join(more)}."
+    return f"{words}{', and no other effect' if not more else '; also added: ' + ', '.join(more)}."

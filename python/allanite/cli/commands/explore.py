@@ -1,22 +1,32 @@
-"""allanite explore: the page."""
+"""allanite explore: the local web page."""
 
 from __future__ import annotations
 
 import click
 
 
-@click.command("explore")
+@click.command("explore", epilog="Example: allanite explore imu.csv")
 @click.argument("logs", nargs=-1, metavar="LOG...")
-@click.option("--rate", type=float, metavar="HZ", help="Sampling rate.")
-@click.option("--unit", metavar="UNIT", help="Unit of the samples.")
+@click.option(
+    "--rate",
+    type=float,
+    metavar="HZ",
+    help="Sampling rate. Default: from the time stamps or the file.",
+)
+@click.option(
+    "--unit",
+    metavar="UNIT",
+    help="Unit of the samples, if the log does not state it, e.g. deg/s; for two kinds of sensor deg/s,m/s^2.",
+)
 @click.option(
     "--quantity",
     type=click.Choice(["rate", "increment", "angle"]),
-    help="What the samples are (default rate).",
+    help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral from"
+    " the start; also velocity or clock phase).",
 )
 @click.option("--time-column", metavar="NAME", help="Column of time stamps.")
-@click.option("--output-unit", metavar="UNIT", help="Unit of the results.")
-@click.option("--no-browser", is_flag=True, help="Only print the address.")
+@click.option("--output-unit", metavar="UNIT", help="Unit of the results, e.g. deg/h.")
+@click.option("--no-browser", is_flag=True, help="Print the address but open no browser.")
 def command(
     logs: tuple[str, ...],
     rate: float | None,
@@ -26,9 +36,11 @@ def command(
     output_unit: str | None,
     no_browser: bool,
 ) -> None:
-    """Open a local page on LOGs: see the curves, add what is missing, watch the error fall.
+    """Open a local web page with the Allan curves of the LOGs.
 
-    The page is served to this computer only, until Ctrl-C.
+    The page shows where a model fails and suggests missing effects. Each effect that you add is fitted, and the page shows
+    by how much the error falls. Logs can also be opened on the page. Only this computer can reach the page, until you
+    press Ctrl-C.
     """
     from pathlib import Path
 
@@ -44,7 +56,7 @@ def command(
             raise InputError(f"{log}: no such file")
         sources.append(Source(path.name, path.absolute(), reading=reading))
     page = open_page(sources)
-    click.echo(f"{page.url}\nOpen this address on this computer; Ctrl-C ends.")
+    click.echo(f"{page.url}\nOpen this address in a browser on this computer; Ctrl-C ends.")
     if not no_browser:
         import webbrowser
 

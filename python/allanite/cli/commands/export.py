@@ -1,4 +1,4 @@
-"""allanite export: parameters for a filter or simulator."""
+"""allanite export: write parameters for a filter or simulator."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from allanite.common.plain import plain
 from allanite.export import TARGETS
 
 
-@click.command("export")
+@click.command("export", epilog="Example: allanite export imu.json --format kalibr -o imu.yaml")
 @click.argument("models", nargs=-1, required=True, metavar="MODEL...")
 @click.option(
     "--format",
@@ -20,42 +20,50 @@ from allanite.export import TARGETS
     type=click.Choice(tuple(TARGETS)),
     default="json",
     show_default=True,
-    help="Target.",
+    help="Filter or simulator that reads the file.",
 )
 @click.option(
     "--unit",
     metavar="UNIT",
-    help="Unit of the samples, for sources that do not state it; of a table, one for each column: rad/s,m/s^2.",
+    help="Unit of the samples, if MODEL does not state it, e.g. rad/s. For a table, one unit per column: rad/s,m/s^2.",
 )
-@click.option("--rate", type=float, metavar="HZ", help="Sampling rate, where the target needs one.")
+@click.option(
+    "--rate",
+    type=float,
+    metavar="HZ",
+    help="Sampling rate, if the target needs it and MODEL has none.",
+)
 @click.option(
     "--overbound",
     is_flag=True,
-    help="Smallest N and K that cover the 95 % limits of the model and its alternatives.",
+    help="Write conservative N and K that cover the 95 % limits of the model and its alternative explanations.",
 )
 @click.option(
     "--as-fitted",
     is_flag=True,
-    help="The fitted coefficients alone: B, lags and lines are left out.",
+    help="Write the fitted N and K alone. By default, N and K also cover B, lags and lines.",
 )
 @click.option(
     "--horizon",
     "--until",
     type=float,
     metavar="SECONDS",
-    help="Longest time without aiding (default: 100 s, or a tenth of the log if shorter).",
+    help="Longest time that the filter runs without aiding. Default: 100 s, or a tenth of the log if that is shorter.",
 )
 @INFLATE
 @click.option(
     "--record-length",
     type=float,
     metavar="SECONDS",
-    help="Length of the record behind a table of Allan deviations.",
+    help="If MODEL is a table of Allan deviations: length of the record from which it was computed.",
 )
 @click.option(
-    "--column", multiple=True, metavar="NAME", help="Axis of a file of several; repeatable."
+    "--column",
+    multiple=True,
+    metavar="NAME",
+    help="Axis to export, if MODEL holds several; repeatable. Default: all.",
 )
-@click.option("-o", "--output", metavar="FILE", help="File to write; default stdout.")
+@click.option("-o", "--output", metavar="FILE", help="File to write. Default: standard output.")
 def command(
     models: tuple[str, ...],
     target: str,
@@ -69,14 +77,16 @@ def command(
     column: tuple[str, ...],
     output: str | None,
 ) -> None:
-    """Write a parameter file for a filter or simulator.
+    """Write the parameters of a model as the file of a filter or simulator.
 
-    By default N and K follow the whole model up to the horizon: a bias filter with them is not overconfident.
+    MODEL is a file written with --save by fit, improve or characterize. No log is needed if MODEL is one of these: a data
+    sheet (TOML, see docs/howto/data-sheet.md), a YAML file of Kalibr or imu_utils, a MATLAB script with gyroparams, a
+    table of Allan deviations, or a model string with units such as "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)". Give one MODEL
+    per axis, or one file with all axes.
 
-    MODEL is a saved fit, or a source without a log: a data sheet (TOML, see docs/howto/data-sheet.md), a YAML file of
-    Kalibr or imu_utils, a MATLAB script with gyroparams, a table of Allan deviations, or a model string with units such
-    as "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)". Several models are several axes: three of a gyroscope, three of an
-    accelerometer.
+    Most filters only know white noise N and a random walk K. By default, N and K are chosen so that a bias filter with
+    them is not overconfident up to the horizon, although the sensor also has B, lags and lines. The comments in the file
+    say what its format cannot hold.
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive
@@ -97,7 +107,7 @@ def command(
         axes = [axes[find_column(name, names)] for name in column]
     how: dict[str, Any] = {"overbound": overbound, "as_fitted": as_fitted}
     how |= {"horizon": horizon, "inflate": inflate}
-    # On stdout there is one file: several IMUs are refused there.
+    # Standard output holds one file, so `export` refuses several IMUs.
     texts = (
         {Path(): export(axes, target, rate, **how)}
         if output is None
@@ -105,7 +115,9 @@ def command(
     )
     for axis in axes:
         if axis.warning:
-            click.echo(plain(f"! {axis.name}: {axis.warning}; improve the model first"), err=True)
+            click.echo(
+                plain(f"! {axis.name}: {axis.warning}; run allanite improve first"), err=True
+            )
     if output is None:
         click.echo(texts[Path()], nl=False)
         return
@@ -117,7 +129,7 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """The unit of each model: one for all of them, or one for each, separated by commas."""
+    """The unit of each model. --unit holds one unit for all models, or one per model, separated by commas."""
     from allanite.common.errors import InputError
 
     units = unit.split(",") if unit else [None]
@@ -125,6 +137,6 @@ def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
         return [units[0]] * len(models)
     if len(units) != len(models):
         raise InputError(
-            f"--unit {unit}: {len(units)} units for {len(models)} models: give one for all, or one for each"
+            f"--unit {unit}: {len(units)} units for {len(models)} models; give one unit, or one per model"
         )
     return [one.strip() for one in units if one is not None]

@@ -1,13 +1,17 @@
-"""allanite fit: coefficients of a model."""
+"""allanite fit: fit a noise model."""
 
 from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.cli.options import LogCommand, LogOptions, log_options, model_option, plot_option
 
 
-@click.command("fit")
+@click.command(
+    "fit",
+    cls=LogCommand,
+    epilog='Example: allanite fit imu.csv --column gyro_x --model "N+B+K" --output-unit deg/h --save gyro_x.json',
+)
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @model_option
 @click.option(
@@ -15,14 +19,19 @@ from allanite.cli.options import LogOptions, log_options, model_option, plot_opt
     type=click.Choice(["whittle", "gls", "lines"]),
     default="whittle",
     show_default=True,
-    help="How to estimate.",
+    help="Estimator. whittle: likelihood of the spectrum; gls: generalized least squares on the Allan curve; lines:"
+    " classical straight lines on the Allan curve.",
 )
 @click.option(
     "--compare-methods",
     is_flag=True,
-    help="All three methods side by side, and where the straight lines mislead.",
+    help="Compare the results of all three methods.",
 )
-@click.option("--save", metavar="FILE", help="Write the fitted model as JSON.")
+@click.option(
+    "--save",
+    metavar="FILE",
+    help="Write the fitted models as JSON, for allanite export, simulate, predict, watch.",
+)
 @plot_option
 @log_options
 def command(
@@ -34,9 +43,11 @@ def command(
     plot: str | None,
     options: LogOptions,
 ) -> None:
-    """Fit MODEL to LOG: coefficients with 95 % intervals.
+    """Fit MODEL to each sensor column in LOG.
 
-    Several logs or columns are fitted one by one, pooled, and tested whether they agree.
+    Prints a table of the coefficients with 95 % intervals, and how well the model fits. Several columns or logs are
+    fitted one by one. For sensors of one kind, the command also prints pooled coefficients and tests whether the sensors
+    agree. allanite check shows which effects the model lacks.
     """
     from allanite.cli import output
     from allanite.cli.models import for_column, models_of
@@ -63,7 +74,7 @@ def command(
     from allanite.fit.several.many import of_fits
     from allanite.readers import kind_of_sensor
 
-    # A gyroscope and an accelerometer in the same unit are still two sensors: both may have come without one.
+    # Without units in the log, a gyroscope and an accelerometer have the same unit. They must not be pooled.
     sensors = [(c.unit, kind_of_sensor(c.columns[0], c.unit)) for c in columns]
     groups = [
         [fit for fit, own in zip(fits, sensors, strict=True) if own == sensor]

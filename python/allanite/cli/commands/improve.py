@@ -1,39 +1,50 @@
-"""allanite improve: the ladder."""
+"""allanite improve: build a model step by step."""
 
 from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogOptions, log_options, model_option, plot_option, time_option
+from allanite.cli.options import (
+    LogCommand,
+    LogOptions,
+    log_options,
+    model_option,
+    plot_option,
+    time_option,
+)
 
 
 class Percent(click.types.FloatParamType):
-    """A positive number of per cent, with or without the sign."""
+    """Option type of a positive percentage, with or without the percent sign."""
 
     name = "percent"
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The number; a float is one already."""
+        """The number before the percent sign."""
         text = str(value).strip().removesuffix("%").strip()
         try:
             number = float(text)
         except ValueError:
             number = -1.0
         if not 0.0 < number < float("inf"):
-            self.fail(f"{value!r} is not a positive number of per cent, e.g. 5%", param, ctx)
+            self.fail(f"{value!r} is not a positive percentage: write 5%", param, ctx)
         return number
 
 
-@click.command("improve")
+@click.command(
+    "improve",
+    cls=LogCommand,
+    epilog="Example: allanite improve imu.csv --column gyro_x --save gyro_x.json --plot steps.svg",
+)
 @click.argument("log")
 @model_option
-@click.option("--save", metavar="FILE", help="Write the last rung's model as JSON.")
+@click.option("--save", metavar="FILE", help="Write the final models as JSON.")
 @click.option(
     "--tolerance",
     type=Percent(),
-    help="Stop once the model is within this much of the deviation, e.g. 5%.",
+    help="Stop once the model discrepancy is below this percentage of the Allan deviation, e.g. 5%.",
 )
 @time_option
 @plot_option
@@ -47,9 +58,11 @@ def command(
     plot: str | None,
     options: LogOptions,
 ) -> None:
-    """Check, add the best effect, refit LOG, until nothing helps; print the ladder.
+    """Build a noise model of LOG step by step.
 
-    Of several columns two are improved at a time.
+    Starting with MODEL, each step fits the model, searches for missing effects and adds the best one. The steps end when
+    the model is adequate, no effect helps, or the time is up. Prints for each step the added effect, its evidence and the
+    remaining error, then the final coefficients. Two columns are computed at a time.
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output

@@ -1,21 +1,25 @@
-"""allanite inspect: what was understood of a log, before anything is computed."""
+"""allanite inspect: show how a log is read."""
 
 from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogOptions, log_options
+from allanite.cli.options import LogCommand, LogOptions, log_options
 from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.cli.words import WORDS
 
 __all__ = ["command"]
 
 
-@click.command("inspect")
+@click.command("inspect", cls=LogCommand, epilog="Example: allanite inspect imu.csv --unit deg/s")
 @click.argument("log")
 @log_options
 def command(log: str, options: LogOptions) -> None:
-    """What is understood of LOG: role, unit, rate and first values of every column, and doubts."""
+    """Show how LOG is read, before anything is computed.
+
+    Prints the role (sensor, time, temperature, other), unit, sampling rate and first values of each column. Doubts follow
+    with the option that settles them, such as a missing unit or motion.
+    """
     from dataclasses import replace
 
     from allanite.cli import output
@@ -25,9 +29,9 @@ def command(log: str, options: LogOptions) -> None:
         found = inspect(file, **options.reading())
     if log == PIPE:
         found = replace(found, path=NAME)
-    if options.later and not options.quiet:
-        names = ", ".join(options.later)
-        click.echo(f"· this is of the whole log: {names} is for what computes", err=True)
+    if options.after_reading and not options.quiet:
+        names = ", ".join(options.after_reading)
+        click.echo(f"· {names} ignored: inspect shows the whole log as it is read", err=True)
     click.echo(
         output.dumps(found.to_dict()) if options.as_json else output.wrapped(found.worded(WORDS))
     )

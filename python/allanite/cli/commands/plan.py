@@ -1,4 +1,4 @@
-"""allanite plan: how long to record, and how fast."""
+"""allanite plan: how long and at what rate to record."""
 
 from __future__ import annotations
 
@@ -9,17 +9,30 @@ import click
 from allanite.cli.options import json_option
 
 
-@click.command("plan")
+@click.command(
+    "plan",
+    epilog='Example: allanite plan --model "N(N=0.003)+K(K=1e-5)" --know K --to 10% --rate 100',
+)
 @click.option(
     "--model",
     required=True,
     metavar="MODEL",
-    help="What is modelled anyway, with values, or a file.",
+    help='Your model with the values you expect, e.g. "N(N=0.003)+K(K=1e-5)", or a model file.',
 )
-@click.option("--find", metavar="EFFECT", help='Effect to be found, e.g. "GM(T=30,q_c=2e-3)".')
-@click.option("--know", metavar="NAME", help="Number to be known: K, GM.correlation_time.")
 @click.option(
-    "--tell", metavar="A,B", help="Two effects to be told apart, one of them in MODEL: K,GM."
+    "--find",
+    metavar="EFFECT",
+    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)".',
+)
+@click.option(
+    "--know",
+    metavar="NAME",
+    help="Parameter of MODEL to measure with the accuracy --to, e.g. K or GM.correlation_time.",
+)
+@click.option(
+    "--tell",
+    metavar="A,B",
+    help="Two effects to tell apart, one of them in MODEL, e.g. K,GM.",
 )
 @click.option(
     "--to",
@@ -27,7 +40,7 @@ from allanite.cli.options import json_option
     default="10%",
     show_default=True,
     metavar="SHARE",
-    help="Its standard error as a share of its value: 10% or 0.1.",
+    help="With --know: standard error relative to the value, 10% or 0.1.",
 )
 @click.option(
     "--power",
@@ -35,16 +48,19 @@ from allanite.cli.options import json_option
     default=0.9,
     show_default=True,
     metavar="P",
-    help="Probability of finding the effect.",
+    help="With --find: probability of finding the effect.",
 )
 @click.option(
     "--rate",
     type=float,
     metavar="HZ",
-    help="Sampling rate; default: that of the model file, else rates are compared.",
+    help="Sampling rate. Default: from the model file; otherwise rates from 0.1 to 1000 Hz are compared.",
 )
 @click.option(
-    "--duration", type=float, metavar="S", help="Say what a record of this length tells, instead."
+    "--duration",
+    type=float,
+    metavar="S",
+    help="Show what a record of this length tells, instead of the shortest length. Needs a rate.",
 )
 @json_option
 def command(
@@ -58,9 +74,11 @@ def command(
     duration: float | None,
     as_json: bool,
 ) -> None:
-    """How long to record, and at what rate, to find an effect, to know a number of MODEL or to tell two effects apart.
+    """Compute how long and at what rate to record.
 
-    Computed from the information in the spectrum that the model predicts; nothing is simulated.
+    State the goal with one of these options: --find an effect, --know a parameter, or --tell two effects apart. Prints the
+    shortest record that reaches the goal, and the standard errors of the parameters. With --duration, prints what a
+    record of this length would show. The result follows from the spectrum of MODEL; nothing is simulated.
     """
     from allanite.cli.models import models_of
     from allanite.cli.output import dumps
@@ -70,15 +88,15 @@ def command(
     models = models_of(model)
     if len(models) > 1:
         raise InputError(
-            f"{model} holds the models of {len(models)} columns: plan for one at a time"
+            f"{model} holds the models of {len(models)} columns: plan needs a file with one model"
         )
     base = models[0].model
     result: object
-    # A sensor that was logged keeps its rate unless another is asked for.
+    # A model file states the rate of its log.
     rate = models[0].rate if rate is None else rate
     if duration is not None:
         if rate is None:
-            raise InputError("no sampling rate: give --rate HZ beside --duration")
+            raise InputError("--duration needs the sampling rate: add --rate HZ")
         found = detection_power(base, find, duration=duration, rate=rate)
         document, result = found.to_dict(), found
     else:
@@ -96,27 +114,27 @@ def command(
 
 
 def _two(text: str) -> tuple[str, str]:
-    """``K,GM``."""
+    """The two names in ``K,GM``."""
     from allanite.common.errors import InputError
 
     first, comma, second = (part.strip() for part in text.partition(","))
     if not comma or not first or not second or "," in second:
-        raise InputError(f"--tell {text}: two effects with a comma between, such as K,GM")
+        raise InputError(f"--tell {text}: write two effects separated by a comma, such as K,GM")
     return first, second
 
 
 def _share(text: str) -> float:
-    """``10%`` or ``0.1``."""
+    """The fraction 0.1 for ``10%`` or ``0.1``."""
     from allanite.common.errors import InputError
 
     try:
         number = float(text.strip().removesuffix("%"))
     except ValueError:
-        raise InputError(f"--to {text}: a share such as 10% or 0.1") from None
+        raise InputError(f"--to {text}: write 10% or 0.1") from None
     if "%" in text:
         return number / 100.0
     if 1.0 <= number < math.inf:
-        # Elsewhere a bare 5 is 5 %: what is meant has to be said.
+        # --tolerance takes a bare 5 as 5 %, but here 5 would be 500 %: ask the user which one is meant.
         raise InputError(
             f"--to {text}: {number:g} is {100.0 * number:g} %; write {text.strip()}% or {number / 100.0:g}"
         )

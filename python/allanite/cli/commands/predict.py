@@ -1,4 +1,4 @@
-"""allanite predict: error since the last fix."""
+"""allanite predict: error growth without aiding."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.options import LogOptions, log_options
+from allanite.cli.options import LogCommand, LogOptions, log_options
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -14,28 +14,35 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 
-@click.command("predict")
+@click.command(
+    "predict",
+    cls=LogCommand,
+    epilog="Example: allanite predict --model imu.json --aided 60 --until 600",
+)
 @click.argument("log", required=False, metavar="[LOG]")
 @click.option(
-    "--model", required=True, metavar="MODEL", help="Sum of effects with values, or a model file."
+    "--model",
+    required=True,
+    metavar="MODEL",
+    help="Model file, or a sum of effects with values. With LOG, values may be missing: they are fitted.",
 )
 @click.option(
     "--aided",
     type=float,
     required=True,
     metavar="SECONDS",
-    help="How long the bias was averaged before the fix.",
+    help="Time before the last fix over which the bias was averaged.",
 )
 @click.option(
     "--until",
     type=float,
     metavar="SECONDS",
-    help="Longest time since the fix (default: ten times --aided).",
+    help="Longest time since the last fix. Default: ten times --aided.",
 )
 @click.option(
     "--overbound",
     is_flag=True,
-    help="Count each effect with the 95 % limit of the model and its alternatives.",
+    help="Use the upper 95 % limit of each effect, over the model and its alternative explanations.",
 )
 @log_options
 def command(
@@ -46,11 +53,14 @@ def command(
     overbound: bool,
     options: LogOptions,
 ) -> None:
-    """Growth of the error since the last fix: angle, velocity, position or clock phase, by effect.
+    """Predict how errors grow after aiding ends: angle, velocity, position or clock phase.
 
-    With LOG, a record at rest, the growth is measured as well, segment by segment; a MODEL without values is fitted to it.
-    An effect that was not detected counts with what its limit lets expect. Models of gyroscopes and accelerometers together
-    give a budget of horizontal velocity and position, with gravity and the Schuler period.
+    Until the last fix, the filter knew the state and averaged the bias for --aided seconds. Afterwards it integrates the
+    sensor alone. Prints the standard deviation of each error over time, and the contribution of each effect. An effect
+    that was not detected counts with its expected size.
+
+    With LOG, a record at rest, the growth is also measured on segments of the log. With models of gyroscopes and
+    accelerometers, a budget of horizontal velocity and position follows, with gravity and the Schuler oscillation.
     """
     from allanite.cli.output import dumps
     from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
@@ -58,8 +68,12 @@ def command(
     from allanite.statespace.budget import Axis, six_axis_budget
     from allanite.statespace.growth import error_growth, measured_growth
 
-    aided = positive(aided, "--aided", "s", "give the seconds of aiding before the fix")
-    last = 10.0 * aided if until is None else positive(until, "--until", "s", "give seconds")
+    aided = positive(aided, "--aided", "s", "write the seconds of aiding before the fix")
+    last = (
+        10.0 * aided
+        if until is None
+        else positive(until, "--until", "s", "write a positive number of seconds")
+    )
     documents, tables, axes = [], [], []
     for name, whole, unit, rate, recording in _models(log, model, options, overbound=overbound):
         axes.append(Axis(name, whole, unit, rate))
@@ -100,7 +114,7 @@ def command(
 def _models(
     log: str | None, text: str, options: LogOptions, *, overbound: bool
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
-    """Name, model, unit, rate and recording of each column; what was not detected has its expected size."""
+    """Name, model, unit, rate and recording of each column. Effects that were not detected have their expected size."""
     from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
     from allanite.common.errors import InputError, about
@@ -116,7 +130,9 @@ def _models(
         for m in models:
             unit, rate = options.unit or m.unit, options.rate_hz or m.rate
             if unit is None or rate is None:
-                raise InputError(f"{m.name}: give --unit and --rate of the samples")
+                raise InputError(
+                    f"{m.name}: the unit or the rate of the samples is missing: add --unit UNIT and --rate HZ"
+                )
             yield m.name, sized(m.document, m.model, overbound=overbound), unit, rate, None
         return
     for column in columns_of(log, options):
@@ -126,13 +142,13 @@ def _models(
             fit = own.fit(column)
             own, document = fit.model, fit.to_dict()
         own = sized(document, own, overbound=overbound)
-        # A file's values are in the unit of its own recording.
+        # The values of a model file are in the unit of its own recording.
         here = column if m.unit is None else column.to(m.unit)
         yield column.columns[0], own, here.unit, here.rate, here
 
 
 def _times(last: float, rate: float) -> list[float]:
-    """1, 2, 5 of each decade from three below the last time, and that."""
+    """Times 1, 2, 5 of each decade, over the three decades that end at the last time."""
     import math
 
     first = max(last / 1000.0, 1.0 / rate)

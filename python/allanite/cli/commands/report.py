@@ -1,4 +1,4 @@
-"""allanite report: one file to hand on."""
+"""allanite report: write a report on a log and its model."""
 
 from __future__ import annotations
 
@@ -7,24 +7,30 @@ from pathlib import Path
 
 import click
 
-from allanite.cli.options import LogOptions, log_options, model_option
+from allanite.cli.options import LogCommand, LogOptions, log_options, model_option
 from allanite.cli.pipe import PIPE
 from allanite.common.plain import file_name, plain
 
 
-@click.command("report")
+@click.command(
+    "report",
+    cls=LogCommand,
+    epilog='Example: allanite report imu.csv -o imu.html --sensor "IMU 7" --serial 0042',
+)
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @model_option
 @click.option(
     "-o",
     "--output",
     metavar="FILE",
-    help="Ends in .html (default: the log's name and -report.html, here) or .md.",
+    help="File to write, .html or .md. Default: LOG-report.html in the current folder.",
 )
 @click.option("--sensor", metavar="TEXT", help="Name of the sensor, for the first page.")
 @click.option("--serial", metavar="TEXT", help="Serial number, for the first page.")
 @click.option("--date", metavar="TEXT", help="Date of the record, for the first page.")
-@click.option("--interactive", is_flag=True, help="Embed plotly, so that figures can be zoomed.")
+@click.option(
+    "--interactive", is_flag=True, help="Embed plotly in the HTML, so that figures can be zoomed."
+)
 @log_options
 def command(
     logs: tuple[str, ...],
@@ -36,9 +42,12 @@ def command(
     interactive: bool,
     options: LogOptions,
 ) -> None:
-    """Write what was recorded, the model, where it failed and what is left, as one file.
+    """Build a model of every sensor column in LOG step by step, and write a report.
 
-    With --json the same numbers go to standard output, and a file is written only if --output names one.
+    The report is one HTML or Markdown file. For each column it shows the record, the model, where the first model failed,
+    each step, and the misfit that remains unexplained.
+
+    With --json, the same numbers go to standard output. A file is then written only if --output names one.
     """
     from allanite.cli import output as out
     from allanite.cli.options import recording_of
@@ -61,9 +70,9 @@ def command(
             reports.append(make_report(recording, parsed, on_progress))
     entries = tuple(entry for one in reports for entry in one.entries)
     axes = reports[0].axes if len(reports) == 1 else None
-    told = {"sensor": sensor, "serial number": serial, "date": date}
-    given = {name: plain(text) for name, text in told.items() if text is not None}
-    report = Report(entries, {**given, **_asked(logs, model, options)}, axes)
+    texts = {"sensor": sensor, "serial number": serial, "date": date}
+    given = {name: plain(text) for name, text in texts.items() if text is not None}
+    report = Report(entries, {**given, **_provenance(logs, model, options)}, axes)
     if target is not None:
         report.save(target, interactive)
     if options.as_json:
@@ -76,15 +85,16 @@ def command(
 
 
 def _target(log: str, output: str | None) -> Path:
+    """Path of the report."""
     if output is not None:
         return Path(output)
     return Path("report.html" if log == PIPE else f"{file_name(Path(log).stem)}-report.html")
 
 
-def _asked(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
-    """What decides the numbers, as it was given: the command, the first model, the seed."""
+def _provenance(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
+    """Inputs from which the report can be repeated: logs, command, first model and seed."""
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"
     seed = "none: nothing in a report is random" if options.seed is None else str(options.seed)
-    asked = {"logs": ", ".join(logs), "command": command, "first model": model, "seed": seed}
-    return {name: plain(text) for name, text in asked.items()}
+    inputs = {"logs": ", ".join(logs), "command": command, "first model": model, "seed": seed}
+    return {name: plain(text) for name, text in inputs.items()}

@@ -1,4 +1,4 @@
-"""allanite simulate: samples of a model."""
+"""allanite simulate: simulate samples of a model."""
 
 from __future__ import annotations
 
@@ -16,27 +16,46 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 
-@click.command("simulate")
+@click.command(
+    "simulate",
+    epilog='Example: allanite simulate "N(N=0.01)+K(K=1e-4)" --rate 100 --duration 3600 --unit deg/s -o sim.csv',
+)
 @click.argument("model")
-@click.option("--rate", type=float, metavar="HZ", help="Sampling rate; default the model file's.")
+@click.option(
+    "--rate", type=float, metavar="HZ", help="Sampling rate. Default: from the model file."
+)
 @click.option("--duration", type=float, metavar="S", help="Length in seconds.")
 @click.option(
     "-n", "--samples", type=int, metavar="N", help="Length in samples, instead of --duration."
 )
 @click.option(
-    "--unit", metavar="UNIT", help="Unit of the samples; default the model file's, else 1."
+    "--unit",
+    metavar="UNIT",
+    help="Unit of the samples. Default: from the model file, otherwise 1 (no unit).",
 )
-@click.option("--seed", type=SEED, default=0, show_default=True, metavar="N", help="Seed.")
-@click.option("-o", "--output", metavar="FILE", help=".npz, .npy or .csv; default CSV on stdout.")
+@click.option(
+    "--seed",
+    type=SEED,
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Seed of the random numbers. The same seed gives the same samples.",
+)
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    help="File to write (.npz, .npy or .csv). Default: CSV on standard output.",
+)
 @click.option(
     "--all-axes",
     is_flag=True,
-    help="Every axis of a characterised sensor (MODEL is what characterize --save wrote).",
+    help="Simulate every axis of a sensor. MODEL is a file of allanite characterize --save.",
 )
 @click.option(
     "--covariates",
     metavar="LOG",
-    help="With --all-axes: a log whose temperature (or other covariates) the axes follow.",
+    help="With --all-axes: log whose temperature and other columns drive the simulated axes.",
 )
 @json_option
 def command(
@@ -51,9 +70,10 @@ def command(
     covariates: str | None,
     as_json: bool,
 ) -> None:
-    """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file).
+    """Simulate samples of MODEL and write them as a log.
 
-    With --all-axes the length is that of the measured log, unless one is given.
+    MODEL is a sum of effects with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file. Give the length with --duration or
+    --samples. With --all-axes, the default length is that of the measured log.
     """
     from allanite.cli.models import models_of
     from allanite.common.errors import InputError
@@ -62,26 +82,26 @@ def command(
     from allanite.simulate import SAMPLES
 
     if covariates is not None and not all_axes:
-        raise InputError("--covariates is for --all-axes")
+        raise InputError("--covariates needs --all-axes")
     if (duration is None) == (samples is None) and not (all_axes and duration is None):
-        raise InputError("give the length: either --duration S or --samples N")
+        raise InputError("give the length with either --duration S or --samples N")
     if as_json and output is None:
-        raise InputError("--json describes the file that is written: name it with --output")
+        raise InputError("--json describes the written file: name the file with --output FILE")
     if duration is not None:
         positive(duration, "--duration", "s", "the length must be a positive number of seconds")
     elif samples is not None:
         whole(samples, "--samples", 1, SAMPLES)
     if output is not None:
-        _known_format(output)
+        _check_format(output)
         check_target(output)
     if all_axes:
-        recording = _twin(model, rate, duration, samples, seed, covariates)
+        recording = _simulate_all_axes(model, rate, duration, samples, seed, covariates)
         _deliver(recording if unit is None else recording.to(unit), model, seed, output, as_json)
         return
     models = models_of(model)
     if len(models) > 1:
         raise InputError(
-            f"{model} holds the models of {len(models)} columns: give --all-axes, or save one at a time"
+            f"{model} holds the models of {len(models)} columns: add --all-axes, or save a file with one model"
         )
     rate = models[0].rate if rate is None else rate
     if rate is None:
@@ -96,7 +116,7 @@ def command(
     _deliver(recording, model, seed, output, as_json)
 
 
-def _twin(
+def _simulate_all_axes(
     path: str,
     rate: float | None,
     duration: float | None,
@@ -104,7 +124,7 @@ def _twin(
     seed: int,
     log: str | None,
 ) -> Recording:
-    """Every axis of a saved characterisation; what is left out goes to stderr."""
+    """Simulated recording of every axis in a file of characterize; prints the properties that are not simulated."""
     import json
     from pathlib import Path
 
@@ -116,30 +136,30 @@ def _twin(
         try:
             document = json.loads(Path(path).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise InputError(f"not a file of characterize --save ({error})") from None
+            raise InputError(f"not a file of allanite characterize --save ({error})") from None
         if not isinstance(document, dict):
-            raise InputError("not a file of characterize --save: no JSON object")
+            raise InputError("not a file of allanite characterize --save: it holds no JSON object")
     given = None
     if log is not None:
         source = read(log)
         given = dict(source.covariates)
         if not given:
             raise InputError(
-                f"--covariates {log}: there is no temperature or other covariate in it"
+                f"--covariates {log}: the log has no temperature or other logged column"
             )
         if duration is None and samples is None:
             samples, rate = source.n, rate or source.rate
     with about(path):
         found = twin(document, duration=duration, n=samples, rate=rate, seed=seed, covariates=given)
-    for what in found.left_out:
-        click.echo(f"· left out: {what}", err=True)
+    for property_ in found.left_out:
+        click.echo(f"· not simulated: {property_}", err=True)
     return found.recording
 
 
 def _deliver(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
-    """Write a recording to a file and say so, or as CSV to standard output."""
+    """Write a recording to a file and print a line about the file; without a file, print CSV."""
     from allanite.cli.output import dumps, write_csv
     from allanite.common.files import whole_file
 
@@ -166,19 +186,20 @@ def _deliver(
         )
 
 
-def _known_format(path: str) -> None:
+def _check_format(path: str) -> None:
+    """Refuse a file name with an unknown suffix."""
     from pathlib import Path
 
     from allanite.common.errors import InputError
 
     suffix = Path(path).suffix.lower()
     if suffix not in (".npy", ".npz", ".csv", ".txt"):
-        found = suffix or "a name without suffix"
-        raise InputError(f"--output {path}: unknown format {found}: use .npz, .npy or .csv")
+        found = f"unknown format {suffix}" if suffix else "the name has no suffix"
+        raise InputError(f"--output {path}: {found}; use .npz, .npy or .csv")
 
 
 def _write(recording: Recording, path: Path) -> None:
-    """Write a recording in the format of the file's suffix, readable by `allanite.read`."""
+    """Write a recording in the format of the path's suffix; `allanite.read` can read the file."""
     import numpy as np
 
     from allanite.cli.output import write_csv

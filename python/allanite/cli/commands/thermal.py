@@ -1,4 +1,4 @@
-"""allanite thermal: the law of temperature."""
+"""allanite thermal: bias as a function of temperature."""
 
 from __future__ import annotations
 
@@ -7,23 +7,30 @@ from pathlib import Path
 import click
 
 from allanite.calibration.targets import TARGETS
-from allanite.cli.options import DEFAULT_MODEL, LogOptions, log_options, plot_option
+from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_options, plot_option
 
 
-@click.command("thermal")
+@click.command(
+    "thermal",
+    cls=LogCommand,
+    epilog="Example: allanite thermal warmup1.csv warmup2.csv --export px4 --output thermal.params",
+)
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(
     "--model",
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Noise beside the law: a sum of random effects.",
+    help="Noise model of the axes: a sum of random effects. The temperature law is added to it.",
 )
 @plot_option
 @click.option(
-    "--export", "target", type=click.Choice(tuple(TARGETS)), help="Write the law for a consumer."
+    "--export",
+    "target",
+    type=click.Choice(tuple(TARGETS)),
+    help="Write the law as PX4 or ArduPilot parameters, C code, CSV or JSON.",
 )
-@click.option("--output", metavar="FILE", help="File for --export (default: standard output).")
+@click.option("--output", metavar="FILE", help="File for --export. Default: standard output.")
 @log_options
 def command(
     logs: tuple[str, ...],
@@ -33,11 +40,13 @@ def command(
     output: str | None,
     options: LogOptions,
 ) -> None:
-    """Law b(T) of every axis from warm-up or chamber logs, with a band, and what its correction leaves.
+    """Fit the bias of every axis as a function of temperature, b(T).
 
-    Each LOG is the same sensor at rest while the temperature changes, after a switch-on of its own. Powers of the
-    temperature, a lag, hysteresis and rate dependence are tried; the evidence under the noise of the axis chooses.
-    Name the thermometer with --covariate if the log does not.
+    Each LOG holds the same sensor at rest while its temperature changes: a warm-up or a run in a chamber, each after
+    another switch-on. Name the temperature column with --covariate if it is not recognized.
+
+    Polynomials, a thermal lag, hysteresis and a dependence on the rate of change are compared by their evidence under the
+    noise of the axis. Prints the chosen law of each axis with its 95 % band, and the error that remains after correction.
     """
     from allanite.calibration import thermal
     from allanite.cli import output as out
@@ -48,18 +57,18 @@ def command(
     out.check_targets(plot)
     if output is not None:
         if target is None:
-            raise InputError("--output names the file of --export: give --export too")
+            raise InputError("--output needs --export: it names the file of --export")
         check_target(output)
     if target is not None and output is None and options.as_json:
-        raise InputError("--export and --json both print to standard output: add --output FILE")
+        raise InputError("--export and --json both use standard output: add --output FILE")
     if len(options.covariate) > 1:
-        raise InputError("--covariate names the thermometer here: give one")
+        raise InputError("give only one --covariate: the column of the temperature")
     recordings = [recording_of(log, options) for log in logs]
     if target is None or output is not None:
         for recording in recordings:
             out.notes(list(recording), options)
     count = len([n for n in recordings[0].columns if all(n in r.columns for r in recordings)])
-    with out.progress("forms", options) as report:
+    with out.progress("temperature laws", options) as report:
         done: dict[str, float] = {}
 
         def on_progress(name: str, step: int, steps: int) -> None:

@@ -1,4 +1,4 @@
-"""allanite timing: a clock or time server."""
+"""allanite timing: test a clock or time server."""
 
 from __future__ import annotations
 
@@ -6,35 +6,41 @@ from typing import TYPE_CHECKING
 
 import click
 
-from allanite.cli.options import LogOptions, log_options
+from allanite.cli.options import LogCommand, LogOptions, log_options
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
 
 
-@click.command("timing")
+@click.command(
+    "timing",
+    cls=LogCommand,
+    epilog="Example: allanite timing ptp4l.log --mask G.8273.2-C --after 1h",
+)
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(
     "--mask",
     multiple=True,
     metavar="NAME",
-    help="Limits to test: G.811 G.812-I G.812-II G.8262-1 G.8262-2 G.8272-A G.8272-B G.8273.2-A -B -C; repeatable.",
+    help="ITU-T mask to test: G.811 G.812-I G.812-II G.8262-1 G.8262-2 G.8272-A G.8272-B G.8273.2-A G.8273.2-B"
+    " G.8273.2-C; repeatable.",
 )
 @click.option(
     "--after",
     multiple=True,
     metavar="TIME",
-    help="Time after the last sample for which holdover is predicted; repeatable. Default: 1h and 24h.",
+    help="Predict the time error of holdover this long after the last sample; repeatable. Default: 1h and 24h.",
 )
 @click.option(
     "--as-logged",
     is_flag=True,
-    help="Predict the steered clock of a servo's log, not the free clock.",
+    help="For the log of a servo: noise and holdover of the steered clock instead of the free clock.",
 )
 @click.option(
     "--hat",
     is_flag=True,
-    help="Allan deviation of each of three or more clocks whose phases against one reference are columns of LOG.",
+    help="Separate the Allan deviations of three or more clocks (three-cornered hat). Each column of LOG is the phase of"
+    " one clock against the same reference.",
 )
 @log_options
 def command(
@@ -45,10 +51,14 @@ def command(
     hat: bool,
     options: LogOptions,
 ) -> None:
-    """Time error, MTIE and TDEV against ITU-T masks, jumps, frequency, drift, noise and holdover of clocks.
+    """Test the phase (time error) of clocks and time servers.
 
-    Reads logs of ptp4l, phc2sys, ts2phc, chrony, ntpd and PPS captures, and phases of any other log. The log of a servo has
-    its frequency: without it, noise and holdover are those of the free clock.
+    LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase in s (--quantity angle).
+    Prints time error, MTIE and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted
+    holdover error.
+
+    The log of a servo also holds its frequency corrections. They are removed, so that noise and holdover describe the free
+    clock.
     """
     from allanite.cli import output
     from allanite.clocks import AFTER, mask_named, timing
@@ -81,7 +91,7 @@ def command(
 def _read(
     log: str, options: LogOptions, *, as_logged: bool
 ) -> tuple[Recording, tuple[str, float] | None]:
-    """Return the phase of a log, and its column of the servo's frequency with what 1 of it does to the phase in 1 s."""
+    """Phase of a log, and for the log of a servo its frequency column with the phase that 1 unit adds in 1 s."""
     from dataclasses import replace
 
     from allanite.cli.options import recording_of
@@ -111,9 +121,9 @@ def _hat(logs: tuple[str, ...], options: LogOptions) -> None:
     click.echo(output.dumps(found.to_dict()) if options.as_json else str(found))
 
 
-#: Columns of a servo's log → phase that 1 of its frequency adds in 1 s. linuxptp (ppb) prints by how much it speeds the
-#: clock up; chronyd (ppm) by how much the clock would gain, and sets the opposite; the offset of ntpd's loopstats is of
-#: the opposite sign.
+#: Columns of a servo's log → phase in s that 1 unit of its frequency column adds in 1 s. linuxptp (ppb) prints by how
+#: much it speeds up the clock. chronyd (ppm) prints by how much the free clock gains, and corrects by the opposite. The
+#: offset in ntpd's loopstats (ppm) has the opposite sign.
 SERVOS: dict[frozenset[str], float] = {
     frozenset({"offset", "frequency", "delay"}): 1e-9,
     frozenset({"offset", "frequency", "skew"}): -1e-6,

@@ -1,38 +1,43 @@
-"""allanite trend: the rate of a series."""
+"""allanite trend: rate of a time series."""
 
 from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogOptions, log_options
+from allanite.cli.options import LogCommand, LogOptions, log_options
 
 
-@click.command("trend")
+@click.command(
+    "trend",
+    cls=LogCommand,
+    epilog="Example: allanite trend station.tenv3 --unit m --output-unit mm --step 2012-03-04",
+)
 @click.argument("log")
 @click.option(
     "--per",
     type=click.Choice(["year", "day", "hour", "second"]),
     default="year",
     show_default=True,
-    help="Time to which the rate refers.",
+    help="Unit of time of the rate.",
 )
 @click.option(
     "--step",
     multiple=True,
     metavar="TIME",
-    help="Time of a step: 2012-03-04, 2012.17, or since the first sample: 120d, 3.5yr; repeatable.",
+    help="Known time of a step: a date (2012-03-04), a decimal year (2012.17), or a time after the first sample (120d,"
+    " 3.5yr); repeatable.",
 )
-@click.option("--find-steps", is_flag=True, help="Look for steps at other times, too.")
+@click.option("--find-steps", is_flag=True, help="Also search for steps at unknown times.")
 @click.option(
     "--period",
     multiple=True,
     metavar="TIME",
-    help="Period of a periodic term, e.g. 14.77d; repeatable. Default: 365.25d and 182.625d.",
+    help="Period of a sinusoid to fit, e.g. 14.77d; repeatable. Default: 365.25d and 182.625d.",
 )
 @click.option(
     "--noise",
     metavar="MODEL",
-    help="Noise model to use: N B K PL N+B N+K N+PL N+B+K. Default: chosen by evidence.",
+    help="Noise model: N, B, K, PL, N+B, N+K, N+PL or N+B+K. Default: the one with the largest evidence.",
 )
 @log_options
 def command(
@@ -44,11 +49,14 @@ def command(
     noise: str | None,
     options: LogOptions,
 ) -> None:
-    """Rate of a series with its uncertainty: heights of a GNSS station, a tide gauge, a gravimeter, the phase of a clock.
+    """Estimate the rate of a time series: a GNSS height, a tide gauge, a gravimeter or a clock phase.
 
-    An offset, a rate, steps, annual and semi-annual terms are fitted by generalized least squares. The noise (white,
-    flicker, random walk, a power law) is fitted with them and chosen by evidence. --unit is the unit of the series, any
-    text (m, mm, nm/s^2). Reads tenv, tenv3 and mom files, whose "# offset" lines count as steps, and every other log.
+    An offset, a rate, steps, and annual and semi-annual sinusoids are fitted by generalized least squares. White noise,
+    flicker noise, random walk or a power law is estimated together with them. Therefore the uncertainty of the rate counts
+    colored noise.
+
+    LOG is a tenv, tenv3 or mom file or any other log. "# offset" lines of a mom file count as known steps. --unit is
+    required here: the unit of the series, as any text (m, mm, nm/s^2). Prints the rate, the steps and the noise.
     """
     from dataclasses import replace
     from pathlib import Path
@@ -61,9 +69,11 @@ def command(
     from allanite.trends.design import seconds_of
 
     if options.unit is None:
-        raise InputError(f"{log}: give --unit, the unit of the series (m, mm, nm/s^2, s)")
+        raise InputError(
+            f"{log}: the unit of the series is missing: add --unit, e.g. m, mm, nm/s^2 or s"
+        )
     unit = options.unit
-    # The series need not be one of a sensor: its unit is a name.
+    # The unit of a series may be any text, which `read` does not know.
     recording = recording_of(
         log, replace(options, unit="1", quantity="rate", output_unit=None), for_fit=False
     )
@@ -95,7 +105,7 @@ def command(
 
 
 def _shown(unit: str, asked: str | None) -> tuple[str, float]:
-    """Return the unit of the results, and by what the samples are multiplied for it."""
+    """Unit of the results, and the factor that converts the samples to this unit."""
     from allanite.common.errors import InputError
 
     if asked is None or asked == unit:
@@ -103,12 +113,13 @@ def _shown(unit: str, asked: str | None) -> tuple[str, float]:
     one, other = _scale(unit), _scale(asked)
     if one is None or other is None or unit[-1] != asked[-1]:
         raise InputError(
-            f"--output-unit {asked}: results of a series in {unit} can be in m, cm, mm, um, nm, or in s, ms, us, ns"
+            f"--output-unit {asked}: cannot convert from {unit}; conversions exist between m, cm, mm, um, nm, and between"
+            " s, ms, us, ns"
         )
     return asked, one / other
 
 
 def _scale(unit: str) -> float | None:
-    """Return how many m or s a unit of length or time is, None of another unit."""
+    """Size of a unit of length or time in m or s; None for any other unit."""
     prefixes = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9}
     return prefixes.get(unit[:-1]) if unit[-1:] in ("m", "s") else None

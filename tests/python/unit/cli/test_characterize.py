@@ -76,8 +76,8 @@ def test_what_cannot_be_written_is_refused_first(run, six, tmp_path):
     refused(run("characterize", six, "--report", "x.pdf"), 2, ".html")
     (tmp_path / "file").write_text("")
     under = tmp_path / "file" / "below"
-    refused(run("characterize", six, "--export", "all", "--output", under), 2, "cannot be made")
-    refused(run("characterize", six, "--time", "soon"), 2, "'soon' is not a time, as 60s")
+    refused(run("characterize", six, "--export", "all", "--output", under), 2, "cannot be created")
+    refused(run("characterize", six, "--time", "soon"), 2, "'soon' is not a time: write 60s")
     refused(run("characterize", six, "--time", "-1s"), 2, "is not a time")
     refused(run("characterize", six, "--steps", "0"), 2, "--steps")
     refused(run("characterize", six, "--plot", tmp_path / "no" / "x.svg"), 2, "does not exist")
@@ -189,7 +189,7 @@ def test_an_interrupt_loses_only_the_current_axis(run, two, tmp_path, monkeypatc
         patch.setattr(run_folder.RunFolder, "write", interrupted)
         code, out, err = run(*words)
     assert (code, out) == (130, "")
-    assert "holds gx; the same command continues" in err
+    assert "finished axes gx; run the same command again" in err
     kept = {path.name for path in (folder / "gx").iterdir()}
     assert kept == {"model.json", "table.txt", "kalibr.yaml", "input.sha256"}
     assert "gyroscope_noise_density" in (folder / "gx" / "kalibr.yaml").read_text()
@@ -197,8 +197,8 @@ def test_an_interrupt_loses_only_the_current_axis(run, two, tmp_path, monkeypatc
 
     code, out, err = run(*words)
     assert code == 0
-    assert err.count("continues from") == 1
-    assert "gx: continues from" in err
+    assert err.count("continuing from") == 1
+    assert "gx: continuing from" in err
     assert {path.name for path in folder.iterdir()} == {
         "gx", "gy", "models.json", "kalibr.yaml", "axes.svg", "report.html"
     }  # fmt: skip
@@ -225,13 +225,13 @@ def test_what_was_not_examined_is_said_and_continued(run, two, tmp_path):
     # More time: it goes on from the first model. Another log, another unit or a damaged file: it begins again.
     code, out, err = run(*words, "--column", "gy")
     assert code == 0
-    assert "gy: continues from" in err
+    assert "gy: continuing from" in err
     assert "not examined" not in out
     assert "N+SIN" in out
-    assert "continues" not in run(*words, "--column", "gx")[2]
-    assert "continues" not in run(*words, "--column", "gy", "--tolerance", "5")[2]
+    assert "continuing" not in run(*words, "--column", "gx")[2]
+    assert "continuing" not in run(*words, "--column", "gy", "--tolerance", "5")[2]
     (folder / "gy" / "model.json").write_text("{")
-    assert "continues" not in run(*words, "--column", "gy")[2]
+    assert "continuing" not in run(*words, "--column", "gy")[2]
 
 
 @pytest.mark.long

@@ -50,7 +50,7 @@ def test_the_parameters_alone_on_standard_output(run, warm_up):
     ("options", "said"),
     [
         (("--export", "px4", "--json"), "add --output FILE"),
-        (("--output", "law.h"), "give --export too"),
+        (("--output", "law.h"), "--output needs --export"),
         (("--covariate", "humidity"), "humidity"),
         (("--model", "N+K+SIN"), "leave the others out"),
     ],

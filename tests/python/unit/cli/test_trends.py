@@ -162,7 +162,7 @@ def test_the_command_reads_a_mom_file_with_its_offsets(run, tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--unit", "mm", "--output-unit", "g"), "in m, cm, mm"),
+        (("--unit", "mm", "--output-unit", "g"), "between m, cm, mm"),
         ((), "--unit"),
         (("--unit", "mm", "--step", "soon"), "give a date"),
         (("--unit", "mm", "--noise", "Q"), "one of N"),

@@ -208,7 +208,7 @@ def test_a_panic_of_the_core_is_an_error_with_a_report(monkeypatch, capfd, tmp_p
     said = capfd.readouterr().err
     [report] = tmp_path.glob("allanite-error-*.txt")
     assert said.count("\n") == 1
-    assert "an error of allanite itself" in said
+    assert "an internal error of allanite" in said
     assert report.name in said
     assert "capacity overflow" in report.read_text(encoding="utf-8")
 

@@ -177,7 +177,7 @@ def test_a_core_that_is_missing_is_one_line():
     """The file that an unexpected error is reported with named the core's version, for which it asked the core."""
     code = "import sys; sys.modules['allanite._core'] = None\n" + CODE
     got = command("fit", "x.csv", code=code)
-    one_line(got, 70, "an error of allanite itself", "allanite._core")
+    one_line(got, 70, "an internal error of allanite", "allanite._core")
     report = Path(got[2].split("please report it with ")[1].split(",")[0])
     assert report.read_text().startswith("allanite without its compiled core, Python 3.")
     report.unlink()

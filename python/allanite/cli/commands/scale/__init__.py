@@ -1,1 +1,1 @@
-"""Commands for many logs, and for logs that do not end."""
+"""Commands for many logs, and for logs that grow."""

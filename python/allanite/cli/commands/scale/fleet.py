@@ -1,4 +1,4 @@
-"""allanite fleet: every log, every axis, one table."""
+"""allanite fleet: build models for many logs."""
 
 from __future__ import annotations
 
@@ -8,30 +8,49 @@ from allanite.cli.options import DEFAULT_MODEL, RateType, json_option
 from allanite.common.plain import plain
 
 
-@click.command("fleet")
+@click.command(
+    "fleet",
+    epilog="Example: allanite fleet logs/ --out fleet.csv --unit deg/s,m/s^2 --deadline 600",
+)
 @click.argument("logs")
-@click.option("--out", required=True, metavar="FILE", help="Table: Parquet, or CSV by its name.")
+@click.option(
+    "--out",
+    required=True,
+    metavar="FILE",
+    help="Table to write (.parquet or .csv): one row per axis.",
+)
 @click.option(
     "--model",
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Where every ladder starts.",
+    help="Model with which the search starts on every axis.",
 )
-@click.option("--rate", type=RateType(), metavar="HZ", help="Sampling rate.")
-@click.option("--unit", metavar="UNIT", help="Unit of the samples.")
 @click.option(
-    "--anyway", is_flag=True, help="Use logs in motion, or whose unit contradicts gravity."
+    "--rate",
+    type=RateType(),
+    metavar="HZ",
+    help="Sampling rate of all logs. Default: from their time stamps.",
 )
-@click.option("--scheduler", metavar="ADDRESS", help="Scheduler of Dask, e.g. tcp://host:8786.")
+@click.option("--unit", metavar="UNIT", help="Unit of the samples, for logs that do not state it.")
+@click.option(
+    "--anyway",
+    is_flag=True,
+    help="Do not refuse logs that are mostly motion, or whose unit contradicts gravity.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Compute on the Dask cluster with this scheduler, e.g. tcp://host:8786.",
+)
 @click.option(
     "--deadline",
     type=float,
     metavar="SECONDS",
-    help="Longest time for one log.  [default: 3600]",
+    help="Abandon a log after this time; its row then holds the reason.  [default: 3600]",
 )
 @json_option
-@click.option("--quiet", is_flag=True, help="No progress.")
+@click.option("--quiet", is_flag=True, help="Print no progress.")
 def command(
     logs: str,
     out: str,
@@ -44,10 +63,13 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Improve a model of every axis of LOGS, a folder, a pattern or a list of paths in a file.
+    """Build a noise model for every axis of many logs.
 
-    Finished logs (recognized by content and options) are skipped; rerun to resume. A log that cannot be read or that
-    crashes gets a row with the reason. Prints what the fleet has in common and which units deviate.
+    LOGS is a folder, a quoted pattern such as "logs/*.csv", or a text file with one path per line. Writes one table with
+    the coefficients of every axis. Prints the typical values of the fleet and the sensors that deviate from them.
+
+    Finished logs (recognized by content and options) are skipped; run the same command again to resume. A log that cannot
+    be read, or that crashes the process, gets a row with the reason.
     """
     import sys
 

@@ -1,4 +1,4 @@
-"""allanite watch: does the model still hold?"""
+"""allanite watch: test whether a model still holds, sample by sample."""
 
 from __future__ import annotations
 
@@ -11,36 +11,53 @@ if TYPE_CHECKING:
     from allanite.scale import Watch
 
 
-@click.command("watch")
+@click.command(
+    "watch",
+    epilog="Example: allanite watch imu.csv --model gyro_x.json --follow --state gyro_x.state",
+)
 @click.argument("source")
-@click.option("--model", required=True, metavar="MODEL", help="Model with values, or a file.")
-@click.option("--rate", type=float, metavar="HZ", help="Sampling rate; default the model file's.")
-@click.option("--unit", metavar="UNIT", help="Unit of the samples; default the model file's.")
+@click.option(
+    "--model", required=True, metavar="MODEL", help="Model file, or a sum of effects with values."
+)
+@click.option(
+    "--rate", type=float, metavar="HZ", help="Sampling rate. Default: from the model file."
+)
+@click.option("--unit", metavar="UNIT", help="Unit of the samples. Default: from the model file.")
 @click.option(
     "--quantity",
     type=click.Choice(["rate", "increment", "angle"]),
     default="rate",
     show_default=True,
-    help="What the samples are; angle is also the phase of a clock, in s.",
+    help="Meaning of the samples: rate, increment (its integral over one sample) or angle (its integral from the start;"
+    " also a clock phase in s).",
 )
 @click.option(
     "--column",
     metavar="NAME",
-    help="Column, or its number from 0; default the model file's, else the first that is no time.",
+    help="Name of the column, or its number from 0. Default: the column of the model file, otherwise the first sensor"
+    " column.",
 )
 @click.option(
-    "--state", metavar="FILE", help="State to continue from; it is saved with every line."
+    "--state",
+    metavar="FILE",
+    help="Save the state of the test with every printed line, and continue from it at the next start.",
 )
-@click.option("--prometheus", metavar="FILE", help="Write the numbers for Prometheus to this file.")
+@click.option(
+    "--prometheus",
+    metavar="FILE",
+    help="Write the same numbers as Prometheus metrics (text format) to this file.",
+)
 @click.option(
     "--every",
     type=float,
     default=60.0,
     show_default=True,
     metavar="S",
-    help="Seconds of samples between two lines.",
+    help="Print a line each time this many seconds of samples have arrived.",
 )
-@click.option("--follow", is_flag=True, help="Wait for more rows at the end of a file.")
+@click.option(
+    "--follow", is_flag=True, help="At the end of the file, wait for more rows instead of ending."
+)
 def command(
     source: str,
     model: str,
@@ -53,15 +70,18 @@ def command(
     every: float,
     follow: bool,
 ) -> None:
-    """Watch SOURCE: a growing text file, - for standard input, or udp://127.0.0.1:PORT.
+    """Watch the samples of a running sensor; raise an alarm when MODEL no longer holds.
 
-    Prints a JSON line from time to time, and an alarm when the model no longer holds. At most one run in a hundred raises a
-    false alarm, however long the runs are. Each line of the source is one row. Rows of a file that --state has seen are
-    skipped. A file that is truncated or replaced is read from its first row.
+    SOURCE is a growing text file, - for standard input, or udp://127.0.0.1:PORT. Each line is one row. Prints a JSON line
+    every --every seconds of samples, and one with the alarm. At most one run in a hundred raises a false alarm, however
+    long the runs are.
+
+    With --state, rows that an earlier run has read are skipped. A file that is truncated or replaced is read from its
+    first row.
     """
     from pathlib import Path
 
-    from allanite.cli.first_rows import place_of
+    from allanite.cli.first_rows import column_index
     from allanite.cli.live_source import Stop, is_file, rows_of
     from allanite.cli.models import models_of
     from allanite.cli.pipe import NAME, PIPE
@@ -73,13 +93,13 @@ def command(
     known = [one for one in models if one.column == column] or models
     if len(known) > 1:
         names = ", ".join(one.column for one in known)
-        raise InputError(f"{model} holds the models of {names}: name one of them with --column")
+        raise InputError(f"{model} holds the models of {names}: choose one with --column")
     chosen = known[0]
     rate = rate if rate is not None else chosen.rate
     if rate is None:
-        raise InputError("no sampling rate: give --rate HZ beside --model")
+        raise InputError("no sampling rate in --model: add --rate HZ")
     with about("--unit"):
-        # A model file has the unit of the rate.
+        # The unit in a model file is that of the rate, whatever --quantity is.
         unit = (
             rate_unit(chosen.unit or "1", "rate") if unit is None else rate_unit(unit, quantity)
         ).name
@@ -87,13 +107,13 @@ def command(
     if state is not None and Path(state).is_file():
         watch.restore(state)
         if not is_file(source):
-            # What came while nobody listened is not known.
+            # Samples that arrived since the state was saved are lost.
             watch.interrupt()
     name = NAME if source == PIPE else source
 
     def column_of(first: list[str]) -> int:
         with about(name):
-            return place_of(first, column, chosen.column, name)
+            return column_index(first, column, chosen.column, name)
 
     start = _Start(name, rate, unit, watch.taken)
     report = _Report(watch, state, prometheus, every * rate)
@@ -115,21 +135,21 @@ def command(
 
 
 class _Start:
-    """Says once that the sensor moves in the first minute of a watch: an alarm is then of its motion.
+    """Prints a warning if the sensor moves in the first minute of a watch.
 
-    A watch is not refused, as a fit is: a sensor that is watched may be carried away later as well.
+    A fit refuses a moving sensor, a watch does not: motion is one of the changes that a watch must report.
     """
 
     SECONDS = 60.0
 
     def __init__(self, name: str, rate: float, unit: str, taken: int) -> None:
         self.name, self.rate, self.unit = name, rate, unit
-        #: Samples that are still to come.
+        #: Samples of the first minute that have not arrived yet.
         self.left = max(round(self.SECONDS * rate) - taken, 0)
         self.samples: list[Any] = []
 
     def take(self, samples: Any) -> None:
-        """Take samples, and judge the first minute once it is complete."""
+        """Take samples; check them for motion once the first minute is complete."""
         if self.left:
             self.samples.append(samples[: self.left])
             self.left -= len(self.samples[-1])
@@ -137,7 +157,7 @@ class _Start:
                 self.finish()
 
     def finish(self) -> None:
-        """Judge what there is."""
+        """Check the samples so far for motion, and print the warning."""
         import numpy as np
 
         from allanite.common.plain import plain
@@ -148,8 +168,10 @@ class _Start:
         if samples:
             recording = Recording(np.concatenate(samples), self.rate, unit=self.unit)
             for finding in finding_of(recording):
-                said = f"! {plain(self.name)}: {finding.found}; an alarm may be of the motion"
-                click.echo(said, err=True)
+                warning = (
+                    f"! {plain(self.name)}: {finding.found}; an alarm may be due to the motion"
+                )
+                click.echo(warning, err=True)
 
 
 class _Report:
@@ -177,7 +199,7 @@ class _Report:
         from allanite.common.files import whole_file
 
         self.shown = self.watch.taken
-        # The files first: nobody may read the output.
+        # The files come first, as printing fails if the reader of the output has ended.
         if self.state is not None:
             self.watch.save(self.state)
         if self.prometheus is not None:
@@ -187,11 +209,11 @@ class _Report:
 
 
 def _end(stop: Stop) -> None:
-    """End as the signal asks for, now that nothing is lost."""
+    """End the process as the signal requires, after the last line and the state were written."""
     import signal
 
     if stop.signal == signal.SIGINT:
         raise KeyboardInterrupt
     if stop.signal is not None:
-        # As a shell tells of a command that a signal has ended.
+        # Shells report a command that ended by a signal with this code.
         raise SystemExit(128 + stop.signal)
