@@ -178,6 +178,6 @@ def test_a_core_that_is_missing_is_one_line():
     code = "import sys; sys.modules['allanite._core'] = None\n" + CODE
     got = command("fit", "x.csv", code=code)
     one_line(got, 70, "an internal error of allanite", "allanite._core")
-    report = Path(got[2].split("please report it with ")[1].split(",")[0])
+    report = Path(got[2].split("attach ")[1].split(",")[0])
     assert report.read_text().startswith("allanite without its compiled core, Python 3.")
     report.unlink()
