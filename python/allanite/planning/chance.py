@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
-from allanite.suggestion.p_values import Family, log_chance
+from allanite.suggestion.p_values import Family, log_p_value
 
 __all__ = ["Rise", "needed"]
 
@@ -114,11 +114,11 @@ def needed(family: Family, families: int) -> float:
     """The least rise of logL that a check with so many families calls significant."""
     target = np.log(FALSE_ALARM_PROBABILITY / families)
     low, high = 0.5, 50.0
-    while log_chance(family, high) > target:
+    while log_p_value(family, high) > target:
         high *= 2.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if log_chance(family, middle) > target:
+        if log_p_value(family, middle) > target:
             low = middle
         else:
             high = middle

@@ -14,8 +14,8 @@ from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
 from allanite.study.error_comparison import as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EXCURSIONS
-from allanite.suggestion.p_values import Family, log_chance
-from allanite.suggestion.screens.slow_functions import beside_the_best, evidence, screen_slow
+from allanite.suggestion.p_values import Family, log_p_value
+from allanite.suggestion.screens.slow_functions import judged_beside_best, score, screen_slow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,13 +87,13 @@ def _missing(solution: Solution, data: Data, rival: Solution | None) -> Away | N
         name: screen_slow(blanks, solution, data, rival, whitened)
         for name, blanks in sorted(slow.items())
     }
-    screens = beside_the_best(screens, data)
+    screens = judged_beside_best(screens, data)
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return None
-    best = max(found, key=evidence)
+    best = max(found, key=score)
     if not isinstance(best.effect, Away):
         return None
     judged = best.gain if best.judged is None else best.judged
-    chance = log_chance(Family(best.family, screens[best.family].arcs, sides=2), judged)
+    chance = log_p_value(Family(best.family, screens[best.family].arcs, sides=2), judged)
     return best.effect if chance + np.log(len(slow)) < np.log(FALSE_ALARM_PROBABILITY) else None

@@ -1,4 +1,4 @@
-"""A fit criticised: where it fails and what is missing."""
+"""Check of a fit: where the model differs from the recording, and which effects it lacks."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ __all__ = ["Check", "check_fit"]
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """The comparison of a fitted model with its recording.
+    """Comparison of a fitted model with its recording.
 
     Attributes
     ----------
     fit : Fit
+        The fit that was checked.
     where : Where
         Residuals over τ, frequency and time.
     suggestions : tuple of Suggestion
-        Best first.
+        Effects that may be missing, best first.
 
     Examples
     --------
@@ -52,23 +53,23 @@ class Check:
 
     @property
     def significant(self) -> tuple[Suggestion, ...]:
-        """Suggestions with a p-value below 1 %, all trials counted."""
+        """Suggestions whose p-value, corrected for all searches, is below 1 %."""
         return tuple(s for s in self.suggestions if s.significant)
 
     @property
     def adequate(self) -> bool:
-        """No view fails and no effect is significantly missing (1 % false alarms in all)."""
+        """True if no view fails and no effect is significantly missing; false alarms are 1 % in all."""
         return self.fit.adequate and not self.where.fails and not self.significant
 
     @property
     def verdict(self) -> str:
-        """``adequate``, ``limited by quantization`` or ``unexplained``."""
+        """One of ``adequate``, ``limited by quantization`` and ``unexplained``."""
         if not self.adequate:
             return "unexplained"
         return "limited by quantization" if self.fit.limited_by_quantization else "adequate"
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/check/2`` of the contract."""
+        """JSON record of the check, schema ``allanite/check/2``."""
         return {
             **self.fit.to_dict(),
             "schema": "allanite/check/2",
@@ -80,20 +81,20 @@ class Check:
 
     @cached_property
     def rest(self) -> Rest | None:
-        """What is left and has no name: a shape of the spectrum that can be added to the model.
+        """Smooth shape of the spectrum that no effect of the catalogue explains; it can be added to the model.
 
-        None where the model is adequate or an effect of the catalogue is significantly missing.
+        None if the model is adequate or an effect of the catalogue is significantly missing.
         """
         return None if self.adequate or self.significant else rest_of(self.fit)
 
     @property
     def left(self) -> list[str]:
-        """What the model does not explain: a sentence for each view on which it fails, and the shape without a name."""
+        """One sentence for each view on which the model fails, and one for the unexplained shape."""
         return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
 
     @property
     def nowhere(self) -> str:
-        """What there is to say where no view fails: it follows from the one verdict."""
+        """Sentence that replaces the list of failures if no view fails; it depends on the verdict."""
         if self.adequate:
             return "it fails nowhere beyond chance"
         if self.significant:
@@ -102,14 +103,14 @@ class Check:
 
     @cached_property
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
-        """What is shown of the suggestions, with their ranks: the best, what may stand in its place, what is beside it.
+        """Suggestions to show, with their ranks, in titled groups: the best, its alternatives, and effects beside it.
 
-        Where nothing is significant, the two best.
+        If no suggestion is significant, the two best form the only group.
         """
         ranked = [(rank, s) for rank, s in enumerate(self.suggestions, 1) if s.significant]
         if not ranked:
             best = list(enumerate(self.suggestions[:2], 1))
-            return [("closest to it", best)] if best else []
+            return [("closest candidates", best)] if best else []
         first = ranked[0]
         instead = [one for one in ranked[1:] if same_misfit(first[1], one[1])]
         beside = [one for one in ranked[1:] if one not in instead]
@@ -117,7 +118,7 @@ class Check:
         return [group for group in (*groups, (f"besides {first[0]}", beside)) if group[1]]
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """As `Fit.plot`, with the ranges shaded in which the model fails.
+        """Figure of the fit in which the ranges where the model fails are shaded.
 
         Parameters
         ----------
@@ -142,7 +143,7 @@ class Check:
         for title, group in self.grouped:
             lines.append(f"{title}:")
             for rank, s in group:
-                lines += _told(rank, s)
+                lines += _suggestion_lines(rank, s)
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -172,8 +173,8 @@ class Check:
         return self.fit._repr_html_() + html_list(where) + html_table(title, head, rows, (2, 3, 4))
 
 
-def _told(rank: int, s: Suggestion) -> list[str]:
-    """A suggestion in the list of a check: what it is, its evidence, how to confirm it."""
+def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
+    """Lines of a suggestion in the printed check: explanation, evidence, alternatives, how to confirm it."""
     mark = "" if s.significant else " (not significant)"
     evidence = (
         f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"
@@ -183,12 +184,12 @@ def _told(rank: int, s: Suggestion) -> list[str]:
         evidence += f", removes {s.removes_percent:.0f} % of the spectrum's misfit"
     lines = [f"  {rank}. {s.explanation}{mark}", f"     {evidence}"]
     if s.rivals:
-        lines.append(f"     cannot be told on this record from: {', '.join(s.rivals)}")
+        lines.append(f"     not distinguishable on this record from: {', '.join(s.rivals)}")
     return [*lines, f"     confirm: {s.check_by}"]
 
 
 @one_thread()
 def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
-    """Compare a fitted model with its recording on every view and rank what might be missing."""
+    """Check of a fit: compare the model with the recording on every view and rank the effects that may be missing."""
     whitened = whiten(fit.solution, fit.data)
     return Check(fit, criticise(fit, whitened), suggest(fit, whitened, on_progress))

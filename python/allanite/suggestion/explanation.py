@@ -1,4 +1,4 @@
-"""A suggestion in words: what it is, where it acts, how big."""
+"""Explanation of a suggestion in words: name, values, share of the Allan variance, physics."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ __all__ = ["explain"]
 
 
 def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
-    """One or two sentences: name and numbers, where and how much of the deviation, physics."""
+    """One or two sentences: name and values of the effect, its share of the Allan variance and where, its physics."""
     values = found.estimates[-1]
     numbers = ", ".join(
-        _said(n, in_table(v, p.unit, p.sheet, before.recording.unit))
+        _value_text(n, in_table(v, p.unit, p.sheet, before.recording.unit))
         for n, v in values.items()
         for p in [effect.parameter(n)]
         if isinstance(v, Estimate)
@@ -54,19 +54,19 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
             text += (
                 f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
             )
-    note = f"{note}. " if note else _hysteresis(effect, found)
+    note = f"{note}. " if note else _slopes_sentence(effect, found)
     return tidy(f"{text}. {note}Physically: {effect.physics}.")
 
 
-def _said(name: str, value: Estimate) -> str:
-    """``K = 12.3 °/h/√h``."""
+def _value_text(name: str, value: Estimate) -> str:
+    """Text of a value with its unit: ``K = 12.3 °/h/√h``."""
     return (
         f"{name} = {float(value):.3g} {'' if value.unit == '1' else printed(value.unit)}".rstrip()
     )
 
 
-def _hysteresis(effect: Effect, found: Fit) -> str:
-    """Whether a column acts on slow and fast time scales alike."""
+def _slopes_sentence(effect: Effect, found: Fit) -> str:
+    """Sentence for an effect of a column with different slopes at slow and fast time scales, else an empty string."""
     if effect.follows is None:
         return ""
     last = found.model.deterministic[-1]

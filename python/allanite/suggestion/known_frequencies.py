@@ -1,4 +1,4 @@
-"""Frequencies that are expected before a record is seen: calendar, tides, satellites, mains."""
+"""Frequencies that are expected before the record is seen: calendar, tides, satellites, mains."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from allanite.suggestion.constants import MAINS_TOLERANCE
 __all__ = ["known_bands"]
 
 DAY = 86400.0
-#: Periods in s: the tropical year and its half and third, the draconitic year of GPS (Ray et al. 2008, GPS Solut. 12),
+#: Known periods, s: the tropical year and its half and third, the draconitic year of GPS (Ray et al. 2008, GPS Solut. 12),
 #: the day and its half and third, the sidereal day and its half (the orbit of GPS), the tides M2, O1 and N2 (Doodson
 #: 1921, Proc. R. Soc. A 100).
 PERIODS = (
@@ -32,9 +32,9 @@ MAINS = (50.0, 60.0, 100.0, 120.0)
 
 
 def known_bands(n: int, rate: float) -> NDArray[np.float64]:
-    """Bands in Hz where n samples at `rate` Hz show known frequencies, aliases included; shape (bands, 2).
+    """Bands in which n samples at `rate` Hz show known frequencies or their aliases, shape (bands, 2), Hz.
 
-    A band is one resolution 1/T wide at least. Periods of which the record holds fewer than two are left out.
+    A band is at least one resolution 1/T wide. Periods longer than half of the record are omitted.
     """
     width = rate / n
     exact = np.array([1.0 / period for period in PERIODS])

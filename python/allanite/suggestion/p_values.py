@@ -1,11 +1,11 @@
-"""The p-value of a rise of logL, with the number of effects and frequencies searched counted.
+"""P-values of a rise of logL, corrected for the number of effects, frequencies and times searched.
 
-A candidate with one coefficient on the edge of its range raises logL by x with probability Φ(−√2x) when it is not there
-(half-χ², Self & Liang 1987). Along a grid of shapes the whitened directions turn by an angle L in all, and Davies (1977,
-Biometrika 64) bounds the chance of any reaching x by Φ(−√2x) + L/2π e^{−x}. A line of any frequency reaches x with
-W √x e^{−x}, W = T f_max √(4π/12)… (Baluev 2008, MNRAS 385). Intervals of time of about one length share what they are
-tried for, so that long ones do not pay for how many short ones there are (`interval_trials`). Families share the 1 % of
-a check equally.
+If an effect with one coefficient at the edge of its range is absent, it raises logL by x with probability Φ(−√2x)
+(half-χ², Self & Liang 1987). Along a grid of shapes the whitened directions turn by a total angle L. Davies (1977,
+Biometrika 64) bounds the probability that any of them reaches x by Φ(−√2x) + L/2π e^{−x}. A line at any frequency reaches
+x with probability W √x e^{−x}, W = T f_max √(4π/12)… (Baluev 2008, MNRAS 385). Intervals of one octave of length share
+their trials, so that long intervals do not pay for the number of short ones (`interval_trials`). All families share the
+1 % false alarms of a check equally.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ __all__ = [
     "best_interval",
     "interval_trials",
     "line_trials",
-    "log_chance",
-    "may_show",
+    "log_p_value",
+    "may_become_significant",
     "refine",
     "trials_at",
     "two_levels",
@@ -39,7 +39,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """What was tried together.
+    """Candidates that were searched together and share one false-alarm probability.
 
     Attributes
     ----------
@@ -58,8 +58,8 @@ class Family:
     width: float = 0.0
 
 
-def log_chance(family: Family, x: float) -> float:
-    """Ln of the chance that anything in the family reaches a rise of logL of x on a record without it."""
+def log_p_value(family: Family, x: float) -> float:
+    """Ln of the probability that any candidate of a family raises logL by x if its effect is absent."""
     from scipy.special import log_ndtr
 
     if x <= 0.0:
@@ -75,12 +75,13 @@ def log_chance(family: Family, x: float) -> float:
     return float(min(0.0, total + np.log(family.sides)))
 
 
-def may_show(family: Family, promised: float) -> bool:
-    """Whether a rise of logL that a search promises could be significant once it is refitted.
+def may_become_significant(family: Family, promised: float) -> bool:
+    """True if a candidate could be significant after its refit, given the ΔlogL of its search.
 
-    Of what has ordinates of its own: a slow function may gain more, for the noise about it was estimated with it.
+    This holds for lines and narrow bands. For a slow function the refit may gain more, because the noise was estimated with
+    it.
     """
-    return log_chance(family, MAX_REFIT_GAIN_RATIO * promised) < np.log(
+    return log_p_value(family, MAX_REFIT_GAIN_RATIO * promised) < np.log(
         FALSE_ALARM_PROBABILITY / MIN_SEARCH_FAMILIES
     )
 
@@ -94,16 +95,17 @@ def arc_length(directions: NDArray[np.float64]) -> float:
 
 
 def line_trials(n: int) -> float:
-    """W of Baluev's false-alarm formula for a search of n evenly spaced samples to the Nyquist frequency."""
+    """W of Baluev's false-alarm formula for a search up to the Nyquist frequency of n evenly spaced samples."""
     return 0.5 * n * float(np.sqrt(np.pi / 3.0))
 
 
 def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
-    """W of a search for a line of so many cycles in n samples at `rate` Hz, over its share of the chance.
+    """W of Baluev's formula for lines of so many cycles in n samples, over their share of the false-alarm probability.
 
-    Baluev's W is proportional to the range of frequencies searched. Octaves from one cycle to n/2 share one part of the
-    chance equally, so that a slow line does not pay for all the fast ones. All frequencies share a second part, so that a
-    fast one hardly pays for that. Frequencies that are known beforehand share a third part, where the record has some.
+    Baluev's W is proportional to the range of frequencies searched. One share of the probability is divided equally among
+    the octaves from one cycle to n/2, so that a slow line does not pay for all fast ones. A second share covers all
+    frequencies, so that a fast line hardly pays for the octaves. A third share covers frequencies known beforehand, if the
+    record has any.
     """
     whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))
@@ -119,11 +121,12 @@ def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.fl
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:
-    """Independent intervals among all that `cells` cells of time hold, tried at steps of an eighth of their length.
+    """Independent intervals of one octave of length, times the number of octaves, for the p-value of a ΔlogL of x.
 
-    Of the lengths `length` … 2 `length` − 1, times the number of such octaves. An interval shares its evidence with its
-    neighbours the more the less evidence there is: 1.65 x per length of the record, found by simulation (256 cells of
-    normal noise, 160 000 records, x = 5 … 9: 7.5 to 14.9 at 16 … 128 cells; the fewer the shorter).
+    Lengths are `length` … 2 `length` − 1 of `cells` cells, at steps of an eighth of the length. With little evidence,
+    neighboring intervals share more of it: 1.65 x intervals per length of the record are independent. This was found by
+    simulation (256 cells of normal noise, 160 000 records, x = 5 … 9: 7.5 to 14.9 at 16 … 128 cells; fewer for shorter
+    ones).
     """
     step = max(1, length // 8)
     lengths = len(range(length, min(2 * length, cells), step))
@@ -133,7 +136,10 @@ def interval_trials(cells: int, length: int, x: float) -> float:
 def best_interval(
     power: NDArray[np.float64], freedom: float, cells: int
 ) -> tuple[int, int, float, float]:
-    """The interval of cells least likely by chance, its rise of logL and the log of that chance."""
+    """Interval of a power series with the lowest p-value: first value, end, ΔlogL, and ln of the p-value.
+
+    `freedom` is the degrees of freedom of each value. Boundaries lie between `cells` equal cells.
+    """
     from scipy.special import log_ndtr
 
     edges = (np.arange(cells + 1) * power.size // cells).astype(np.int64)
@@ -164,7 +170,7 @@ def best_interval(
 def two_levels(
     inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
-    """−½ Σ d ln ρ, d = `freedom` for each value."""
+    """ΔlogL of a separate mean power inside an interval: −½ Σ d ln ρ, with d = `freedom` per value."""
     a = np.maximum(inside / count, 1e-12)
     b = np.maximum((total - inside) / (n - count), 1e-12)
     mean = total / n
@@ -174,10 +180,10 @@ def two_levels(
 def refine(
     power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
 ) -> tuple[int, int, float]:
-    """Move each boundary, one after the other, over the finest axis within two coarse cells.
+    """Interval and its ΔlogL after moving each boundary in turn, by single values, to the largest ΔlogL.
 
-    Or an eighth of a longer interval, in whose steps it was looked for. The interval keeps at least `least` values:
-    anything shorter is an outlier, not a level.
+    A boundary moves by up to two coarse cells, or by an eighth of a longer interval, the step of its search. The interval
+    keeps at least `least` values, since anything shorter is an outlier and not a level.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])

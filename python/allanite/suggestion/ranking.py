@@ -1,4 +1,4 @@
-"""The order of suggestions: by evidence; at a tie the plain one first."""
+"""Ranking of suggestions by score; at a tie a logged column, a plain form or a standard coefficient goes first."""
 
 from __future__ import annotations
 
@@ -22,7 +22,11 @@ from allanite.suggestion.constants import (
     MIN_SCORE_RATIO_AHEAD,
     OUTLIER_CLUSTER_DIVISOR,
 )
-from allanite.suggestion.screens.exclusions import at_the_ends, differs_by, only_at_the_ends
+from allanite.suggestion.screens.exclusions import (
+    at_the_ends,
+    delta_logl_of_separate_levels,
+    only_at_the_ends,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -34,43 +38,53 @@ if TYPE_CHECKING:
 __all__ = ["in_order"]
 
 
-def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
-    """Suggestions, best first, with their rivals; the spectrum scatters `crowded` times as much as a steady one."""
-    judged = _judged(list(found))
-    disturbs = [s for s in judged if _takes_a_stretch(s.effect)]
-    first = [s for s in disturbs if _disturbs(s, judged, fit)]
-    # One that something else explains is no suggestion.
-    judged = [s for s in judged if s not in disturbs or s in first]
-    first += [s for s in judged if _stands_out(s, judged, fit)]
-    ahead = [s for s in judged if _is_of_the_white(s.effect) and _by_far(s, judged)]
-    ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first, s in ahead), reverse=True)
-    return _with_rivals(_last_resort(_ties(_logged_first(ranked, fit)), fit))
+def in_order(
+    found: Iterable[Suggestion], fit: Fit, overdispersion: float
+) -> tuple[Suggestion, ...]:
+    """Suggestions ranked best first, each with its alternative explanations.
+
+    `overdispersion` is the overdispersion of the spectrum from a missing change of the noise level (1 for a steady record).
+    """
+    judged = _with_plain_p_values(list(found))
+    disturbances = [s for s in judged if _excludes_segment(s.effect)]
+    first = [s for s in disturbances if _disturbance_leads(s, judged, fit)]
+    # A disturbance that something else explains is not suggested.
+    judged = [s for s in judged if s not in disturbances or s in first]
+    first += [s for s in judged if _outliers_lead(s, judged, fit)]
+    ahead = [s for s in judged if _changes_white_level(s.effect) and _is_far_ahead(s, judged)]
+    ranked = sorted(
+        judged, key=lambda s: _sort_key(s, overdispersion, s in first, s in ahead), reverse=True
+    )
+    return _with_rivals(_power_law_last(_plainest_first(_logged_columns_first(ranked, fit)), fit))
 
 
-def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """Whether it is outliers that nothing else in time explains, at the ends, in a few places or behind what is stationary.
+def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if the suggestion is outliers that go before all others.
 
-    Or they have by far the most evidence. Of a settling that begins high above the noise the first samples stand out,
-    of a loud stretch those within; beside it they do not. What is stationary has them anywhere: a tap would be called a
-    resonance, lost samples a fast lag.
+    Outliers go first if their score is far above all others. They also go first if they lie at the ends of the record, lie
+    in a few clusters, or alone cause the best process or filter; but not if something else in time explains them. A
+    settling that begins high above the noise, or a loud segment, makes the first samples stand out; a tap looks like a
+    resonance and lost samples look like a fast lag.
     """
     effect = out.effect
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
         return False
     taken = effect.missing(fit.data.n, fit.data.rate)
     ends = only_at_the_ends(effect, fit.data)
-    if _by_far(out, found):
+    if _is_far_ahead(out, found):
         return True
-    if not (ends or _in_few_places(taken) or _made_by(out, found)):
+    if not (ends or _is_clustered(taken) or _causes_best_process(out, found)):
         return False
 
     def power(one: Fit) -> float:
+        """Power of the outliers by the model of a fit: at the ends in raw samples, elsewhere in whitened ones."""
         if ends:
             return float(np.sum(at_the_ends(one.solution, one.data) ** 2))
         return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
 
     def explains(one: Effect) -> bool:
-        return isinstance(one, Deterministic) and one.may_be(effect) if ends else _in_time(one)
+        """True if an effect could explain the outliers: at the ends only a transient that may look like them."""
+        return isinstance(one, Deterministic) and one.may_be(effect) if ends else _acts_in_time(one)
 
     least = MAX_EXPLAINED_REMAINDER * power(fit)
     return not any(
@@ -80,22 +94,23 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     )
 
 
-def _by_far(one: Suggestion, found: list[Suggestion]) -> bool:
-    """Whether it has far more evidence than anything else, other forms of a change of the noise level left aside.
+def _is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
+    """True if the score is more than `MIN_SCORE_RATIO_AHEAD` times that of any other significant suggestion.
 
-    Not beside what jumps and comes back, or shakes for a while.
+    For a change of the noise level, other changes of the level do not count. Never true beside burst noise or a
+    disturbance.
     """
     others = [s for s in found if s.significant and s is not one]
-    if any(s.effect.screened == "two levels" or _takes_a_stretch(s.effect) for s in others):
+    if any(s.effect.screened == "two levels" or _excludes_segment(s.effect) for s in others):
         return False
-    if _is_passing(one.effect):
-        others = [s for s in others if not _is_passing(s.effect)]
+    if _changes_level(one.effect):
+        others = [s for s in others if not _changes_level(s.effect)]
     return one.score > MIN_SCORE_RATIO_AHEAD * max((s.score for s in others), default=0.0)
 
 
-def _made_by(out: Suggestion, found: list[Suggestion]) -> bool:
-    """Whether the best of what is stationary is none in the record without these samples."""
-    stationary = [s for s in found if s.significant and not _in_time(s.effect)]
+def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
+    """True if the best process or filter loses its evidence once these outliers are excluded."""
+    stationary = [s for s in found if s.significant and not _acts_in_time(s.effect)]
     if not stationary:
         return False
     best = max(stationary, key=lambda s: s.score)
@@ -107,67 +122,72 @@ def _made_by(out: Suggestion, found: list[Suggestion]) -> bool:
     )
 
 
-def _in_few_places(taken: NDArray[np.bool_]) -> bool:
-    """Whether several samples taken out are next to each of them."""
+def _is_clustered(taken: NDArray[np.bool_]) -> bool:
+    """True if the excluded samples lie in clusters of at least `MIN_OUTLIERS_PER_CLUSTER` on average."""
     at = np.flatnonzero(taken)
     places = 1 + np.count_nonzero(np.diff(at) > taken.size // OUTLIER_CLUSTER_DIVISOR)
     return bool(at.size >= MIN_OUTLIERS_PER_CLUSTER * places)
 
 
-def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """Whether the stretch that it takes out differs from the rest as much beside whatever else happens in time.
+def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if the disturbance goes before all others: no other significant event in time explains its segment.
 
-    What is louder by one factor leaves a shaken sensor quieter where the shaking was not.
+    A change of level by one factor explains a segment unless octaves still differ there beside it.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
         return False
     if out.note:
-        return True  # what is no measurement at all, whatever else there is
+        return True  # a stuck value is no measurement, whatever else is missing
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def left(one: Fit) -> float:
-        return differs_by(whiten(one.solution, one.data), first, last)
+        """ΔlogL by separate levels of each octave in the segment, beside the model of a suggestion."""
+        return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
 
-    # What is stationary, whatever its spectrum, is as loud at all times. A few nats are chance.
+    # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
     enough = max(MAX_EXPLAINED_REMAINDER * left(fit), MIN_DISTURBANCE_DELTA_LOGL)
     return not any(
         left(one.found) < enough
         for one in found
-        if one.significant and one is not out and _in_time(one.effect)
+        if one.significant and one is not out and _acts_in_time(one.effect)
     )
 
 
-def _takes_a_stretch(effect: Effect) -> bool:
+def _excludes_segment(effect: Effect) -> bool:
+    """True if the effect excludes one segment."""
     return isinstance(effect, Modifier) and effect.removes and effect.when is not None
 
 
-def _is_passing(effect: Effect) -> bool:
+def _changes_level(effect: Effect) -> bool:
+    """True if the effect changes the noise level over time."""
     return isinstance(effect, Modifier) and effect.passing
 
 
-def _is_of_the_white(effect: Effect) -> bool:
-    """Whether it changes the level of the white noise; a band that is louder for a while is named after the band."""
+def _changes_white_level(effect: Effect) -> bool:
+    """True if the effect changes the level of the white noise, not of one band."""
     return isinstance(effect, Modifier) and effect.passing and effect.band is None
 
 
-def _in_time(effect: Effect) -> bool:
+def _acts_in_time(effect: Effect) -> bool:
+    """True if the effect acts at certain times: an exclusion, a change of level, or a function of time."""
     taken = isinstance(effect, Modifier) and effect.removes
-    return taken or _is_passing(effect) or isinstance(effect, Deterministic)
+    return taken or _changes_level(effect) or isinstance(effect, Deterministic)
 
 
-def _judged(found: list[Suggestion]) -> list[Suggestion]:
-    """With a refined form that the record cannot tell from the plain one of its column as significant as that."""
+def _with_plain_p_values(found: list[Suggestion]) -> list[Suggestion]:
+    """Suggestions in which a refined form has the p-value of the plain form of its column, unless it is clearly better."""
 
     def judged(one: Suggestion) -> Suggestion:
+        """The suggestion with the larger of the two p-values."""
         plain = [
             s.log10_p
             for s in found
-            if _slow(s.effect, refined=False)
+            if _is_slow(s.effect, refined=False)
             and s.effect.follows == one.effect.follows
             and one.score - s.score < RIVAL
         ]
-        if not _slow(one.effect, refined=True) or not plain or one.log10_p >= min(plain):
+        if not _is_slow(one.effect, refined=True) or not plain or one.log10_p >= min(plain):
             return one
         least = min(plain)
         return replace(
@@ -177,38 +197,39 @@ def _judged(found: list[Suggestion]) -> list[Suggestion]:
     return [judged(one) for one in found]
 
 
-def _rank(found: Suggestion, crowded: float, first: bool, ahead: bool) -> tuple[bool, int, float]:
-    """Significant ones first; what takes samples out explains none of them and comes after what does.
+def _sort_key(
+    found: Suggestion, overdispersion: float, first: bool, ahead: bool
+) -> tuple[bool, int, float]:
+    """Sort key of a suggestion: significance, class, score.
 
-    So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
-    spectrum scatters by it comes first: nothing else can be judged before; and one that is far `ahead` goes by its
-    evidence. So do the samples with which a record begins or ends: they stand out of those beside them, whatever the
-    model, and would be called a step or a filter; and a disturbance, which would be called a resonance.
+    Effects that explain the spectrum go before exclusions and changes of level, which leave the spectrum as it is. Outliers
+    and disturbances in `first` lead. A change of level that makes the spectrum overdispersed leads too, because nothing
+    else can be judged before. A suggestion far `ahead` competes by its score alone.
     """
     effect = found.effect
     if first:
         return found.significant, 3, found.score
-    if _is_passing(effect) and crowded > MIN_OVERDISPERSION_LEVEL_FIRST:
+    if _changes_level(effect) and overdispersion > MIN_OVERDISPERSION_LEVEL_FIRST:
         return found.significant, 2, found.score
-    elsewhere = _in_time(effect) and isinstance(effect, Modifier) and not ahead
+    elsewhere = _acts_in_time(effect) and isinstance(effect, Modifier) and not ahead
     return found.significant, int(not elsewhere), found.score
 
 
-def _logged_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
-    """Where a function of time comes first and one of a logged column explains the record as well, the latter goes first.
+def _logged_columns_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
+    """Suggestions in which a logged column goes before a function of time that explains the record no better.
 
-    The column was measured; the function of time is a guess. "As well" is a tie in evidence, or a difference of the two
-    functions below what the rounding of the column makes of it.
+    The column was measured; the function of time is a guess. The two tie if their scores are within `RIVAL`, or if the two
+    functions differ by less than the rounding of the column.
     """
-    if not ranked or not _slow(ranked[0].effect) or ranked[0].effect.follows is not None:
+    if not ranked or not _is_slow(ranked[0].effect) or ranked[0].effect.follows is not None:
         return ranked
     top = ranked[0]
     for other in ranked[1:]:
-        if other.effect.follows is None or not _slow(other.effect, refined=False):
+        if other.effect.follows is None or not _is_slow(other.effect, refined=False):
             continue
         tie = other.significant == top.significant and top.score - other.score < RIVAL
         if tie or _within_rounding(top.effect, other.effect, fit):
-            # It was judged by what it adds to the function that it equals.
+            # Its own p-value is that of what it adds beside an equal function of time.
             as_sure = replace(other, log10_p=top.log10_p, significant=top.significant)
             first = other if tie else as_sure
             return [first, *(s for s in ranked if s is not other)]
@@ -216,7 +237,7 @@ def _logged_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
 
 
 def _within_rounding(first: Effect, follower: Effect, fit: Fit) -> bool:
-    """Whether an effect differs from one of a coarse column by less than the rounding of that column adds to it."""
+    """True if a function differs from that of a coarse column by less than the rounding of the column changes it."""
     assert isinstance(first, Deterministic)
     assert isinstance(follower, Deterministic)
     data, name = fit.data, follower.follows or ""
@@ -228,34 +249,37 @@ def _within_rounding(first: Effect, follower: Effect, fit: Fit) -> bool:
     return bool(np.std(data.signal([first]) - curve) < np.std(rounding))
 
 
-def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
-    """Where a standard coefficient explains the record as well as the winner, it goes first.
+def _plainest_first(ranked: list[Suggestion]) -> list[Suggestion]:
+    """Suggestions in which the plainest of those within `RIVAL` of the best goes first.
 
-    So does the form with the fewest numbers, then the first of the catalogue, among those that follow the same column,
-    and any other slow function before a refined form: at a tie the record does not ask for it. And what does not work
-    against an effect of the same column.
+    Plainer than the best are: a standard coefficient; a form of the same column with fewer parameters, or earlier in the
+    catalogue; any slow function beside a refined form; and an effect that does not cancel another effect of the same
+    column.
     """
     if not ranked or ranked[0].effect.standard:
         return ranked
     top = ranked[0]
     kinds = list(CATALOGUE)
-    against = _against(top)
+    against = _cancels_another(top)
 
     def order(effect: Effect) -> tuple[int, int]:
+        """Number of parameters, then position in the catalogue."""
         return effect.numbers, kinds.index(type(effect))
 
     for other in ranked[1:]:
         alike = other.effect.follows is not None and other.effect.follows == top.effect.follows
         plain = other.effect.standard or (alike and order(other.effect) < order(top.effect))
-        plain = plain or (against and not _against(other))
-        plain = plain or (_slow(top.effect, refined=True) and _slow(other.effect, refined=False))
+        plain = plain or (against and not _cancels_another(other))
+        plain = plain or (
+            _is_slow(top.effect, refined=True) and _is_slow(other.effect, refined=False)
+        )
         if plain and other.significant == top.significant and top.score - other.score < RIVAL:
             return [other, *(s for s in ranked if s is not other)]
     return ranked
 
 
-def _slow(effect: Effect, refined: bool | None = None) -> bool:
-    """Whether it is a slow function of time or of a column; with `refined`, of a form that has a plainer one or not."""
+def _is_slow(effect: Effect, refined: bool | None = None) -> bool:
+    """True if the effect is a slow function of time or of a column; `refined` asks for a refined or a plain form."""
     return (
         isinstance(effect, Deterministic)
         and effect.screened == "slow"
@@ -263,18 +287,18 @@ def _slow(effect: Effect, refined: bool | None = None) -> bool:
     )
 
 
-def _against(found: Suggestion) -> bool:
-    """Whether it takes back a part of what another effect of the model lets the same column do."""
+def _cancels_another(found: Suggestion) -> bool:
+    """True if the suggestion partly cancels another effect of the same column."""
     column = found.effect.follows
     sizes = [e.amplitudes()[0] for e in found.found.model.deterministic if e.follows == column]
-    # What makes the noise louder with a column adds nothing to the samples.
+    # A noise level that follows a column adds nothing to the samples.
     return column is not None and bool(sizes) and min(sizes) * max(sizes) < 0.0
 
 
-def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
-    """A power law goes behind two standard coefficients that together explain as much.
+def _power_law_last(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
+    """Suggestions in which a power law goes behind two standard coefficients that together explain as much.
 
-    Flicker and random walk missing at once look like one exponent between them.
+    Missing flicker and random walk together look like one exponent between them.
     """
     if not ranked or not ranked[0].effect.last_resort:
         return ranked
@@ -295,6 +319,7 @@ def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
+    """Suggestions, each with the kinds that may be confused with it and have a score within `RIVAL`."""
     out = []
     for one in ranked:
         rivals = tuple(

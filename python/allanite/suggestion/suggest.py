@@ -1,4 +1,7 @@
-"""Which physical effect is missing?"""
+"""Suggestions of missing effects: run all screens, judge their candidates by p-values, and rank them by score.
+
+`Suggestion.score` is the score of a candidate. `allanite.suggestion.ranking` decides ties.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +23,22 @@ from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MIN_SHARED_GAIN_FRACTION
 from allanite.suggestion.explanation import explain
-from allanite.suggestion.p_values import Family, line_trials, log_chance
+from allanite.suggestion.p_values import Family, line_trials, log_p_value
 from allanite.suggestion.ranking import in_order
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
-from allanite.suggestion.screens.burst_noise import screen_bursts
-from allanite.suggestion.screens.drifting_bands import bands_to_follow, screen_moving
-from allanite.suggestion.screens.drifting_lines import bands_above, screen_drifting
+from allanite.suggestion.screens.burst_noise import screen_burst_noise
+from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
+from allanite.suggestion.screens.drifting_lines import bands_with_excess, screen_drifting_lines
 from allanite.suggestion.screens.exclusions import screen_disturbance
-from allanite.suggestion.screens.level_changes import level_forms, screen_moments, unsteady
+from allanite.suggestion.screens.level_changes import (
+    count_of_level_forms,
+    overdispersion_without,
+    screen_outliers_and_levels,
+)
 from allanite.suggestion.screens.lines import screen_lines
-from allanite.suggestion.screens.slow_functions import beside_the_best, screen_slow
+from allanite.suggestion.screens.slow_functions import judged_beside_best, screen_slow
 from allanite.suggestion.screens.spectral import Candidate, screen_spectral
-from allanite.suggestion.screens.tone_bursts import screen_tones
+from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
 
 __all__ = ["Suggestion", "same_misfit", "suggest"]
 
@@ -50,7 +57,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """One effect that might be missing.
+    """One effect that may be missing, with its evidence.
 
     Attributes
     ----------
@@ -103,7 +110,7 @@ class Suggestion:
     def score(self) -> float:
         """Log evidence of the model with the effect over that of the model without it, nats; candidates are ranked by it.
 
-        For a moving band, only ΔlogL of the mean spectrum without the discrepancy: a moving band competes with processes.
+        For a moving band it is the change of marginal logL of the mean spectrum, where the band competes with processes.
         """
         if self.gives_way:
             base = self.before.solution
@@ -119,7 +126,7 @@ class Suggestion:
 
     @property
     def gives_way(self) -> tuple[str, ...]:
-        """Kinds in whose place it stands: in `before`, and not in `found`."""
+        """Kinds that leave the model when the effect is added: in `before`, but not in `found`."""
         kinds = [Counter(e.kind for e in fit.model) for fit in (self.before, self.found)]
         return tuple((kinds[0] - kinds[1]).elements())
 
@@ -135,12 +142,12 @@ class Suggestion:
 
     @cached_property
     def explanation(self) -> str:
-        """Physics with the numbers found."""
+        """Sentences with the name, the values, the share of the Allan variance and the physics of the effect."""
         return explain(self.effect, self.found, self.before, self.note)
 
     @cached_property
     def gains(self) -> NDArray[np.float64]:
-        """What each bin of the spectrum gains in logL where it gains, shape (bins,)."""
+        """ΔlogL of each bin of the spectrum, 0 where it falls, shape (bins,); empty if the bins differ."""
         before, after = (
             -0.5 * s.count * (np.log(s.spectrum) + s.power / s.spectrum)
             for s in (self.before.solution, self.solution)
@@ -149,7 +156,7 @@ class Suggestion:
 
     @property
     def check_by(self) -> str:
-        """How to confirm or refute it in the laboratory."""
+        """How to confirm or refute the effect in the laboratory."""
         return self.effect.check_by
 
     def __repr__(self) -> str:
@@ -166,7 +173,7 @@ class Suggestion:
 
     @property
     def effect_happens_once(self) -> bool:
-        """True for one-off events, which one half of a record cannot predict from the other: their p-value decides."""
+        """True for one-off events, which one half of a record cannot predict from the other; only their p-value decides."""
         return any(p.role == "time" for p in self.effect.parameters) or getattr(
             self.effect, "happens_once", False
         )
@@ -177,7 +184,7 @@ class Suggestion:
         return float(10.0 ** max(self.log10_p, -300.0))
 
     def to_dict(self) -> dict[str, Any]:
-        """The contract's record of a suggestion."""
+        """JSON record of the suggestion."""
         parameters = {}
         for name, value in self.estimates.items():
             parameters[name] = plain(value)
@@ -200,7 +207,7 @@ class Suggestion:
 
 
 def same_misfit(first: Suggestion, other: Suggestion) -> bool:
-    """Whether two suggestions explain one misfit: declared rivals, or gains at the same frequencies."""
+    """True if two suggestions explain the same misfit: declared alternatives, or ΔlogL at the same frequencies."""
     if other.kind in first.rivals or first.kind in other.rivals:
         return True
     one, two = first.gains, other.gains
@@ -213,10 +220,11 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
 def suggest(
     fit: Fit, whitened: Whitened, on_progress: Progress | None = None
 ) -> tuple[Suggestion, ...]:
-    """All candidates that explain anything, best first."""
+    """Suggestions for a fit, best first. `on_progress` is called with (stages done, 5)."""
     done = 0
 
     def progress() -> None:
+        """Report one more stage as done."""
         nonlocal done
         done += 1
         if on_progress is not None:
@@ -224,14 +232,14 @@ def suggest(
 
     base, data = fit.solution, fit.data
     surplus = over_true(base, data)
-    # By the model alone: a discrepancy would take what is narrow for its own.
+    # Whitened by the model alone: a discrepancy would absorb narrow lines and bands.
     white = whitened_ordinates(base, data, np.ones(base.count.size))
     with Pool(WORKERS if data.samples.size < LARGE else 1) as pool:
         lines_found = pool.submit(screen_lines, base, data, whitened.samples, white)
         spectral = screen_spectral(base, data, white)
         progress()
         give_back(data.samples.size)
-        # What a slow function of time must beat, or explain something beside.
+        # A slow function of time must explain something beside the best wandering process.
         red = [
             c for c in spectral.candidates if isinstance(c.effect, Stochastic) and c.effect.wanders
         ]
@@ -241,22 +249,22 @@ def suggest(
             name: pool.submit(screen_slow, blanks, base, data, rival, lambda: whitened)
             for name, blanks in sorted(slow.items())
         }
-        bursts = pool.submit(screen_bursts, spectral.candidates, data)
-        moments = pool.submit(screen_moments, base, data, whitened)
+        bursts = pool.submit(screen_burst_noise, spectral.candidates, data)
+        moments = pool.submit(screen_outliers_and_levels, base, data, whitened)
         disturbed = pool.submit(screen_disturbance, base, data, whitened)
         swelling = pool.submit(screen_band_level, base, data, whitened)
         steady = lines_found.result()
-        bands = bands_above(spectral.candidates, base, data, white)
-        lines = (*steady, *screen_drifting(bands, steady, base, data))
-        lines = (*lines, *screen_tones(bands, (*lines, *spectral.candidates), base, data))
-        followed = bands_to_follow(base, data)
-        moving = screen_moving(followed, base, data)
+        bands = bands_with_excess(spectral.candidates, base, data, white)
+        lines = (*steady, *screen_drifting_lines(bands, steady, base, data))
+        lines = (*lines, *screen_tone_bursts(bands, (*lines, *spectral.candidates), base, data))
+        followed = bands_that_may_move(base, data)
+        moving = screen_drifting_bands(followed, base, data)
         progress()
         outliers, levels = moments.result()
         levels = best_levels((*levels, swelling.result()), data.n)
         single = (outliers, disturbed.result(), *levels, bursts.result())
         progress()
-        screens = beside_the_best({name: f.result() for name, f in found.items()}, data)
+        screens = judged_beside_best({name: f.result() for name, f in found.items()}, data)
         progress()
     families = {
         **{
@@ -280,8 +288,8 @@ def suggest(
     }
     if followed:
         families["course"] = Family("course")
-    # A noise level that changes several times, with a period or with a column is one each.
-    searches = len(families) + level_forms(data.covariates)
+    # Each further form of a change of level is one more search.
+    searches = len(families) + count_of_level_forms(data.covariates)
     candidates = (
         *spectral.candidates,
         *lines,
@@ -289,15 +297,20 @@ def suggest(
         *(c for screen in screens.values() for c in screen.candidates),
         *(c for c in single if c is not None),
     )
-    crowded, louder = unsteady(base, data, levels, searches)
+    overdispersion, loudness = overdispersion_without(base, data, levels, searches)
     with Pool(WORKERS) as pool:
         judged = pool.map(
             lambda c: _suggestion(
-                fit, c, families, searches, surplus, louder if c.family in slow else crowded
+                fit,
+                c,
+                families,
+                searches,
+                surplus,
+                loudness if c.family in slow else overdispersion,
             ),
             candidates,
         )
-        suggestions = in_order(judged, fit, crowded)
+        suggestions = in_order(judged, fit, overdispersion)
     progress()
     return suggestions
 
@@ -310,6 +323,11 @@ def _suggestion(
     surplus: float,
     scatter: float,
 ) -> Suggestion:
+    """Suggestion of a candidate: its ΔlogL, its p-value corrected for all `searches`, and its fit.
+
+    `surplus` is the ΔlogL that a discrepancy of the model without the effect explains. It counts if the model with the
+    effect needs no discrepancy. `scatter` is the overdispersion by which the ΔlogL is divided.
+    """
     from scipy.special import log_ndtr
 
     solution = candidate.solution
@@ -318,16 +336,16 @@ def _suggestion(
     judged = x if candidate.judged is None else candidate.judged
     if solution.best.scale is not None:
         surplus = 0.0
-    # Where it makes the model true, the chance that is asked about is that of a true model without it.
+    # If the model needs no discrepancy with the effect, the null hypothesis is a true model without it.
     judged += surplus
     if candidate.family not in {"level", "outlier", "stretch"}:
         judged /= scatter
     family = families[candidate.family]
-    chance = candidate.log_chance
+    chance = candidate.log_p_value
     if candidate.family in {"line", "band"} and chance is not None:
         chance += judged * (scatter - 1.0)
     if chance is None:
-        chance = log_chance(family, judged)
+        chance = log_p_value(family, judged)
     log_p = min(0.0, chance + np.log(searches))
     single = -judged if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * judged)))
     penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
@@ -340,7 +358,7 @@ def _suggestion(
         float(2.0 * (x + surplus) - penalty),
         float(log_p / np.log(10.0)),
         float(np.exp(min(max(log_p - single, 0.0), 700.0))),
-        _removed(fit, found, candidate),
+        _removed_percent(fit, found, candidate),
         (),
         found,
         fit,
@@ -349,11 +367,11 @@ def _suggestion(
     )
 
 
-def _removed(fit: Fit, found: Fit, candidate: Candidate) -> float:
-    """Per cent of the spectrum's misfit: of what a saturated model would gain beyond chance.
+def _removed_percent(fit: Fit, found: Fit, candidate: Candidate) -> float:
+    """Percentage of the unexplained misfit of the spectrum that the candidate removes.
 
-    A line adds to both what bins do not see. What takes samples out, changes their level or moves has its evidence
-    elsewhere: what is left of the misfit of the samples that stay.
+    A line counts in both, since bins do not resolve it. For exclusions, changes of level and moving bands, whose evidence
+    is not in the spectrum, it is the fall of the misfit of the remaining samples.
     """
     excess, effect = max(fit.excess, 0.0), found.model.effects[-1]
     in_time = isinstance(effect, Modifier) and (effect.removes or effect.passing)

@@ -1,4 +1,4 @@
-"""What is left where no effect of the catalogue explains it: its size and range, without a name."""
+"""Shape of the spectrum that no effect of the catalogue explains: its size and range, without a name."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ __all__ = ["Rest", "nameless", "rest_of"]
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """A smooth shape of the spectrum that a model does not have.
+    """A smooth shape of the spectrum that a model lacks.
 
     Attributes
     ----------
     fit : Fit
-        Of the model with the shape.
+        Fit of the model with the shape.
     low_hz, high_hz : float
-        Where its power is at least half of the most that it adds to the other effects' power.
+        Range in which the shape, relative to the power of the other effects, is at least half of its maximum.
     percent : float
-        What it adds there at most, % of their power.
+        Maximum of the shape, % of the power of the other effects.
     """
 
     fit: Fit
@@ -42,7 +42,7 @@ class Rest:
 
     @property
     def effect(self) -> Effect:
-        """The shape, to be added to the model."""
+        """The shape as an effect that can be added to the model."""
         return self.fit.model.effects[-1]
 
     def __str__(self) -> str:
@@ -53,12 +53,12 @@ class Rest:
 
 
 def nameless() -> Effect:
-    """What stands for a shape that nothing explains, without values."""
+    """Effect without values for a shape that nothing explains."""
     return next(cls for cls in CATALOGUE if cls.nameless)()
 
 
 def rest_of(fit: Fit) -> Rest | None:
-    """What a smooth shape would describe beside a model; None where it explains less than its numbers cost."""
+    """Shape that would describe what a model lacks; None if it explains less than its parameters cost."""
     if any(effect.nameless for effect in fit.model):
         return None
     with_shape = fit.add(nameless())

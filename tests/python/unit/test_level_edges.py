@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.likelihood.whitened import whiten
-from allanite.suggestion.screens.level_borders import moved
+from allanite.suggestion.screens.level_borders import most_likely_borders
 
 RATE, N = 50.0, 60_000
 TIME = np.arange(N) / RATE
@@ -97,7 +97,7 @@ def test_the_interval_of_an_edge_covers(factor):
     covered = 0
     for _ in range(2000):
         x = rng.standard_normal(2 * reach) ** 2 * np.repeat(levels, reach)
-        [found] = moved(x, np.array([reach // 2]), levels, 1)
+        [found] = most_likely_borders(x, np.array([reach // 2]), levels, 1)
         # The change lies anywhere between the last sample before it and the first behind.
         covered += abs(found - (reach - rng.uniform())) < 1.96 * error
     assert 0.95 - 3 * 0.005 < covered / 2000 < 0.99

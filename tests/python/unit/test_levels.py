@@ -37,9 +37,9 @@ def test_chance_of_the_other_forms_is_no_smaller_than_simulated():
         power = rng.standard_normal(4096) ** 2
         series = series_of(power, power, 1.0, 1.0, (0.0, 100.0))
         found = screen_cycle(series, model)
-        chances["cycle"] += [] if found is None else [found.log_chance]
-        chances["several"] += [c.log_chance for c in screen_several(series, model)]
-        chances["column"] += [c.log_chance for c in screen_columns(series, model, column)]
+        chances["cycle"] += [] if found is None else [found.log_p_value]
+        chances["several"] += [c.log_p_value for c in screen_several(series, model)]
+        chances["column"] += [c.log_p_value for c in screen_columns(series, model, column)]
     for kind, values in chances.items():
         # Three standard errors of a share of 150 records beyond 1 %: five. A true 5 % would be more in 76 % of such tests.
         assert sum(v < np.log(0.01) for v in values) <= 5, kind

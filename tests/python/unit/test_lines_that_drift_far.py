@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band
-from allanite.suggestion.p_values import Family, line_trials, log_chance
+from allanite.suggestion.p_values import Family, line_trials, log_p_value
 
 RATE, LENGTH, N = 50.0, 100_000, 0.0126
 T = LENGTH / RATE
@@ -48,7 +48,7 @@ def test_noise_of_a_wide_band_is_no_line():
     for seed in range(12):
         band = Band(_series(np.random.default_rng([seed, 1]), 2 * MOST_WIDTH), 10, 1.0)
         family = Family("line", width=line_trials(8 * MOST_WIDTH) * band.trials)
-        assert log_chance(family, band.search()[2]) > np.log(0.01)
+        assert log_p_value(family, band.search()[2]) > np.log(0.01)
 
 
 @pytest.mark.long

@@ -1,4 +1,4 @@
-"""Candidates that change the level of a band over time: one octave of the map is louder or quieter for a while."""
+"""Screen of a band whose level changes: one octave of the time map, or the band of a process, is louder for a while."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["best_levels", "overlap", "screen_band_level"]
+__all__ = ["bands_overlap", "best_levels", "screen_band_level"]
 
 Array = NDArray[np.float64]
 #: Power over time of some ordinates, and the share of it that changes.
@@ -57,10 +57,10 @@ LOSS_AT_95_PERCENT = 1.92
 
 
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """The band whose level over one interval differs most from that at other times.
+    """Candidate of the band whose level in one interval differs most from that at other times; or None.
 
-    The bands of the model's processes are looked at as the white level is, and each octave. Of an octave it is seen in the
-    spectra of the interval and of the rest from which frequency to which.
+    The bands of the model's processes are searched like the white level, and else each octave. The frequency range of an
+    octave's change is found from the spectra of the interval and of the rest.
     """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n:
@@ -72,6 +72,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     searches = float(np.log(max(len(bands) + len(octaves), 1)))
 
     def series(first: int, size: int) -> Array:
+        """Power over time of `size` ordinates from the `first`."""
         return np.asarray(in_time(ordinates[first : first + size]) ** 2)
 
     found: list[tuple[float, float, float, int, int, list[Cell]]] = []
@@ -88,7 +89,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
         start, end, _, chance = best_interval(octave, freedom, min(LEVEL_CELLS, octave.size // 8))
         if chance + searches < np.log(FALSE_ALARM_PROBABILITY):
             when = start / octave.size, end / octave.size
-            seen = _band(whitened.samples, (low / data.n, high / data.n), when, data.rate)
+            seen = _changed_band(whitened.samples, (low / data.n, high / data.n), when, data.rate)
             first, size = (0, 0) if seen is None else band_of(seen, data, data.n)
             if size >= MIN_POWER_VALUES:
                 power = series(first, size)
@@ -97,13 +98,13 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
         return None
     chance, begin, close, first, size, cells = min(found, key=lambda one: one[0])
     if not MIN_BAND_LEVEL_FRACTION < close - begin < 1.0 - MIN_BAND_LEVEL_FRACTION:
-        return None  # what rings for a moment is a disturbance
+        return None  # a short ringing is a disturbance
     factor, gain, known, steady = _factor(cells, begin, close)
     half = data.rate / (2.0 * data.n)
     band = first * half, (first + size) * half
-    if any(overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
-        return None  # what comes again and again is no change at two times
-    if _strongest(steady) > MAX_SECOND_INTERVAL_FRACTION * gain:
+    if any(bands_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
+        return None  # this band has a change of level already
+    if _largest_delta_logl(steady) > MAX_SECOND_INTERVAL_FRACTION * gain:
         return None
     effect = kinds[0].changing(
         band,
@@ -119,7 +120,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """The best of the changes of a level and what cannot be told from it: the others are left for the next check."""
+    """Changes of level within `RIVAL` nats of the best score; the others are left for the next check."""
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
     best = max((w for w, _ in worth), default=0.0)
@@ -127,7 +128,7 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
-    """The interval whose power differs most, in parts of the record, and ln of the chance of that."""
+    """Start and end, as fractions of the record, of the interval whose power differs most, and ln of its p-value."""
     size = power.size
     freedom = 1.0 / overdispersion(power)
     cells = min(LEVEL_CELLS, size // 8)
@@ -137,24 +138,24 @@ def _interval(power: Array) -> tuple[float, float, float]:
     return start / size, end / size, chance
 
 
-def _strongest(power: Array) -> float:
-    """Rise of logL by the interval that differs most."""
+def _largest_delta_logl(power: Array) -> float:
+    """ΔlogL of the interval whose power differs most."""
     cells = min(LEVEL_CELLS, power.size // 8)
     if cells < 2:
         return 0.0
     return best_interval(power, 1.0 / overdispersion(power), cells)[2]
 
 
-def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """Whether two bands have frequencies in common."""
+def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """True if two frequency bands have frequencies in common."""
     return one[0] < other[1] and other[0] < one[1]
 
 
 def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:
-    """The factor between two parts of a record, the rise of logL by it, how well it is known, and what is steady then.
+    """Factor of a level between two fractions of a record: value, ΔlogL, standard error, and the power without the change.
 
-    Of each cell the process has a share, and its mean over the record is what the model says. The power over time without
-    the change is that of the cell that tells most.
+    In each cell the process has a known share of the power, and its mean over the record is that of the model. The power
+    over time is that of the most informative cell.
     """
     from scipy.optimize import brentq, minimize_scalar
 
@@ -172,12 +173,13 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
-        """Inside of the interval and outside."""
+        """Expected power over the mean, inside and outside of the interval, for each share."""
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
         return np.asarray(1.0 + of[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
 
     def loss(log_ratio: float) -> float:
+        """Negative logL of a log ratio of powers."""
         model = expected(log_ratio, shares)
         return float(0.5 * np.sum(count * (np.log(model) + measured / model)))
 
@@ -185,9 +187,9 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     gain, found = loss(0.0) - float(best.fun), float(best.x)
     worst = float(best.fun) + LOSS_AT_95_PERCENT
     if loss(np.sign(found) * MAX_LOG_RATIO) < worst < loss(0.0):
-        # It may be off at one of the two: the factor that is certain.
+        # The band may be off at other times: take the 95 % bound of the factor instead.
         found = float(brentq(lambda x: loss(x) - worst, 0.0, found))
-    # How much more the cell that tells most scatters once it is steady.
+    # Overdispersion of the most informative cell after the change is divided out.
     telling, own = max(cells, key=lambda cell: cell[1] ** 2 * cell[0].size)
     first, last = round(begin * telling.size), round(close * telling.size)
     there, elsewhere = expected(found, np.array([own]))[0]
@@ -199,7 +201,7 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
 
 
 def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Processes with a band whose level does not change yet; first ordinate and number of those that each dominates."""
+    """Processes with a band of constant level, with the first ordinate and the number of ordinates each dominates."""
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:
         place = own.effect.occupies
@@ -220,12 +222,12 @@ def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, i
             yield own, first, size
 
 
-def _band(
+def _changed_band(
     samples: Array, octave: tuple[float, float], when: tuple[float, float], rate: float
 ) -> tuple[float, float] | None:
-    """The band about an octave whose power differs most between two parts of a record, Hz.
+    """Band around an octave whose power differs most between two parts of a record, Hz; None if there are too few samples.
 
-    An `octave` is in parts of half of the `rate`.
+    The ends of `octave` are fractions of the sampling rate over two.
     """
     low, high = octave
     n = samples.size
@@ -239,11 +241,11 @@ def _band(
     if not many:
         return None
     place = 2.0 * np.fft.rfftfreq(length)[1:-1]
-    here, there = _total(inside), _total(before) + _total(after)
+    here, there = _summed_spectrum(inside), _summed_spectrum(before) + _summed_spectrum(after)
     usable = np.flatnonzero((place > 0.5 * low) & (place < 2.0 * high))
     if usable.size < 2:
         return None
-    # A window spreads each over one and a half of its neighbours.
+    # The window spreads each ordinate over 1.5 neighbors.
     counts = np.array([len(inside), many]) * 2.0 / 1.5
     own = np.concatenate([[0.0], np.cumsum(here[usable] / len(inside))])
     other = np.concatenate([[0.0], np.cumsum(there[usable] / many)])
@@ -264,13 +266,13 @@ def _band(
 
 
 def _pieces(samples: Array, length: int) -> Array:
-    """Consecutive pieces of samples, shape (pieces, length); what is left at the end is of none."""
+    """Consecutive pieces of samples, shape (pieces, length); the remainder at the end is dropped."""
     many = samples.size // length
     return samples[: many * length].reshape(many, length)
 
 
-def _total(pieces: Array) -> Array:
-    """Power of pieces together at the frequencies between zero and half the rate, a few pieces at a time."""
+def _summed_spectrum(pieces: Array) -> Array:
+    """Summed power spectrum of pieces, at the frequencies between zero and half the rate."""
     length = pieces.shape[1]
     window, rows = np.hanning(length), max(1, SAMPLES_AT_ONCE // length)
     total = np.zeros(length // 2 + 1)

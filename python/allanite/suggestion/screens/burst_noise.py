@@ -1,4 +1,4 @@
-"""Burst noise told from a Gauss-Markov process of the same spectrum: two levels or a bell.
+"""Screen of burst noise: two levels, told from a Gauss-Markov process of the same spectrum.
 
 The low-passed residual is judged by both laws: the likelihood of a two-state hidden Markov chain seen through white noise
 (Rabiner 1989, Proc. IEEE 77) over that of a Gaussian process of the fitted spectrum.
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["screen_bursts"]
+__all__ = ["screen_burst_noise"]
 
 Array = NDArray[np.float64]
 
@@ -40,8 +40,8 @@ MIN_BLOCKS, MAX_BLOCKS = 128, 1 << 18
 CHAIN_BLOCKS = 512
 
 
-def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
-    """Burst noise where a Gauss-Markov candidate's residual has two levels, or might have."""
+def screen_burst_noise(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
+    """Candidate of burst noise, if the residual of a Gauss-Markov candidate has two levels or may have them; or None."""
     twins = [
         cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.screened == "two levels"
     ]
@@ -50,7 +50,7 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
     if found is None or found.solution is None or found.gain < MIN_BURST_NOISE_DELTA_LOGL:
         return None
     if max(c.gain for c in candidates) - found.gain > MIN_BURST_NOISE_LOG_ODDS:
-        # The spectrum is not that of a lag: the Gaussian law would be refuted by its shape, not by two levels.
+        # The spectrum is not a lag's: its shape, not the levels, would refute the Gaussian law.
         return None
     if found.effect.values["correlation_time"] * data.rate < MIN_BURST_NOISE_LAG:
         return None
@@ -58,7 +58,7 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
     if odds < REFUTED_BURST_NOISE_LOG_ODDS:
         return None
     assert effect is not None
-    # Between the two limits the record does not decide: a rival, and not put before the Gauss-Markov process.
+    # Between the two limits the record does not decide, and burst noise ranks behind the Gauss-Markov process.
     gain = found.gain + (odds if odds > MIN_BURST_NOISE_LOG_ODDS else min(odds, 0.0))
     refitted = solve(
         data, Model((*found.solution.model.effects[:-1], effect)), polish=False, rounds=3
@@ -74,15 +74,15 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
 
 
 def _log_odds(solution: Solution, data: Data) -> float:
-    """Ln of the likelihood of two levels over that of a Gaussian process, the last effect being Gauss-Markov.
+    """Ln of the likelihood of two levels over that of a Gaussian process; 0 if the record cannot tell.
 
-    0 where the record cannot tell.
+    The last effect of the model is the Gauss-Markov process.
     """
     lag = solution.model.stochastic[-1]
     time, sigma = float(lag.values["correlation_time"]), float(lag.values["sigma"])
     length = max(1, round(2.0 * time / BLOCKS_PER_DWELL * data.rate))
     count = data.n // length
-    # Of a summary, which keeps the lowest ordinates alone, no level is seen.
+    # A summary keeps only the lowest ordinates, which show no levels.
     if not MIN_BLOCKS <= count <= MAX_BLOCKS or solution.ordinates.size < data.n:
         return 0.0
     j = np.arange(1, count, dtype=np.int64)
@@ -93,8 +93,8 @@ def _log_odds(solution: Solution, data: Data) -> float:
         / length
     )
     spectrum = np.maximum(total - lag_part, 1e-300), lag_part
-    # Where a slow drift is larger than the lag, nothing is seen of the levels. But by chance more time is spent on one
-    # level than on the other, and a fit may take that for a drift: cut away, it would be missing from the levels.
+    # Ordinates in which a slow drift exceeds the lag show no levels. But unequal times on the two levels may be fitted
+    # as a drift. Without these ordinates the levels would be incomplete, so several cuts are tried.
     slow = int(np.argmax(lag_part > spectrum[0]))
     block = _Blocks(length, count, length / data.rate / (2.0 * time), sigma)
     return max(_odds_above(cut, solution, spectrum, block) for cut in {slow, slow // 2, 0})
@@ -113,7 +113,7 @@ class _Blocks:
 def _odds_above(
     slow: int, solution: Solution, spectrum: tuple[Array, Array], block: _Blocks
 ) -> float:
-    """The log-odds from all ordinates of the block means but the `slow` lowest."""
+    """Log-odds of two levels from the ordinates of the block means, without the `slow` lowest ordinates."""
     from scipy.optimize import minimize
 
     j = np.arange(1 + slow, block.count, dtype=np.int64)
@@ -130,11 +130,12 @@ def _odds_above(
     gaussian = -0.5 * float(np.sum(np.log(2.0 * np.pi * expected) + z**2 / expected))
 
     def loss(shift: Array) -> float:
+        """Negative log-likelihood of the chain for shifts of (ln level, ln dwell time, ln noise power, mean)."""
         level = block.sigma * np.exp(shift[0])
         stay = float(np.exp(-block.dwells * np.exp(-shift[1])))
         variance = noise * float(np.exp(shift[2]))
-        chain = _chain(means - block.sigma * shift[3], level, variance, stay)
-        # The ordinates left out are zeros that the chain was given.
+        chain = _chain_log_likelihood(means - block.sigma * shift[3], level, variance, stay)
+        # The chain has seen zeros in the place of the omitted ordinates.
         return -chain - 0.5 * (slow + 1) * float(np.log(2.0 * np.pi * variance))
 
     start = np.vstack([np.zeros(4), np.diag([0.2, 0.3, 0.2, 0.2])])
@@ -147,10 +148,10 @@ def _odds_above(
     return -float(found.fun) - gaussian
 
 
-def _chain(means: Array, level: float, noise: float, stay: float) -> float:
-    """Log-likelihood of blocks of a two-level process ±level in white noise; `stay` is e^{−block/dwell}.
+def _chain_log_likelihood(means: Array, level: float, noise: float, stay: float) -> float:
+    """Log-likelihood of block means of a two-level process ±level in white noise; `stay` is e^{−block/dwell}.
 
-    A block in which it switches lies anywhere between the levels.
+    In a block in which it switches, the mean lies anywhere between the levels.
     """
     from scipy.special import ndtr
 

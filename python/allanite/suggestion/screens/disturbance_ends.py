@@ -1,4 +1,4 @@
-"""Where a stretch in which a band is loud begins and ends: an octave rings before and after what is in it."""
+"""Begin and end of a disturbance in a band: an octave rings before and after the disturbance itself."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ OVERLAPPING_WINDOWS = 4
 def without_ringing(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> tuple[float, float] | None:
-    """The stretch between two parts of a record without what is quiet at its ends in a band of ordinates.
+    """Segment without the parts at its ends that are quiet in a band of ordinates, as fractions of the record.
 
-    An octave cut out of the spectrum rings for long beside what is loud in it; a Hann window ends. Half a window is left
-    at either end. None where there is no room for two, or nothing that rings there.
+    An octave cut out of the spectrum rings long before and after a loud segment; a Hann window ends. Half a window stays at
+    each end. None if the segment is shorter than two windows or if nothing in it is strong enough to ring.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)
@@ -35,6 +35,7 @@ def without_ringing(
     inside = slice(low * length // (2 * n), high * length // (2 * n) + 1)
 
     def power(at: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Power within the band in the windows that begin at some samples."""
         pieces = np.lib.stride_tricks.sliding_window_view(samples, length)[at]
         found = np.fft.rfft(pieces * window, axis=1)[:, inside]
         return np.asarray((found.real**2 + found.imag**2).sum(axis=1))
@@ -52,7 +53,7 @@ def without_ringing(
     if not there.size or there.max() < MIN_RINGING_POWER_RATIO:
         return None
     half = length // 2
-    # What reaches an end of the record begins, or ends, there.
+    # A disturbance that reaches an end of the record begins or ends there.
     begin = start if loud[0] <= half else max(start, int(loud[0]) + half)
     close = end if loud[-1] + length + hop > n else min(end, int(loud[-1]) + half)
     return (begin / n, close / n) if begin < close else None

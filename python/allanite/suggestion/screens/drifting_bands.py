@@ -1,7 +1,7 @@
-"""Candidate bands that move: each band of a model is looked for in sections of the record.
+"""Screen of drifting bands: each band of the model is located in sections of the record.
 
-A band whose frequency changes slowly is wider in the mean spectrum than at any time, with one steep side: others come to
-stand for what it leaves. Where it is in each section says more than any shape of the mean.
+A band whose frequency changes slowly is wider in the mean spectrum than at any time, with one steep side. Two or three
+resonances then stand for it. The candidate is one moving band in the place of all bands on its course.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from allanite.suggestion.constants import (
     MIN_ORDINATES_PER_HALF_WIDTH,
     MIN_SECTIONS,
 )
-from allanite.suggestion.screens.band_levels import overlap
+from allanite.suggestion.screens.band_levels import bands_overlap
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.sections import Cells
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["bands_to_follow", "screen_moving"]
+__all__ = ["bands_that_may_move", "screen_drifting_bands"]
 
 Array = NDArray[np.float64]
 #: Distances from its mean frequency within which a band is searched, half-widths; the next if it is found at an end.
@@ -45,22 +45,24 @@ STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 SEARCHES = (1 + int(np.log2(MAX_SECTIONS / MIN_SECTIONS))) * (len(WIDTH_RATIOS) + 2) * len(REACHES)
 
 
-def bands_to_follow(solution: Solution, data: Data) -> list[Process]:
-    """The bands of a model that are wide enough to be placed in a section; none where much is missing.
+def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
+    """Bands of the model that can be located in sections of the record, and do not lie on the course of a moving band.
 
-    Beside one that moves, what is left of it moves too.
+    Empty if much of the record is missing. What a moving band leaves moves as well, so its course is excluded.
     """
     known = [e.occupies for e in solution.model if isinstance(e, Moving) and e.occupies is not None]
     bands = [own for own in solution.processes if _may_move(own, data)]
     return [
         own
         for own in bands
-        if not any(overlap(own.effect.occupies or (0.0, 0.0), course) for course in known)
+        if not any(bands_overlap(own.effect.occupies or (0.0, 0.0), course) for course in known)
     ]
 
 
-def screen_moving(bands: list[Process], solution: Solution, data: Data) -> tuple[Candidate, ...]:
-    """For each of the bands that is elsewhere in other sections, the model with one that moves in its place."""
+def screen_drifting_bands(
+    bands: list[Process], solution: Solution, data: Data
+) -> tuple[Candidate, ...]:
+    """Candidates with a moving band in the place of each band that moves, and of other bands on its course."""
     if not bands:
         return ()
     found = (_candidate(own, solution, data) for own in bands)
@@ -68,84 +70,92 @@ def screen_moving(bands: list[Process], solution: Solution, data: Data) -> tuple
 
 
 def _may_move(own: Process, data: Data) -> bool:
-    return own.theta > 0.0 and _movable(own.effect) and _sections(own.effect, data) >= MIN_SECTIONS
+    """True if the band is present and enough sections of the record resolve it."""
+    return (
+        own.theta > 0.0
+        and _movable(own.effect)
+        and _section_count(own.effect, data) >= MIN_SECTIONS
+    )
 
 
 def _movable(effect: Stochastic) -> bool:
+    """True if the catalogue has a moving band for this effect, and no parameter of the effect is held."""
     if effect.occupies is None or effect.held:
         return False
     return _moving(effect, (1.0, 1.1)) is not None
 
 
-def _sections(band: Stochastic, data: Data) -> int:
-    """In how many sections it can be placed, at most."""
+def _section_count(band: Stochastic, data: Data) -> int:
+    """Largest number of sections of the record that resolve the band."""
     return data.most_sections(
         band.occupies or (0.0, 0.0), MAX_SECTIONS, MIN_ORDINATES_PER_HALF_WIDTH
     )
 
 
 def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
-    """The effect of the catalogue that is this band along a course."""
+    """Effect of the catalogue that is this band along a course of frequencies; None if there is none."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Moving))
     return next((one for cls in kinds if (one := cls.along(band, course)) is not None), None)
 
 
 def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
+    """Candidate of a moving band in the place of a band, and of others on its course; or None."""
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)
     sections = _Sections(own, solution, data)
     course = sections.course([width * w for w in WIDTH_RATIOS], own.theta, (own.effect,))
     if course is None:
         return None
-    refitted = _along(course, solution, data)
-    # Of the width and strength that it has at any time it is found more exactly; and without what stood for it elsewhere.
+    refitted = _refitted_with(course, solution, data)
+    # Search again with the width and strength of the refit, also without the bands that stood for it elsewhere.
     moving = refitted.processes[-1]
-    for gone in _gone(own, moving, solution):
+    for replaced in _replaceable(own, moving, solution):
         if moving.theta > 0.0:
-            again = sections.course([_width(moving.effect)], moving.theta, gone)
+            again = sections.course([_width(moving.effect)], moving.theta, replaced)
             if again is not None and again.risen > course.risen:
                 course = again
-                refitted = _along(course, solution, data)
+                refitted = _refitted_with(course, solution, data)
                 moving = refitted.processes[-1]
     if not moving.theta:
         return None
     chance = min(0.0, float(np.log(SEARCHES)) - course.risen)
     effect = moving.effect
-    note = f"It stands in the place of {_names(course.gone)}"
-    return Candidate(effect, course.risen, effect.family, refitted, log_chance=chance, note=note)
+    note = f"It stands in the place of {_names(course.replaced)}"
+    return Candidate(effect, course.risen, effect.family, refitted, log_p_value=chance, note=note)
 
 
-def _names(gone: tuple[Effect, ...]) -> str:
-    """The bands that leave, by their middles."""
-    at = sorted(0.5 * sum(e.occupies) for e in gone if e.occupies is not None)
-    titles = dict.fromkeys(e.title for e in gone)
+def _names(replaced: tuple[Effect, ...]) -> str:
+    """Text of the bands that leave, by their middle frequencies."""
+    at = sorted(0.5 * sum(e.occupies) for e in replaced if e.occupies is not None)
+    titles = dict.fromkeys(e.title for e in replaced)
     return f"the {' and '.join(titles)} at {' and '.join(f'{f:.3g}' for f in at)} Hz"
 
 
-def _gone(own: Process, moving: Process, solution: Solution) -> list[tuple[Effect, ...]]:
-    """What may leave for a band that moves: the band itself, and with it all that lie on its course."""
+def _replaceable(own: Process, moving: Process, solution: Solution) -> list[tuple[Effect, ...]]:
+    """Sets of effects that may leave for a moving band: the band itself, and the band with all others on its course."""
     course = moving.effect.occupies
     if course is None:
         return []
     bands = (e.effect for e in solution.processes if e is not own and _movable(e.effect))
-    beside = tuple(e for e in bands if overlap(e.occupies or (0.0, 0.0), course))
+    beside = tuple(e for e in bands if bands_overlap(e.occupies or (0.0, 0.0), course))
     return [(own.effect,), *([(own.effect, *beside)] if beside else [])]
 
 
-def _along(course: _Course, solution: Solution, data: Data) -> Solution:
-    """The model with a band that moves in the place of what leaves for it, refitted."""
+def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
+    """Refitted solution of the model with the moving band instead of the effects that leave for it."""
     effect = _moving(course.band, tuple(course.places.tolist()))
     assert effect is not None
-    others = _without(solution.model, course.gone)
+    others = _without(solution.model, course.replaced)
     return solve(data, Model((*others, effect)), like=solution, settled=len(others), rounds=3)
 
 
-def _without(model: Model, gone: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    return tuple(e for e in model if not any(e is other for other in gone))
+def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """Effects of the model other than those that leave."""
+    return tuple(e for e in model if not any(e is other for other in replaced))
 
 
 def _width(moving: Effect) -> float:
-    """Half-width over middle of a band that moves, at any time."""
+    """Half-width over middle frequency of a moving band at any time."""
     assert isinstance(moving, Moving)
     low, high = moving.stretches[0].occupies or (0.0, 0.0)
     return (high - low) / (high + low)
@@ -153,28 +163,30 @@ def _width(moving: Effect) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Course:
-    """A band as wide as it is at any time, its places in turn, Hz, and what they explain beyond what telling them takes.
+    """A band, its frequency in each section in Hz, and the ΔlogL of this course less the cost of describing it.
 
-    What is `gone` leaves the model for it.
+    The effects in `replaced` leave the model for it.
     """
 
     band: Stochastic
     places: Array
     risen: float
-    gone: tuple[Effect, ...]
+    replaced: tuple[Effect, ...]
 
 
 class _Sections:
-    """Sections of a record, in which a band of a model is looked for."""
+    """Sections of a record in which a band of a model is searched."""
 
     def __init__(self, own: Process, solution: Solution, data: Data) -> None:
         self.own, self.model, self.data = own, solution.model, data
-        self.sections = data.sections(solution.model, _sections(own.effect, data))
+        self.sections = data.sections(solution.model, _section_count(own.effect, data))
 
-    def course(self, widths: list[float], theta: float, gone: tuple[Effect, ...]) -> _Course | None:
-        """Where a band of one of some half-widths (over the middle) and of a strength is, as explains most.
+    def course(
+        self, widths: list[float], theta: float, replaced: tuple[Effect, ...]
+    ) -> _Course | None:
+        """Course with the largest ΔlogL among half-widths (over the middle frequency), instead of the effects `replaced`.
 
-        In the place of what is `gone` from the model. None where all places are within a half-width of each other.
+        None if all its frequencies are within a half-width of each other.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -183,7 +195,7 @@ class _Sections:
             lowest, highest = self.sections.limits
             first = max(middle - reach * half, lowest + half, 2.0 * half)
             last = min(middle + reach * half, highest - half)
-            courses = [self._course(w, theta, (first, last), gone) for w in widths]
+            courses = [self._course(w, theta, (first, last), replaced) for w in widths]
             found = max(filter(None, courses), key=lambda course: course.risen, default=None)
             if found is None:
                 break
@@ -197,9 +209,9 @@ class _Sections:
         return found
 
     def _course(
-        self, width: float, theta: float, within: tuple[float, float], gone: tuple[Effect, ...]
+        self, width: float, theta: float, within: tuple[float, float], replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """The same of one width with places within two frequencies, of as many sections as explains most."""
+        """Course of one half-width between two frequencies, with the number of sections that gives the largest ΔlogL."""
         step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
         effect = self.own.effect
@@ -211,6 +223,7 @@ class _Sections:
         cells = self._cells(within, step)
 
         def gains(rest: Array, band: Stochastic, strength: float) -> Array:
+            """LogL of each section and cell with a band of some strength in the place of the band searched."""
             there = Model(tuple(band if e is effect else e for e in self.model))
             of_band = cells.expected(there.unit_terms(band, self.data.rate))
             return cells.log_likelihood(rest + strength * of_band)
@@ -218,40 +231,41 @@ class _Sections:
         rest = self._rest((effect,), cells)
         levels = [level * self.own.theta for level in STRENGTHS]
         known = np.max([gains(rest, effect, level) for level in levels], axis=0)
-        rest = self._rest(gone, cells)
+        rest = self._rest(replaced, cells)
         rows = np.stack([gains(rest, band, theta) - known for band in bands], axis=1)
         best: _Course | None = None
         while rows.shape[0] >= MIN_SECTIONS:
             path, risen = likeliest(rows)
             if best is None or risen > best.risen:
-                course = places[path] + step * _beside(rows, path)
-                best = _Course(bands[0], course, risen, gone)
+                course = places[path] + step * _parabola_offset(rows, path)
+                best = _Course(bands[0], course, risen, replaced)
             rows = rows[::2] + rows[1::2]
         return best
 
-    def _rest(self, gone: tuple[Effect, ...], cells: Cells) -> Array:
-        """What the model without some effects expects of squared ordinates."""
-        others = Model(_without(self.model, gone))
+    def _rest(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
+        """Expected squared ordinates of the model without some effects."""
+        others = Model(_without(self.model, replaced))
         return cells.expected(self.data.terms(others) if others.stochastic else ())
 
     def _cells(self, within: tuple[float, float], step: float) -> Cells:
-        """Where a band may be, and beside it."""
+        """Cells of the frequencies at which the band may be, and of a margin beside them."""
         low, high = self.own.effect.occupies or (0.0, 0.0)
         aside = 0.5 * MARGIN * (high - low)
         return self.sections.cells((within[0] - aside, within[1] + aside), step)
 
 
 def _half(band: Stochastic) -> float:
+    """Half-width of a band, Hz."""
     low, high = band.occupies or (0.0, 0.0)
     return 0.5 * (high - low)
 
 
 def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
-    """A place for each section, shape (sections,), of gains of shape (sections, places), and their sum less what they take.
+    """Most likely place in each section, shape (sections,), and the sum of its gains less the cost of the course.
 
-    The first is any place; from one to the next a step x of half-widths has a probability as 1/(1 + x²). A sum
-    s so reduced is met by chance with a probability of at most e⁻ˢ (the union bound): where none moves the mean of e to a
-    gain is at most 1.
+    `gains` has shape (sections, places). The first place is any with equal probability. A step of x half-widths from one
+    section to the next has a probability proportional to 1/(1 + x²). By the union bound, a sum s occurs by chance with a
+    probability of at most e⁻ˢ, since the mean of e^gain is at most 1 if nothing moves.
     """
     sections, places = gains.shape
     steps = np.arange(places)
@@ -270,8 +284,8 @@ def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
     return path, float(score.max())
 
 
-def _beside(gains: Array, path: NDArray[np.int64]) -> Array:
-    """By how much of a step, at most half of one, the top of a parabola through the gains lies beside each place."""
+def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:
+    """Offset of the maximum of a parabola through the gains from each place, in steps, at most half a step."""
     at = path.clip(1, gains.shape[1] - 2)
     row = np.arange(at.size)
     low, mid, high = gains[row, at - 1], gains[row, at], gains[row, at + 1]

@@ -1,7 +1,7 @@
-"""Candidate lines whose frequency drifts: looked for about what looks like a resonance or a line.
+"""Screen of drifting lines: lines whose frequency changes, searched in bands with excess power.
 
-A line that drifts by many cycles over the record is a flat-topped band: the search for lines sees nothing that stands out,
-and a resonance describes the band without its phase. Turned back at the right rate it is a line again.
+A line that drifts by many cycles over the record is a flat-topped band. The search for lines sees nothing that stands
+out, and a resonance describes the band without its phase. Multiplied by a chirp of the right rate it is a line again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from allanite.suggestion.constants import (
     MIN_WIDE_BAND_EXCESS,
     MIN_WIDE_BANDS,
 )
-from allanite.suggestion.p_values import Family, line_trials, log_chance, may_show
+from allanite.suggestion.p_values import Family, line_trials, log_p_value, may_become_significant
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -44,21 +44,21 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["bands_above", "screen_drifting", "wanted", "with_it"]
+__all__ = ["bands_with_excess", "blanks_of_screen", "screen_drifting_lines", "solved_with"]
 
 #: Widths of the bands whose mean power is compared with the model, ordinates.
 WIDTHS = (64, 256, 1024, 4096, 16384, 32768, 65536)
 
 
-def bands_above(
+def bands_with_excess(
     spectral: tuple[Candidate, ...],
     solution: Solution,
     data: Data,
     white: NDArray[np.float64],
 ) -> tuple[Band, ...]:
-    """The bands in which a line may be that is not one at all times; none of a summary or with missing samples.
+    """Bands that may hold a line that drifts or is switched; empty for a summary or with missing samples.
 
-    A summary keeps the lowest ordinates alone: it has no phase.
+    A summary keeps only the lowest ordinates, so a band has no phase.
     """
     if not seen_singly(data):
         return ()
@@ -69,17 +69,17 @@ def bands_above(
     )
 
 
-def screen_drifting(
+def screen_drifting_lines(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """The best line that drifts of each kind of the catalogue, refitted, where it beats the lines that do not."""
-    blanks = wanted("drifting line", solution, data)
+    """Best drifting line of each kind of the catalogue, refitted, if it beats the steady lines."""
+    blanks = blanks_of_screen("drifting line", solution, data)
     found = (_best(blank, bands, lines, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
 
 
-def wanted(screened: str, solution: Solution, data: Data) -> list[Deterministic]:
-    """What the catalogue has of a kind of search beside a model."""
+def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Deterministic]:
+    """Effects of the catalogue that declare the screen `screened` and may be added to the model."""
     return [
         blank
         for cls in CATALOGUE
@@ -88,12 +88,12 @@ def wanted(screened: str, solution: Solution, data: Data) -> list[Deterministic]
     ]
 
 
-def with_it(
+def solved_with(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[Solution, Deterministic, float]:
-    """The solution with an effect more, the effect as it is there, and the rise of logL by it alone.
+    """Solution with one more effect, the fitted effect, and the ΔlogL of that effect alone.
 
-    What the line itself adds to its cells is no discrepancy: by the noise without it.
+    The ΔlogL uses the noise without the line, so that the line in its cells does not count as discrepancy.
     """
     refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
     last = refitted.model.deterministic[-1]
@@ -106,7 +106,7 @@ def with_it(
 def _places(
     spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
-    """Bands (Hz) in which the ordinates have more power than the model says, and that of the best resonance."""
+    """Bands in which the ordinates have more power than the model, and the band of the best resonance, Hz."""
     total = np.square(white)
     total[0] = 0.0
     np.cumsum(np.minimum(total, MAX_ORDINATE_POWER, out=total), out=total)
@@ -117,7 +117,7 @@ def _places(
             mean = (total[width:] - total[:-width]) / width
             top = int(np.argmax(mean))
             above = float(mean[top]) - 1.0
-            # What is as high beside it is wider, and may be a line at another width.
+            # If the neighbors are as high, the excess is wider and is searched at another width.
             beside = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
             if (
                 above * np.sqrt(0.5 * width) > min_excess
@@ -134,7 +134,7 @@ def _places(
     for one in sorted(resonances, key=lambda c: -c.gain)[:1]:
         assert one.effect.occupies is not None
         low, high = one.effect.occupies
-        # No line that is looked for drifts as far as a wide band is wide.
+        # Lines that drift farther than this width are not searched.
         if (high - low) * data.duration < WIDEST:
             yield low, high
 
@@ -146,6 +146,7 @@ def _best(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
+    """Candidate of the best drifting line of a kind over all bands, or None if it does not beat the steady lines."""
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)
     tried = [(band, band.search()) for band in bands]
@@ -154,13 +155,13 @@ def _best(
     if hope < steady + MIN_DELTA_LOGL_OVER_SIMPLER or abs(drift) < MIN_DRIFT_CYCLES:
         return None
     frequency = (middle - drift * (0.5 + data.start / T)) / T
-    # As if every frequency had been searched at every rate of drift.
+    # Conservative: as if every frequency had been searched at every rate of drift.
     family = Family("line", width=line_trials(data.n) * band.trials)
-    if frequency <= 0.0 or not may_show(family, hope):
+    if frequency <= 0.0 or not may_become_significant(family, hope):
         return None
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
     effect = polish_drifting(effect, solution.ordinates, noise, data)
-    refitted, last, gain = with_it(effect, solution, data)
+    refitted, last, gain = solved_with(effect, solution, data)
     if gain < steady + MIN_DELTA_LOGL_OVER_SIMPLER:
         return None
-    return Candidate(last, gain, "line", refitted, 4, log_chance=log_chance(family, gain))
+    return Candidate(last, gain, "line", refitted, 4, log_p_value=log_p_value(family, gain))

@@ -1,4 +1,4 @@
-"""Candidates that take samples out: single ones, and stretches in which something moved the sensor."""
+"""Screens for samples to exclude: outliers, disturbances (segments in which the sensor was moved) and stuck values."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "at_the_ends",
-    "differs_by",
+    "delta_logl_of_separate_levels",
     "octaves_of",
     "only_at_the_ends",
     "screen_disturbance",
@@ -61,16 +61,16 @@ BANDS_PER_OCTAVE = 7
 SEGMENTS_ELSEWHERE = 16
 
 
-#: Of an octave that hears a stretch: ln of its chance, from and to which part of the record, relative power, its freedom.
-_Heard = tuple[float, float, float, NDArray[np.float64], float]
+#: An octave that sees a disturbance: ln p, start and end as fractions of the record, relative power, degrees of freedom.
+_SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
 
 
 def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """How far samples of the two ends stand out, in standard deviations where they do, shape (n,), else 0.
+    """Standardized distance of outliers among the first and last samples from their neighbors, shape (n,); 0 elsewhere.
 
-    The whitened record says nothing of the ends, where a sensor that just began, or a filter that was
-    empty, puts its outliers. From the middle outwards, each is compared with the median of those behind it that do not
-    stand out, and with how far samples that far apart usually are. One record of noise in a thousand has one.
+    The whitened record has no values at the ends, where a sensor that just began, or an empty filter, puts its outliers.
+    From the middle outwards, each sample is compared with the median of the inner neighbors that are no outliers, in units
+    of the usual distance of samples that far apart. One record of noise in a thousand has such an outlier.
     """
     from scipy.special import ndtri
 
@@ -82,6 +82,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     reach = np.arange(END_NEIGHBORS)
 
     def apart(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
+        """Absolute distance of samples from the median of their `END_NEIGHBORS` inner neighbors, `gap` samples away."""
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
 
@@ -111,7 +112,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def only_at_the_ends(effect: Modifier, data: Data) -> bool:
-    """Whether it takes samples out, all of them some of the first and the last."""
+    """True if the effect excludes samples only among the first and last of the record."""
     if not effect.removes:
         return False
     taken = effect.missing(data.n, data.rate)
@@ -120,9 +121,9 @@ def only_at_the_ends(effect: Modifier, data: Data) -> bool:
 
 
 def _scale(size: NDArray[np.float64]) -> float:
-    """Standard deviation by the widest of three quantiles (of a normal law 0.6745, 1 and 2 σ).
+    """Robust standard deviation: the largest from three quantiles of |samples| (0.6745, 1 and 2 σ of a normal law).
 
-    Noise that is merely not normal has no outliers.
+    With the largest, noise that is merely not normal has no outliers.
     """
     return float(np.max(np.quantile(size, [0.5, 0.6827, 0.9545]) / [0.6745, 1.0, 2.0]))
 
@@ -130,10 +131,10 @@ def _scale(size: NDArray[np.float64]) -> float:
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
 ) -> Candidate | None:
-    """Samples of the whitened record beyond what n normal ones reach once in a hundred records.
+    """Candidate that excludes outliers: samples of the whitened record beyond what normal noise reaches in 1 % of records.
 
-    The scale is that of quantiles, which a few per cent of outliers do not move; the gain is what giving each
-    its own level would raise logL by, less the ln n of choosing it.
+    The scale comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a separate level for
+    each outlier, less ln n for choosing it.
     """
     from scipy.special import log_ndtr, ndtri_exp
 
@@ -149,7 +150,7 @@ def screen_outliers(
     z = np.abs(samples - centre) / scale
     limit = -float(ndtri_exp(np.log(0.5 * FALSE_ALARM_PROBABILITY / data.n)))
     if z.max() > limit:
-        # What the record's own tail reaches is none; a coarse step rounds up.
+        # Samples within the tail of the record's own distribution are no outliers; a coarse step rounds up.
         there = size if data.missing is None else size[~data.missing]
         limit = max(
             limit,
@@ -164,16 +165,16 @@ def screen_outliers(
         return None
     seen = data.samples if data.missing is None else data.samples[~data.missing]
     if float(np.ptp(np.quantile(seen, [0.01, 0.99]))) == 0.0:
-        return None  # a column of few codes: hardly anything but one of them would be left
+        return None  # a column of few codes would keep hardly more than one of them
     gain = float(np.sum(0.5 * z[index] ** 2 - np.log(data.n)))
     if gain <= 0.0:
         return None
     largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
     effect = wanted[0].at((data.start + index / data.rate).tolist())
-    return _taken_out(effect, solution, data, gain, 1, largest)
+    return _exclusion(effect, solution, data, gain, 1, largest)
 
 
-def _taken_out(
+def _exclusion(
     effect: Modifier | None,
     solution: Solution,
     data: Data,
@@ -182,7 +183,7 @@ def _taken_out(
     chance: float,
     note: str = "",
 ) -> Candidate | None:
-    """The model refitted to what an effect of so many `numbers` leaves of the record; None where it takes nothing."""
+    """Candidate for an exclusion, refitted to the remaining samples; None if it excludes nothing."""
     if effect is None:
         return None
     taken = effect.missing(data.n, data.rate)
@@ -213,13 +214,13 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
     """
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out
-    stuck = _standing_still(solution, data)
+    stuck = _stuck_value(solution, data)
     if stuck is not None:
         return stuck
     bands = octaves_of(with_normal_tails(whitened))
     samples = data.residual(solution.model)
-    found: list[_Heard] = []
-    told: list[_Heard] = []
+    found: list[_SeenByOctave] = []
+    with_sharp_ends: list[_SeenByOctave] = []
     for low, high, power, freedom in bands:
         size = power.size
         start, end, _, chance = best_interval(power, freedom, min(LEVEL_CELLS, size // 8))
@@ -229,48 +230,53 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
         if size > LEVEL_CELLS:
             start, end, _ = refine(power, freedom, start, end, size // LEVEL_CELLS)
         outside = np.delete(power, np.s_[start:end]).mean()
-        loud = _narrowly(samples, low, high, start / size, end / size)
+        loud = _power_ratio(samples, low, high, start / size, end / size)
         if (
             power[start:end].mean() / outside if loud is None else loud
         ) < MIN_DISTURBANCE_POWER_RATIO:
             continue
-        # A value of the octave is known to itself.
+        # The ends are known to one value of the octave.
         times = max(start - 1, 0) / size, min(end + 1, size) / size
         ends = without_ringing(samples, low, high, *times)
-        (found if ends is None else told).append(
+        (found if ends is None else with_sharp_ends).append(
             (chance, *(ends or times), power / outside, freedom)
         )
-    # Where some octaves tell when it was, the others ring.
-    found = sorted(told or found, key=lambda one: one[0])
+    # Octaves without sharp ends ring, so those with sharp ends take precedence.
+    found = sorted(with_sharp_ends or found, key=lambda one: one[0])
     if not found:
         return None
     chance, first, last, _, _ = found[0]
     reach = last - first
     for _, begin, close, power, freedom in found[1:]:
-        # Another octave may hear it begin earlier or end later: less long than it lasts, else that is another one.
-        if first - reach < begin < first and _loud(power, freedom, begin, first):
+        # Another octave extends the segment by at most its length; anything longer is another disturbance.
+        if first - reach < begin < first and _is_loud(power, freedom, begin, first):
             first = begin
-        if last < close < last + reach and _loud(power, freedom, last, close):
+        if last < close < last + reach and _is_loud(power, freedom, last, close):
             last = close
     begin, close = (data.start + part * data.duration for part in (first, last))
-    return _taken_out(
-        _stretch(begin, close), solution, data, _louder_by(bands, first, last), 2, chance
+    return _exclusion(
+        _segment_effect(begin, close),
+        solution,
+        data,
+        _delta_logl_of_louder_octaves(bands, first, last),
+        2,
+        chance,
     )
 
 
-def _stretch(start: float, end: float) -> Modifier | None:
-    """The effect of the catalogue that takes this interval out."""
+def _segment_effect(start: float, end: float) -> Modifier | None:
+    """Effect of the catalogue that excludes the samples between two times."""
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
     return kinds[0].during(start, end, MIN_DISTURBANCE_POWER_RATIO) if kinds else None
 
 
-def _standing_still(solution: Solution, data: Data) -> Candidate | None:
-    """The longest stretch of one value, where neighbours are hardly ever equal: a stuck sensor or a lost link."""
+def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
+    """Candidate that excludes the longest run of equal values (stuck sensor, lost link), if such runs are rare; or None."""
     samples = data.samples
     if data.missing is not None:
         samples = np.where(data.missing, np.nan, samples)
     first, count, equal = longest_run([(0, samples)], data.n)
-    # By chance alone: that many in a row, anywhere in the record, of neighbours that are equal as often as elsewhere.
+    # Probability of a run of this length anywhere, if neighbors are equal as often as elsewhere.
     share = max(equal - count + 1, 1) / (data.n - 1)
     chance = float(np.log(data.n) + (count - 1) * np.log(share))
     if (
@@ -282,11 +288,11 @@ def _standing_still(solution: Solution, data: Data) -> Candidate | None:
         return None
     begin = data.start + first / data.rate
     note = f"One value stands for {count} samples from {begin:.6g} s: a stuck sensor or a lost link"
-    effect = _stretch(begin, begin + (count - 1) / data.rate)
-    return _taken_out(effect, solution, data, -chance, 2, chance, note)
+    effect = _segment_effect(begin, begin + (count - 1) / data.rate)
+    return _exclusion(effect, solution, data, -chance, 2, chance, note)
 
 
-def _narrowly(
+def _power_ratio(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> float | None:
     """Largest ratio, over the bands within some ordinates, of the power in a segment to the median power elsewhere.
@@ -300,7 +306,7 @@ def _narrowly(
     start, end = round(first * n), round(last * n)
     length = end - start
     padded = next_fast_len(length, real=True)
-    # Two more to either side, beside which the first and the last stand out.
+    # Two more bands on each side serve as neighbors of the first and the last.
     steps = (high / low) ** (np.arange(-2, BANDS_PER_OCTAVE + 3) / BANDS_PER_OCTAVE)
     edges = np.unique(np.round(low * padded / (2 * n) * steps).astype(int))
     others = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
@@ -312,6 +318,7 @@ def _narrowly(
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
+        """Mean power in each band of the segment that begins at a sample."""
         found = rfft(samples[at : at + length] * window, padded)[: edges[-1]]
         power = found.real**2 + found.imag**2
         return np.asarray(np.add.reduceat(power, edges[:-1]) / np.diff(edges))
@@ -321,7 +328,7 @@ def _narrowly(
         {others[k * len(others) // SEGMENTS_ELSEWHERE] for k in range(SEGMENTS_ELSEWHERE)}
     )
     usual = np.array([spectrum(at) for at in some])
-    # Of a band with as many ordinates two values differ by so much by chance.
+    # Two values of a band with this many ordinates differ by less by chance.
     clearly = 1.0 + 8.0 / np.sqrt(np.diff(edges)[2:-2])
     peaks = usual[:, 2:-2] > clearly * np.maximum(usual[:, :-4], usual[:, 4:])
     louder = float(np.max((spectrum(start) / np.median(usual, axis=0))[2:-2]))
@@ -332,8 +339,8 @@ def _narrowly(
     )
 
 
-def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
-    """Whether relative power between two parts of the record, short of the values at either, is beyond chance."""
+def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
+    """True if the mean relative power between two fractions of the record is significantly above 1."""
     from scipy.special import chdtrc
 
     part = power[round(first * power.size) + 1 : round(last * power.size) - 1]
@@ -343,7 +350,7 @@ def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float)
 
 
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
-    """First ordinate, end, power over time and the freedom of a value of each octave."""
+    """Octaves of a whitened record: first ordinate, end, power over time, degrees of freedom of each value."""
     return [
         (low, high, power, each / overdispersion(power, each))
         for low, high, power, each in steady.bands
@@ -351,22 +358,24 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
     ]
 
 
-def differs_by(whitened: Whitened, first: float, last: float) -> float:
-    """Rise of logL by another level of each octave, louder or quieter, between two parts of the record."""
-    return sum(rise for rise, _ in _levels(octaves_of(with_normal_tails(whitened)), first, last))
+def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float) -> float:
+    """ΔlogL of separate levels of all octaves, louder or quieter, between two fractions of the record."""
+    return sum(
+        rise for rise, _ in _octave_levels(octaves_of(with_normal_tails(whitened)), first, last)
+    )
 
 
-def _louder_by(
+def _delta_logl_of_louder_octaves(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> float:
-    """The same of the octaves that are louder."""
-    return sum(rise for rise, louder in _levels(bands, first, last) if louder)
+    """ΔlogL of separate levels between two fractions of the record, from octaves that are louder there."""
+    return sum(rise for rise, louder in _octave_levels(bands, first, last) if louder)
 
 
-def _levels(
+def _octave_levels(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> Iterator[tuple[float, bool]]:
-    """Rise of logL by another level of each octave between two parts of the record, and whether it is louder there."""
+    """For each octave: ΔlogL of a separate level between two fractions of the record, and whether it is louder there."""
     for _, _, power, freedom in bands:
         start, end = (round(part * power.size) for part in (first, last))
         if 0 < end - start < power.size:

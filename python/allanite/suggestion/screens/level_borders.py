@@ -1,4 +1,4 @@
-"""When the level of a series of power changes: between two values, or within those of a map."""
+"""Times at which the level of a power series changes: between two values, or within the cells of a map."""
 
 from __future__ import annotations
 
@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["between_values", "moved", "of_stretches", "within_cells"]
+__all__ = [
+    "borders_between_values",
+    "borders_within_cells",
+    "interval_powers",
+    "most_likely_borders",
+]
 
 Array = NDArray[np.float64]
 #: Values on each side of a border of the power map of a summary that may mix two levels.
@@ -20,11 +25,13 @@ BLURRED_VALUES = 12
 MAX_ROUNDS = 20
 
 
-def moved(power: Array, places: NDArray[np.int64], levels: Array, least: int) -> NDArray[np.int64]:
-    """Each border where it is most likely between the levels on its sides, anywhere between its neighbours.
+def most_likely_borders(
+    power: Array, places: NDArray[np.int64], levels: Array, least: int
+) -> NDArray[np.int64]:
+    """Borders, each most_likely_borders to the most likely place between its neighbors for the levels on its two sides.
 
-    A stretch between two keeps at least `least` values: anything shorter is an outlier, not a level. The ends of the record
-    are no borders, and stay.
+    An interval between two borders keeps at least `least` values, since anything shorter is an outlier. The ends of the
+    record are no borders.
     """
     out = places.copy()
     for k, place in enumerate(places):
@@ -39,23 +46,25 @@ def moved(power: Array, places: NDArray[np.int64], levels: Array, least: int) ->
     return out
 
 
-def between_values(
+def borders_between_values(
     power: Array, places: NDArray[np.int64], factors: Sequence[float], least: int
 ) -> NDArray[np.int64]:
-    """Borders where the likelihood of the values is largest, and the levels that follow from them with it.
+    """Most likely borders of the values, found in turn with the levels between them until both stay.
 
-    Where a border is found among coarse stretches it is off by as much as the record tells better by many units of logL:
-    levels that are known with it move it, and it moves them, until it stays.
+    Borders of coarse cells are far off in logL, so levels and borders must be refined together.
     """
     for _ in range(MAX_ROUNDS):
-        before, places = places, moved(power, places, of_stretches(power, places, factors), least)
+        before, places = (
+            places,
+            most_likely_borders(power, places, interval_powers(power, places, factors), least),
+        )
         if np.array_equal(before, places):
             break
     return places
 
 
-def of_stretches(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
-    """Mean power of each stretch, of one for all of the same of the `factors`, that of the first being 1."""
+def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
+    """Mean power of each interval; intervals with the same factor have one mean. The first factor is 1."""
     known = np.array([1.0, *factors])
     ends = [0, *places, power.size]
     total = np.array([power[low:high].sum() for low, high in pairwise(ends)])
@@ -64,19 +73,19 @@ def of_stretches(power: Array, places: NDArray[np.int64], factors: Sequence[floa
     return np.asarray(np.maximum(alike @ total / np.maximum(alike @ size, 1), 1e-12))
 
 
-def within_cells(
+def borders_within_cells(
     power: Array, places: Sequence[float], factors: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """Borders of levels within the values of a map over time, and the power from each on over that at the start.
+    """Borders within the cells of a power map, and the power from each border on over that at the start.
 
-    A value of such a map may be a mean over more than its own time. What is known of the levels is what is well inside
-    their stretches, of one for all that have one of the `factors`; about each border is as much power as the levels on both
-    sides make.
+    A cell may be a mean over more than its own time. Levels come from cells well inside the intervals, with one mean for
+    all intervals of the same factor. The power near a border then gives its place between the levels on the two sides.
     """
     known = [1.0, *factors]
     at = np.arange(power.size) + 0.5
 
     def levels(borders: Sequence[float]) -> list[float]:
+        """Mean power of each interval, without the blurred cells at its borders."""
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}
         for factor, (low, high) in zip(known, pairwise(ends), strict=True):

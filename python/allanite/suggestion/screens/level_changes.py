@@ -1,4 +1,4 @@
-"""Candidates that happen in time: changes of the noise level, beside the outliers that would be taken for them."""
+"""Screen of changes of the noise level, after the outliers that would be taken for them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,11 @@ from allanite.suggestion.constants import (
 )
 from allanite.suggestion.p_values import best_interval, refine
 from allanite.suggestion.screens.exclusions import screen_outliers
-from allanite.suggestion.screens.level_borders import between_values, of_stretches, within_cells
+from allanite.suggestion.screens.level_borders import (
+    borders_between_values,
+    borders_within_cells,
+    interval_powers,
+)
 from allanite.suggestion.screens.level_forms import (
     Series,
     screen_columns,
@@ -41,20 +45,20 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
 
 __all__ = [
-    "level_forms",
+    "count_of_level_forms",
     "level_series",
+    "overdispersion_without",
     "screen_levels",
-    "screen_moments",
-    "unsteady",
+    "screen_outliers_and_levels",
 ]
 
 
-def screen_moments(
+def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
-    """Screen outliers first; changes of level are then looked for in the samples without them.
+    """Candidate of outliers, or None, and candidates of changes of level in the samples without these outliers.
 
-    Where most samples of a stretch are louder it is no matter of single samples: those are looked for on the next rung.
+    If most samples of an interval are louder, the change of level comes first and outliers are left for the next step.
     """
     outliers = screen_outliers(solution, data, whitened.samples)
     if outliers is None or outliers.solution is None or outliers.data is None:
@@ -68,14 +72,14 @@ def screen_moments(
 
 
 def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """Whether the usual size of the samples changes by half of what their power does."""
+    """True if the typical size of the samples changes by at least half of the change of their rms."""
     effect = candidate.effect
     assert isinstance(effect, Modifier)
-    if whitened.samples.size != data.n or candidate.log_chance is None:
+    if whitened.samples.size != data.n or candidate.log_p_value is None:
         return False
     gain = effect.gain(data.time, data.covariates)
     loud = gain > np.sqrt(gain.min() * gain.max())
-    if candidate.log_chance > np.log(FALSE_ALARM_PROBABILITY) or loud.all():
+    if candidate.log_p_value > np.log(FALSE_ALARM_PROBABILITY) or loud.all():
         return False
     usual = [float(np.median(np.abs(whitened.samples[part]))) for part in (loud, ~loud)]
     power = [float(np.mean(whitened.samples[part] ** 2)) for part in (loud, ~loud)]
@@ -83,9 +87,10 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
-    """The ways in which the level of the white noise changes that explain its power over time best.
+    """Candidates of changes of the white-noise level that explain its power over time best.
 
-    One interval, several, a period, or another column: what is told from the best is left for the next rung.
+    Searched are one interval, several, a period, and other columns. Candidates within `RIVAL` nats of the best are
+    returned.
     """
     series = level_series(solution, data, whitened)
     if series is None:
@@ -101,14 +106,17 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     price = 0.5 * np.log(max(series.freedom * series.power.size, 2.0))
     best = max(c.gain - price * c.parameters for c in found)
     kept = [c for c in found if c.gain - price * c.parameters > best - RIVAL]
-    kept = [_refitted(_sharp(c, series, solution, data, whitened), solution, data) for c in kept]
+    kept = [
+        _refitted(_with_refined_times(c, series, solution, data, whitened), solution, data)
+        for c in kept
+    ]
     if any(effect.passing for effect in solution.model.modifiers):
         kept = [c for c in kept if _steadies(c, data, series)]
     return kept
 
 
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
-    """The power of the white noise over time; None where there is too little of it, or it depends on the bias."""
+    """Power of the white noise over time; None if there is too little white noise, or if its level depends on the bias."""
     calm = whitened.without_single
     power, share, freedom = white_power(solution, data, calm)
     if power is None or power.size < MIN_POWER_VALUES or _dithered(data):
@@ -129,7 +137,7 @@ def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
     gain = effect.gain(data.time, data.covariates)
     loud = gain > np.sqrt(gain.min() * gain.max())
     excess = float(np.mean(samples[loud] ** 2) - np.mean(samples[~loud] ** 2))
-    # A period is known to a part of a sample.
+    # The period is known to one sample.
     alike = [
         float(np.mean((samples[:-shift] * samples[shift:])[loud[:-shift]]))
         for shift in (lag - 1, lag, lag + 1)
@@ -146,9 +154,9 @@ def _dithered(data: Data) -> bool:
 
 
 def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
-    """Whether the power over time becomes steadier by half of what a change of level promises, or more.
+    """True if the power over time becomes steadier by at least half of what the change of level promises.
 
-    Beside other changes the model may know of this one, and what it leaves is not the white noise's.
+    Beside other changes of level, the model may contain this one already, and the remainder is not white noise.
     """
     assert candidate.solution is not None
     after = white_power(candidate.solution, data, whiten(candidate.solution, data))[0]
@@ -160,31 +168,33 @@ def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
     return bool(-0.5 * series.freedom * np.log(before / after).sum() >= 0.5 * candidate.gain)
 
 
-def level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
-    """How many forms there are beside one interval: several, a period, a band, and each column."""
+def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
+    """Number of forms of a change of level besides one interval: several, a period, a band, and each column."""
     return 3 + len(columns)
 
 
-def _sharp(
+def _with_refined_times(
     candidate: Candidate, series: Series, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """With its times where single samples put them, and the factors that follow: a loud one outside would be an outlier.
+    """Candidate with its times refined by single samples, and with the factors that follow from these times.
 
-    Of a summary where the power in its cells puts them, of which each may be partly loud.
+    Loud samples outside of coarse times would be outliers. A summary has no samples; its cells of power refine the times.
     """
     effect = candidate.effect
     if not isinstance(effect, Level) or not effect.switches[0]:
         return candidate
     times, factors = effect.switches
     if whitened.samples.size != data.n:
-        # Of the octave that is kept in the shortest segments.
+        # Use the octave that a summary keeps in its shortest segments.
         octaves = [replace(whitened, bands=(band,)) for band in whitened.bands if band[3] != 1.0]
         seen = (white_power(solution, data, octave) for octave in octaves)
         power, share, freedom = next((one for one in seen if one[0] is not None), (None, 0.0, 0.0))
         if power is None:
             return candidate
         cells = Series(power, power, freedom, share, *data.span)
-        borders, relative = within_cells(power, [cells.place(time) for time in times], factors)
+        borders, relative = borders_within_cells(
+            power, [cells.place(time) for time in times], factors
+        )
         if not all(np.diff(borders) > 0.0):
             return candidate
         factors = tuple(float(np.sqrt(cells.white(level))) for level in relative)
@@ -192,35 +202,36 @@ def _sharp(
             candidate, effect=effect.switching_at(tuple(map(cells.time, borders)), factors)
         )
     square = with_normal_tails(whitened).samples ** 2
-    # Of the ends nothing is known: there it is as loud as beside them.
+    # The whitened ends have no values; assume the power beside them.
     ends = ends_of(data.n)
     square[:ends] = square[ends : 5 * ends].mean()
     square[data.n - ends :] = square[data.n - 5 * ends : data.n - ends].mean()
     places = np.round((np.array(times) - data.start) * data.rate).astype(np.int64)
-    places = between_values(square, places, factors, max(1, data.n // LEVEL_CELLS))
+    places = borders_between_values(square, places, factors, max(1, data.n // LEVEL_CELLS))
     moments = tuple((data.start + places / data.rate).tolist())
     near = np.round([series.place(time) for time in moments]).astype(np.int64)
-    levels = of_stretches(series.power, near, factors) / series.power.mean()
+    levels = interval_powers(series.power, near, factors) / series.power.mean()
     white = np.array([series.white(float(level)) for level in levels])
     factors = tuple(np.sqrt(white[1:] / white[0]).tolist())
     return replace(candidate, effect=effect.switching_at(moments, factors))
 
 
 def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
+    """Candidate with the solution of the model refitted with its effect."""
     model = solution.model
     refitted = solve(data, model + candidate.effect, like=solution, settled=len(model), rounds=3)
     return replace(candidate, effect=refitted.model.effects[-1], solution=refitted)
 
 
-def unsteady(
+def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """By how much the spectrum, and what happens at one time, scatter more for a change of level that is missing."""
+    """Overdispersion of the spectrum and largest relative noise power, due to a missing significant change of level."""
     sure = [
         c
         for c in levels
-        if c.log_chance is not None
-        and c.log_chance + np.log(searches) < np.log(FALSE_ALARM_PROBABILITY)
+        if c.log_p_value is not None
+        and c.log_p_value + np.log(searches) < np.log(FALSE_ALARM_PROBABILITY)
     ]
     if not sure:
         return 1.0, 1.0
@@ -229,15 +240,15 @@ def unsteady(
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
-    """The interval in which the white noise differs most from the rest, of any length.
+    """Candidate of the interval in which the white noise differs most from the rest, of any length; or None.
 
-    logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
+    Two levels raise logL over one by −½(d_in ln ρ_in + d_out ln ρ_out), with mean powers ρ and degrees of freedom d.
     """
     power, size = series.judged, series.judged.size
     cells = min(LEVEL_CELLS, size // 8)
     start, end, gain, chance = best_interval(power, series.freedom, cells)
     if size > cells:
-        # Where it begins and ends is a matter of the estimate; what was tried and found is above.
+        # Refining the ends concerns the estimate; the p-value is that of the coarse search.
         start, end, gain = refine(power, series.freedom, start, end, size // cells)
     inside = series.power[start:end].mean()
     outside = np.delete(series.power, np.s_[start:end]).mean() if end - start < size else 1.0
@@ -246,7 +257,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
         cls.during(series.time(start), series.time(end), factor) for cls in _screened("level")
     )
     effect = next((change for change in changes if change is not None), None)
-    # Where the model is wrong by so much anyway, or a factor is known no better, a smaller change of level is no effect.
+    # A change smaller than the discrepancy of the model, or than its standard error, is no effect.
     least = max(discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
     if effect is None or gain < MIN_LEVEL_DELTA_LOGL or abs(factor - 1.0) < least:
         return None
@@ -254,4 +265,5 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
 
 
 def _screened(key: str) -> list[type[Modifier]]:
+    """Modifiers of the catalogue that declare a screen."""
     return [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == key]

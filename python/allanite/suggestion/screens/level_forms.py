@@ -1,4 +1,4 @@
-"""Ways in which the level of the white noise changes, beside one interval: several intervals, a period, another column."""
+"""Screens of the level of the white noise beyond one interval: several intervals, a period, or another column."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from allanite.suggestion.constants import (
     MIN_LEVEL_DELTA_LOGL,
     MIN_LEVEL_PERIODS,
 )
-from allanite.suggestion.screens.level_borders import moved
+from allanite.suggestion.screens.level_borders import most_likely_borders
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -55,13 +55,13 @@ class Series:
     Attributes
     ----------
     power, judged : ndarray, shape (k,)
-        Mean 1 about; what a level is measured by, and what decides (of normal tails).
+        Power with mean about 1: `power` measures levels, `judged` (with normal tails) decides on them.
     freedom : float
-        Independent degrees of freedom of each.
+        Independent degrees of freedom of each value.
     share : float
-        Part of the power that the white noise has.
+        Share of the power that is white noise.
     start, end : float
-        Of the record, s.
+        Start and end of the record, s.
     """
 
     power: Array
@@ -78,22 +78,22 @@ class Series:
         return float(self.start + place * (self.end - self.start) / self.power.size)
 
     def place(self, time: float) -> float:
-        """Edge between values at a time."""
+        """Index of the edge between values at a time."""
         return float((time - self.start) / (self.end - self.start) * self.power.size)
 
     def white(self, ratio: float) -> float:
-        """Ratio of the white powers where those of all are in this one: what else is there dilutes it."""
+        """Ratio of white-noise powers from the ratio of total powers, which the other noise dilutes."""
         return max(1e-6, 1.0 + (ratio - 1.0) / self.share)
 
 
 def series_of(
     power: Array, judged: Array, freedom: float, share: float, span: tuple[float, float]
 ) -> Series:
-    """The series, `freedom` as if its values were independent.
+    """Series of power over time, with its degrees of freedom reduced by the overdispersion.
 
-    How much more they scatter is seen when many changes of level, which look like that, are taken out.
+    `freedom` is that of independent values. The overdispersion is measured after changes of level are divided out.
     """
-    places = _stretches(judged, freedom, turns=False)
+    places = _level_borders(judged, freedom, turns=False)
     steady = judged / np.repeat(
         _levels(judged, places, turns=False), np.diff([0, *places, judged.size])
     )
@@ -101,16 +101,16 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """Several levels where they are worth their numbers: of each stretch its own, or two that take turns.
+    """Candidate of several levels, if worth their parameters: each interval its own level, or two alternating levels.
 
-    Each number costs ½ ln n of logL; the chance is e to what is gained beyond that.
+    Each parameter costs ½ ln n of logL. The p-value is e to the minus gain beyond that.
     """
-    kinds = [type(blank) for blank in _blanks(model, {})]
+    kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
     price = 0.5 * np.log(max(freedom * series.judged.size, 2.0))
     found: list[tuple[float, float, Level | None]] = []
     for turns in (False, True):
-        places = _stretches(series.judged, freedom, turns=turns)
+        places = _level_borders(series.judged, freedom, turns=turns)
         if places.size < 2:
             continue
         levels = _levels(series.judged, places, turns)
@@ -135,14 +135,14 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     return [Candidate(chosen, gain, "level", None, chosen.numbers, min(0.0, -best))]
 
 
-def _blanks(model: Model, columns: Mapping[str, Array]) -> list[Level]:
-    """The effects of the catalogue that may change the level beside a model."""
+def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Level]:
+    """Effects of the catalogue that may change the level beside a model."""
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
 
-def _stretches(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
-    """Places between stretches of one level, of two that take turns or of any, each worth its price."""
+def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
+    """Borders between intervals of constant level, each worth its price; with `turns`, between two alternating levels."""
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
     price = 0.5 * np.log(max(freedom * power.size, 2.0))
@@ -150,15 +150,17 @@ def _stretches(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64
     count = freedom * np.diff(edges)
     borders = _partition(coarse, count, 2.0 * price)
     if turns:
-        borders = _in_turns(coarse, count, borders, price)
+        borders = _alternating_borders(coarse, count, borders, price)
     places = np.asarray(edges[np.array(borders, dtype=np.int64)], dtype=np.int64)
     for _ in range(2):
-        places = moved(power, places, _levels(power, places, turns), power.size // cells)
-    return places if turns else _needed(power, places, freedom, 2.0 * price)
+        places = most_likely_borders(
+            power, places, _levels(power, places, turns), power.size // cells
+        )
+    return places if turns else _without_needless_borders(power, places, freedom, 2.0 * price)
 
 
 def _partition(power: Array, count: Array, price: float) -> list[int]:
-    """Borders of the stretches of one level each that raise logL most, less `price` for each: dynamic programming."""
+    """Borders of the partition into constant levels with the largest logL less `price` per border (dynamic programming)."""
     total = np.concatenate([[0.0], np.cumsum(power * count)])
     size = np.concatenate([[0.0], np.cumsum(count)])
     best = np.zeros(power.size + 1)
@@ -176,37 +178,37 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
     return borders[::-1]
 
 
-def _in_turns(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
-    """Borders between two levels that take turns, from the stretches of a partition."""
+def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
+    """Borders between two alternating levels, starting from the intervals of a partition."""
     if len(borders) < 2:
         return []
-    means = np.sort(_means(power * count, borders) / _means(count, borders))
+    means = np.sort(_interval_sums(power * count, borders) / _interval_sums(count, borders))
     best: tuple[float, list[int]] = (-np.inf, [])
     for split in np.sqrt(means[1:] * means[:-1]):
         loud = np.repeat(
-            _means(power * count, borders) / _means(count, borders) > split,
+            _interval_sums(power * count, borders) / _interval_sums(count, borders) > split,
             np.diff([0, *borders, power.size]),
         )
         for _ in range(4):
             if loud.all() or not loud.any():
                 break
             levels = [float(np.average(power[part], weights=count[part])) for part in (~loud, loud)]
-            value, loud = _switched(power, count, levels, price)
+            value, loud = _best_path(power, count, levels, price)
             score = -value
             if score > best[0]:
                 best = (score, [int(b) + 1 for b in np.flatnonzero(np.diff(loud))])
     return best[1]
 
 
-def _means(values: Array, borders: list[int]) -> Array:
-    """Sums of the stretches."""
+def _interval_sums(values: Array, borders: list[int]) -> Array:
+    """Sum of the values in each interval."""
     return np.asarray(np.add.reduceat(values, [0, *borders]))
 
 
-def _switched(
+def _best_path(
     power: Array, count: Array, levels: list[float], price: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """The cheapest way through two levels, `price` for each change (Viterbi), and where it is on the second."""
+    """Lowest loss of a path through two levels with `price` per change (Viterbi), and where it is on the second level."""
     cost = np.stack([0.5 * count * (np.log(v) + power / v) for v in levels])
     here = cost[:, 0]
     stayed = np.zeros((2, power.size), dtype=bool)
@@ -225,7 +227,7 @@ def _switched(
 
 
 def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
-    """Mean power of each stretch; of all that take turns together, where they do."""
+    """Mean power of each interval; with `turns`, one mean for all even and one for all odd intervals."""
     firsts = np.array([0, *places])
     sizes = np.diff([*firsts, power.size])
     sums = np.add.reduceat(power, firsts)
@@ -237,10 +239,10 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
     return out
 
 
-def _needed(
+def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """The borders that are worth their price: one that lay within a coarse stretch was two."""
+    """The borders that are worth their price. A border inside a coarse cell was found as two."""
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
@@ -252,18 +254,20 @@ def _needed(
 
 
 def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
+    """Negative logL of constant levels between borders, up to a constant."""
     sizes = np.diff([0, *places, power.size])
     return float(0.5 * freedom * sizes @ np.log(_levels(power, places, turns=False)))
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
-    """The period in which the power comes back, and the gate that explains it best.
+    """Candidate of a periodic level: the best period and the gate that explains the power best; or None.
 
-    The chance is that of H, the sum of the powers of harmonics less what they cost, at any frequency.
+    The p-value is the larger of those of H and of the best gate. H is the largest sum of harmonic powers less their cost,
+    over all frequencies.
     """
     from scipy.special import log_ndtr
 
-    kinds = [type(blank) for blank in _blanks(model, {})]
+    kinds = [type(blank) for blank in _level_effects(model, {})]
     cells = min(PERIOD_CELLS, series.judged.size)
     power = cell_means(series.judged, cells)
     freedom = series.freedom * series.judged.size / cells
@@ -314,7 +318,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     effect = next((e for e in (cls.gated(*values) for cls in kinds) if e), None)
     if effect is None:
         return None
-    # And the best of all gates of all periods.
+    # The p-value of the best gate over all gates of all periods.
     gates = np.log(2.0 * places.size * PHASES * np.log2(PHASES)) + float(
         log_ndtr(-np.sqrt(2.0 * gain))
     )
@@ -322,7 +326,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 
 
 def _gate(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
-    """The rise of logL by the stretch of phases with a level of its own that raises it most, and its ends."""
+    """Largest ΔlogL of a separate level in an interval of phases, and the first and last phase of that interval."""
     twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
     sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])
     first = np.arange(PHASES)[:, None]
@@ -338,10 +342,10 @@ def _gate(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
 
 
 def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -> list[Candidate]:
-    """Each column that the logarithm of the level may be a line of."""
+    """Candidates in which the log of the noise level is linear in a column, one for each suitable column."""
     from scipy.special import log_ndtr
 
-    blanks = [blank for blank in _blanks(model, columns) if blank.follows is not None]
+    blanks = [blank for blank in _level_effects(model, columns) if blank.follows is not None]
     found = []
     cells = min(PERIOD_CELLS, series.judged.size)
     power = cell_means(series.judged, cells)
@@ -357,7 +361,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
         if gain < MIN_LEVEL_DELTA_LOGL:
             continue
         chance = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
-        # What else is in the bands dilutes it.
+        # Other noise in the bands dilutes the slope.
         coefficient = 0.5 * slope / spread / series.share
         effect = blank.following(np.asarray(columns[blank.follows], dtype=np.float64), coefficient)
         if effect is not None:
@@ -366,7 +370,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
 
 
 def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
-    """Slope b of ln E(power) = a + b·values, by Newton's steps, and the rise of logL over b = 0."""
+    """Slope b of ln E(power) = a + b·values by Newton's method, and its ΔlogL over b = 0."""
 
     def loss(b: float) -> float:
         return 0.5 * freedom * power.size * float(np.log(np.mean(power * np.exp(-b * values))))

@@ -1,4 +1,4 @@
-"""Candidate lines: the whitened record searched at every frequency."""
+"""Screen of lines: the whitened record is searched at every frequency, and lines are combined into harmonics and combs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from allanite.suggestion.constants import (
     MIN_SPACED_LINES,
 )
 from allanite.suggestion.known_frequencies import known_bands
-from allanite.suggestion.p_values import Family, log_chance, trials_at
+from allanite.suggestion.p_values import Family, log_p_value, trials_at
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -50,11 +50,12 @@ WIDTH_ORDINATES = 256
 MEDIAN_CHI2_1 = 0.4549
 
 
-def _over_level(power: NDArray[np.float64], floor: float, bins: Bins) -> list[tuple[int, float]]:
-    """Divides power in place by the level of its neighbourhood: a band that the model misses is not a line.
+def _divide_by_level(
+    power: NDArray[np.float64], floor: float, bins: Bins
+) -> list[tuple[int, float]]:
+    """Divide power in place by the level of its neighborhood, so that a band that the model misses does not become a line.
 
-    Nothing is raised beside an empty bin, which has no level. Returned are the end (exclusive) and the level of each
-    stretch.
+    Beside an empty bin, which has no level, no power is raised. Returns the end (exclusive) and the level of each interval.
     """
     gone = np.flatnonzero(empty(bins))
     edges = np.unique(
@@ -79,15 +80,15 @@ def _over_level(power: NDArray[np.float64], floor: float, bins: Bins) -> list[tu
 def screen_lines(
     solution: Solution, data: Data, whitened: NDArray[np.float64], white: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
-    """The strongest lines of the residual with the harmonics that stand out, refitted.
+    """Candidates of the strongest lines of the residual, with the harmonics that stand out, refitted.
 
-    It is `whitened`, in time; `white` are its ordinates by the model alone.
+    `whitened` is the residual in time; `white` are its ordinates whitened by the model without a discrepancy.
     """
     if solution.best.scale is not None or data.gain is not None:
-        # A line of a few cycles would be taken for a discrepancy of its own bin; a draw of the model would dilute it.
+        # A discrepancy would absorb a line of a few cycles; a random draw for missing samples would dilute it.
         whitened = _kernels.inverse_cosine_transform(white)
     ratio = _kernels.padded_periodogram(whitened)
-    levels = _over_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
+    levels = _divide_by_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
     ratio[: 2 * MIN_LINE_CYCLES] = 0.0
     ratio[-2:] = 0.0
     noise = solution.noise(data)
@@ -99,7 +100,7 @@ def screen_lines(
         if ratio[top] <= MIN_LINE_PEAK or (k >= MIN_LINES_REFITTED and above < MIN_HARMONIC_HEIGHT):
             break
         level = next(level for end, level in levels if top < end)
-        width, surplus = _wander(top, solution, data, level)
+        width, surplus = _best_width(top, solution, data, level)
         base: float
         multiples: Sequence[float]
         base, multiples = _comb(ratio, top, width)
@@ -111,15 +112,15 @@ def screen_lines(
             reaches = [(round(m * base), round(m * (8 + width))) for m in multiples]
             reaches.append((top, 8 + width))
         for place, reach in reaches:
-            _take_out(ratio, place, reach)
+            _remove_line(ratio, place, reach)
         start = base * data.rate / (2.0 * data.n)
-        for effect in _lines_at(start, multiples, solution, data):
+        for effect in _periodic_effects(start, multiples, solution, data):
             multiples = [m for m, _, _ in effect.lines]
             j = comb_window(start, multiples, data, ZOOM)
             frequency = polish_line(start, j, solution.ordinates[j], noise, data, multiples)
             effect = effect.with_values(frequency=frequency)
             refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
-            # What the line itself adds to its cell is no discrepancy.
+            # The noise model is that of the refit, so that the line does not count as discrepancy.
             without = refitted.noise(data)
             gains = []
             for m in multiples:
@@ -127,12 +128,12 @@ def screen_lines(
                 line = line_ordinates(m * frequency, j, data)
                 gain = regress(line, solution.ordinates[j], without.variance(j)).gain
                 gains.append(gain)
-            # Where samples are missing a bin may have shared its vote with others, of which a line is in one.
+            # With missing samples the bins share degrees of freedom, and logL of the spectrum understates a line.
             shared = data.gain is not None
             risen = np.inf if shared else refitted.log_likelihood - solution.log_likelihood
             whole = min(sum(gains), risen)
             if whole > 0.0:
-                # The search over all frequencies was for the strongest line alone.
+                # The p-value is that of the strongest line; its frequency was searched.
                 judged = min(whole, max(gains))
                 cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
                 trials = float(trials_at(np.array([cycles]), data.n, data.rate)[0])
@@ -143,17 +144,17 @@ def screen_lines(
                         "line",
                         refitted,
                         1 + 2 * len(multiples) + (spaced is not None),
-                        log_chance=log_chance(Family("line", width=trials), judged),
+                        log_p_value=log_p_value(Family("line", width=trials), judged),
                         judged=judged,
-                        note=_note(frequency, width, surplus - max(gains), data),
+                        note=_wandering_note(frequency, width, surplus - max(gains), data),
                     )
                 )
     return tuple(found)
 
 
 def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
-    """The place, in half cycles, that stands out most, and by how much over the price of finding it."""
-    # Octaves and known frequencies have shares of the trials: neither pays for all frequencies.
+    """Place of the line that stands out most, in half cycles, and its height above ln of the trials."""
+    # Octaves and known frequencies have their own shares of the trials.
     octaves = [(2**k, 2 ** (k + 1)) for k in range(1, (ratio.size - 1).bit_length())]
     known = 2.0 * data.n / data.rate * known_bands(data.n, data.rate)
     ranges = [*octaves, *((int(np.ceil(low)), int(high) + 1) for low, high in known)]
@@ -166,14 +167,14 @@ def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
 
 
 def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """Places of the lines that stand out by themselves, in half cycles; the strongest `MAX_SPACED_LINES`."""
+    """Places of the strongest separate lines, in half cycles."""
     left, found = ratio.copy(), []
     for _ in range(MAX_SPACED_LINES):
         top, above = _strongest(left, data)
         if left[top] <= MIN_LINE_PEAK or above < MIN_SPACED_LINE_HEIGHT:
             break
         found.append(top)
-        _take_out(left, top, 8)
+        _remove_line(left, top, 8)
     return found
 
 
@@ -188,7 +189,7 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
     for i in range(at.size):
         for other in range(i + 1, at.size):
             start, step = at[i], at[other] - at[i]
-            # Places are known to one; the distance better, the more lines are taken.
+            # Places are known to one half cycle; the spacing is known better the more lines are used.
             for reach, tolerance in ((3, 3.0), (8, 2.0), (at.size * 2, 2.0)):
                 order = np.round((at - start) / step)
                 on = (np.abs(at - start - order * step) <= tolerance) & (np.abs(order) <= reach)
@@ -206,18 +207,18 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
     return lowest, [float(1.0 + k * step / lowest) for k in order]
 
 
-def _take_out(ratio: NDArray[np.float64], place: int, reach: int) -> None:
-    """Zero in place of a line, and of its side lobes: they are sin²(πd/2)/(πd/2)² of it, at d half cycles."""
+def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
+    """Set a line and its side lobes to zero: they are sin²(πd/2)/(πd/2)² of it, at d half cycles."""
     first = max(0, place - reach)
     height = float(ratio[first : place + reach + 1].max(initial=0.0))
     beyond = int(2.0 / np.pi * np.sqrt(height / MIN_LINE_PEAK))
     ratio[max(0, first - beyond) : place + reach + beyond + 1] = 0.0
 
 
-def _lines_at(
+def _periodic_effects(
     start: float, multiples: Sequence[float], solution: Solution, data: Data
 ) -> Iterator[Periodic]:
-    """The effects that a line with these harmonics may be: one that has places of its own before the plain sinusoid."""
+    """Periodic effects that a line with these harmonics may be; effects with a range of their own go first."""
     for cls in reversed(tuple(CATALOGUE)):
         if cls.screened == "line" and issubclass(cls, Periodic):
             found = cls.at(start, multiples)
@@ -225,10 +226,10 @@ def _lines_at(
                 yield found
 
 
-def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
-    """Half-width, in ordinates, of the narrow-band noise that explains a line best, and its gain in logL.
+def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
+    """Half-width, in ordinates, of the narrow-band noise that explains a line best, and its ΔlogL.
 
-    A Lorentzian of any height on the single ordinates about the line (their Whittle likelihood).
+    A Lorentzian of any height is fitted to the single ordinates near the line (Whittle likelihood).
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),
@@ -248,8 +249,8 @@ def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int
     return (best[0] if best[0] > 2 else 0), best[1]
 
 
-def _note(frequency: float, width: int, surplus: float, data: Data) -> str:
-    """Whether the line is a pure one."""
+def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
+    """Sentence for a line that is narrow-band noise rather than a pure line, else an empty string."""
     if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""
     hertz = width * data.rate / (2.0 * data.n)
@@ -260,7 +261,7 @@ def _note(frequency: float, width: int, surplus: float, data: Data) -> str:
 
 
 def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[int]]:
-    """The fundamental (its ordinate) and multiples of the comb to which the line at `top` belongs."""
+    """Fundamental (its ordinate) and multiples of the comb to which the line at `top` belongs."""
     best = (top, [1])
     for divisor in range(1, MAX_STRONGEST_HARMONIC + 1):
         base = round(top / divisor)
@@ -268,25 +269,27 @@ def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[i
             break
         highest = (ratio.size - 2) // base
         if divisor <= 3:
-            multiples = _standing(ratio, top, divisor, width, min(MAX_LINE_HARMONIC, highest))
+            multiples = _harmonics_found(
+                ratio, top, divisor, width, min(MAX_LINE_HARMONIC, highest)
+            )
             if multiples[:1] == [1] and len(multiples) > len(best[1]):
                 best = (base, multiples)
         if highest > MAX_LINE_HARMONIC:
             places = min(MAX_PULSE_HARMONIC, highest)
-            multiples = _standing(ratio, top, divisor, width, places)
+            multiples = _harmonics_found(ratio, top, divisor, width, places)
             many = len(multiples) > max(MAX_LINE_HARMONIC, MIN_COMB_FRACTION * places, len(best[1]))
             if multiples[:1] == [1] and many:
                 best = (base, multiples)
     return best
 
 
-def _standing(
+def _harmonics_found(
     ratio: NDArray[np.float64], top: int, divisor: int, width: int, highest: int
 ) -> list[int]:
-    """Multiples of a part of the line at `top` that stand out of the noise."""
+    """Multiples of a fraction of the frequency of the line at `top` that stand out of the noise."""
     found = []
     for m in range(1, highest + 1):
-        # The line is known to half a place and wanders; its parts that much less.
+        # The place of the line is known to half an ordinate plus its width; fractions scale with it.
         place = round(m * top / divisor)
         reach = 1 + m * (1 + width) // divisor
         near = ratio[max(0, place - reach) : place + reach + 1]

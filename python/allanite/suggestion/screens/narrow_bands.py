@@ -1,4 +1,4 @@
-"""Where single ordinates stand out over less than a bin."""
+"""Narrow bands: where single ordinates stand out over less than a bin."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ WIDTHS = tuple(2**k for k in range(2, 13))
 
 @dataclass(frozen=True, slots=True)
 class Excess:
-    """A band (Hz) with more power than a model expects.
+    """A band with more power than the model.
 
     Attributes
     ----------
     low, high : float
         Its ends, Hz.
     gain : float
-        Rise of logL if the band is flat: k ordinates of m times the power expected explain ½k(m − 1 − ln m).
+        ΔlogL of a flat band: ½k(m − 1 − ln m) for k ordinates with m times the expected power.
     variance : float
-        Of what is in the band, U².
+        Variance of the excess, U².
     """
 
     low: float
@@ -44,16 +44,16 @@ class Excess:
 
 
 def widths_tried(n: int) -> int:
-    """How many widths of a band within a bin a record of n samples has, at least 1."""
+    """Number of widths of a band within a bin for a record of n samples, at least 1."""
     return max(1, sum(width <= NARROW * n for width in WIDTHS))
 
 
 def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
-    """The band of every width that stands out most in ordinates that are `white` by the model, where bins are wider."""
+    """For every width, the band that stands out most in ordinates whitened by the model, where bins are wider."""
     total = np.square(white)
     np.cumsum(total, out=total)
     hertz = data.rate / (2.0 * data.n)
-    # Ordinates that share what they show count less.
+    # Ordinates that share information count less.
     share = np.minimum(solution.count / np.diff(data.bins.edges), 1.0)
     for width in WIDTHS[: widths_tried(data.n)]:
         first = max(1, int(width / NARROW))

@@ -1,8 +1,8 @@
-"""Candidate slow functions of time and of other columns: whatever the catalogue declares as slow.
+"""Screens of slow functions of time and of other columns: drifts, events, temperature dependences.
 
-Each kind is a matched filter on the whitened ordinates at every point of its shape grid at once; the best is refitted. A
-drift has to explain something that a random process does not: its gain is what it adds to the model *with* the best
-spectral candidate (otherwise any slow column explains any random walk: spurious regression).
+Each kind is a matched filter on the whitened ordinates at every point of its shape grid; the best point is refitted. A
+slow function must explain something that a random process does not. Its p-value is therefore that of what it adds to the
+model *with* the best wandering process; otherwise any slow column explains any random walk (spurious regression).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from allanite.suggestion.constants import (
     MIN_INNER_CHANGE_FRACTION,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import Family, arc_length, log_chance
+from allanite.suggestion.p_values import Family, arc_length, log_p_value
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
@@ -46,9 +46,9 @@ if TYPE_CHECKING:
 
 
 __all__ = [
-    "beside_the_best",
-    "evidence",
     "is_placed",
+    "judged_beside_best",
+    "score",
     "screen_slow",
 ]
 
@@ -65,7 +65,10 @@ def screen_slow(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Screen:
-    """The best point of the shape grid of each effect of a family, refitted; `whitened` is of the solution."""
+    """Candidates of a family of slow functions: the best grid point of each effect, refitted, and its richer forms.
+
+    `whitened` returns the whitened record of the solution, if it is needed.
+    """
     found: list[Candidate] = []
     arcs: list[float] = []
     families: list[str] = []
@@ -77,7 +80,7 @@ def screen_slow(
             points, null.ordinates, null.noise(data), data, null.model.deterministic
         )
         arcs.append(arc_length(directions))
-        del directions  # tens of megabytes: not while the best is refitted
+        del directions  # tens of megabytes, not needed during the refit
         families.append(blank.family)
         top = int(np.argmax(gain))
         worth = gain[top] >= MIN_SCREEN_GAIN
@@ -85,14 +88,14 @@ def screen_slow(
         if simple is not None and simple.solution is not None:
             placed = is_placed(simple.solution.effects[-1], data.duration)
             found += [simple] if placed else []
-            alone = log_chance(Family(blank.family, (arcs[-1],)), simple.judged or 0.0)
+            alone = log_p_value(Family(blank.family, (arcs[-1],)), simple.judged or 0.0)
             named = simple if placed and alone < np.log(FALSE_ALARM_PROBABILITY) else None
         else:
             named = None
-        # Each place of the simple form that is a place of its own might have been the start of these.
+        # Each independent place of the simple form could have been the start of a richer form.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
-        forms = _forms(type(blank), simple, starts, solution, data)
-        found += _richer(named, forms, solution, data, rival, whitened)
+        forms = _richer_forms(type(blank), simple, starts, solution, data)
+        found += _significant_richer_forms(named, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
@@ -107,18 +110,16 @@ def is_placed(own: object, duration: float) -> bool:
     return error is None or error <= MAX_STEP_TIME_ERROR * duration
 
 
-def _forms(
+def _richer_forms(
     kind: type[Deterministic],
     simple: Candidate | None,
     starts: float,
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Richer forms of an effect that was found, at the best of the shapes that it has not.
+    """Richer forms of an effect at the best of their further shapes: arc of the grid, number of starts, noise used.
 
-    With their arcs, how often each, and the noise in which it was found.
-
-    Beside them what is there between two places of its kind, which may have nothing to do with the one that was found.
+    They include excursions between any two places of the grid, which need not begin where the simple form was found.
     """
     base, known = solution.noise(data), solution.model.deterministic
     beside = None if simple is None else simple.solution
@@ -129,18 +130,18 @@ def _forms(
         grid = grid_points(blank, data)
         gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
         start = grid[int(np.argmax(gain))]
-        finer = _finer(start, blank.free_shapes, solution, noise, data)
+        finer = _refined(start, blank.free_shapes, solution, noise, data)
         found[finer] = arc_length(directions), starts, noise
-    # The noise beside the step may be too quiet for what has another step: a random walk that stood for it is gone.
+    # Beside a step the fitted noise may be too low for an excursion elsewhere, so both noise models are tried.
     for own in (noise,) if beside is None else (noise, base):
         for effect, arc in best_spans(kind, solution.ordinates, own, data, known):
-            # Each place that is one of its own might be either end.
-            finer = _finer(effect, effect.free_shapes, solution, own, data)
+            # Each independent place could be either end.
+            finer = _refined(effect, effect.free_shapes, solution, own, data)
             found.setdefault(finer, (arc, max(1.0, arc / (0.5 * np.pi)), own))
     return found
 
 
-def _richer(
+def _significant_richer_forms(
     simple: Candidate | None,
     forms: Mapping[Deterministic, tuple[float, float, Noise]],
     solution: Solution,
@@ -148,7 +149,7 @@ def _richer(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """Those of the richer forms, refitted, that explain more than by chance, beside the simple one if that is named."""
+    """Richer forms, refitted, that explain significantly more, beyond the simple form if that one is significant."""
     found: list[Candidate] = []
     for effect, (arc, _, noise) in forms.items():
         plain = 0.0
@@ -156,23 +157,23 @@ def _richer(
             plain = _gain(simple.effect, solution, noise, data)
         best = _gain(effect, solution, noise, data)
         hope = best - plain + MAX_NOISE_REFIT_FRACTION * best
-        if log_chance(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM_PROBABILITY):
+        if log_p_value(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM_PROBABILITY):
             continue
         candidate = _refit(effect, solution, data, rival, whitened)
         if candidate is None:
             continue
-        # Searching for one more time always gains something: what it adds must be more than chance gives.
+        # One more free time always gains something; the gain over the simple form must be significant.
         more = candidate.gain - (0.0 if simple is None else simple.gain)
-        added = log_chance(Family(effect.family, (arc,)), more)
+        added = log_p_value(Family(effect.family, (arc,)), more)
         if added < np.log(FALSE_ALARM_PROBABILITY) and not any(
-            _same(candidate, c, data) for c in found
+            _is_same_event(candidate, c, data) for c in found
         ):
             found.append(candidate)
     return found
 
 
-def _same(one: Candidate, other: Candidate, data: Data) -> bool:
-    """Whether two candidates are one event, refitted from two starts."""
+def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
+    """True if two candidates are one event, refitted from two starts."""
     a, b = one.effect.when, other.effect.when
     if one.effect.kind != other.effect.kind or a is None or b is None:
         return False
@@ -180,15 +181,15 @@ def _same(one: Candidate, other: Candidate, data: Data) -> bool:
 
 
 def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -> float:
-    """Gain of a slow function beside a model whose noise is known better."""
+    """ΔlogL of a slow function by the matched filter, with noise from a better model."""
     known = solution.model.deterministic
     return float(matched_gains([effect], solution.ordinates, noise, data, known)[0][0])
 
 
-def _finer(
+def _refined(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
 ) -> Deterministic:
-    """The best between the neighbours of a point of the grid, one shape after the other."""
+    """Effect at the best shapes between the neighbors of a grid point, optimized one after the other."""
     known = solution.model.deterministic
     for name in names:
         grid = np.unique(effect.grid(name, data.n, data.rate))
@@ -209,30 +210,30 @@ def _refit(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Candidate | None:
-    """The refitted candidate, judged by the least of what it adds to the model alone and to the rival's.
+    """Refitted candidate, judged by the smaller of its gains beside the model and beside the best wandering process.
 
-    It is ranked by its whole gain: a random process that takes part of a drift is not the better explanation for that.
+    Its score uses the whole gain: a random process that takes part of a drift is not a better explanation of the drift.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
     if rival is not None and gain > 0.0:
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
         judged = min(gain, beside.log_likelihood - rival.log_likelihood)
-    judged /= _louder(refitted, data)
+    judged /= _relative_noise_power(refitted, data)
     if judged <= 0.0 or not consistent(refitted.model.deterministic[-1:], refitted, data):
         return None
-    judged = _of_one(judged, effect.amplitudes().size)
+    judged = _equivalent_single_gain(judged, effect.amplitudes().size)
     found = refitted.model.effects[-1]
     assert isinstance(found, Deterministic)
     if found.happens_once and not found.lasting and found.when is not None:
-        if _of_few(found, base, data):
+        if _rests_on_few_samples(found, base, data):
             return None
-        judged *= _with_normal_tails(found, data, whitened)
+        judged *= _share_with_normal_tails(found, data, whitened)
     return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
 
 
-def _of_few(event: Deterministic, base: Solution, data: Data) -> bool:
-    """Whether a short event is that of a few samples alone: outliers, or the tails of the noise."""
+def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
+    """True if a short event rests on a few samples alone: outliers, or the tails of the noise."""
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False
     first, last = (round((t - data.start) * data.rate) for t in event.when)
@@ -246,17 +247,19 @@ def _of_few(event: Deterministic, base: Solution, data: Data) -> bool:
     inside, before = (np.sort(part[np.isfinite(part)]) for part in parts)
     if min(inside.size, before.size) < MIN_EVENT_SAMPLES:
         return inside.size < MIN_EVENT_SAMPLES
-    # Without the quarter at either end.
+    # Trimmed means: a quarter of the sorted values is dropped at each end.
     inner, outer = (part[part.size // 4 : -(part.size // 4)].mean() for part in (inside, before))
     middle = inner - outer
     whole = inside.mean() - before.mean()
     return bool(middle * whole < MIN_INNER_CHANGE_FRACTION * whole**2)
 
 
-def _with_normal_tails(event: Deterministic, data: Data, whitened: Callable[[], Whitened]) -> float:
-    """The part of a short event's evidence that is left where the samples are normal ones in the same order.
+def _share_with_normal_tails(
+    event: Deterministic, data: Data, whitened: Callable[[], Whitened]
+) -> float:
+    """Share of a short event's score that remains after the samples are mapped to normal ones in the same order.
 
-    The mean of a few samples of a heavy tail, or of a coarse step, is no normal number.
+    The mean of a few samples with heavy tails, or of a coarse step, is not normal.
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
@@ -267,11 +270,8 @@ def _with_normal_tails(event: Deterministic, data: Data, whitened: Callable[[], 
     return float(min(1.0, parts[0] / parts[1])) if parts[1] > 0.0 else 1.0
 
 
-def _louder(solution: Solution, data: Data) -> float:
-    """By how much the noise where the last effect acts is louder than the mean, at least 1.
-
-    The ordinates know the mean over the record alone.
-    """
+def _relative_noise_power(solution: Solution, data: Data) -> float:
+    """Noise power where the last effect acts over the mean noise power, at least 1. The ordinates know only the mean."""
     if not any(e.passing for e in solution.model.modifiers):
         return 1.0
     cells = min(TIME_CELLS, data.n)
@@ -281,8 +281,8 @@ def _louder(solution: Solution, data: Data) -> float:
     return max(1.0, float(signal @ level / max(signal.sum(), 1e-300)))
 
 
-def _of_one(gain: float, amplitudes: int) -> float:
-    """Gain of one amplitude with the same p-value as this gain of one, two or three: half a χ² of as many freedoms."""
+def _equivalent_single_gain(gain: float, amplitudes: int) -> float:
+    """Gain of one amplitude with the same p-value as this gain of one, two or three amplitudes (half a χ²)."""
     from scipy.special import erfcx, ndtri_exp
 
     if amplitudes == 1 or gain <= 0.0:
@@ -293,26 +293,27 @@ def _of_one(gain: float, amplitudes: int) -> float:
     return float(0.5 * ndtri_exp(log_p - np.log(2.0)) ** 2)
 
 
-def evidence(candidate: Candidate) -> float:
-    """Gain of a refitted candidate less what its numbers cost."""
+def score(candidate: Candidate) -> float:
+    """Score of a refitted candidate: its ΔlogL less the cost of its parameters, nats."""
     assert candidate.solution is not None
     return candidate.gain - cost(candidate.solution.effects[-1], candidate.solution)
 
 
-def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """The screens by family; a slow function that others beat clearly is judged by the least that it adds to one of them.
+def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
+    """Screens by family; a function that others clearly beat is judged by the least that it adds beside one of them.
 
-    A step at the start looks like a warm-up and like any temperature that rises from there.
+    A step at the start looks like a warm-up, and like any temperature that rises from there.
     """
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return screens
 
-    # Of two forms of one thing the one with more numbers explains a little more.
-    top = max(map(evidence, found))
-    best = [c for c in found if evidence(c) > top - RIVAL]
+    # Compare scores, not gains: of two forms of one event the one with more parameters gains a little more.
+    top = max(map(score, found))
+    best = [c for c in found if score(c) > top - RIVAL]
 
     def judged(candidate: Candidate) -> Candidate:
+        """The candidate, judged beside the best ones."""
         if candidate in best:
             return candidate
         left = candidate.gain if candidate.judged is None else candidate.judged

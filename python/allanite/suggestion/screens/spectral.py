@@ -1,7 +1,7 @@
-"""Candidates that change the spectrum: every random process and filter of the catalogue, at every shape of its grid.
+"""Screen of the spectrum: every random process and filter of the catalogue, at every shape of its grid.
 
-Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no
-slope of the likelihood at the model tells what is missing.
+Every grid point is climbed from several starts. Without a missing effect, other effects stand for it, so that the slope
+of the likelihood at the fitted model does not show what is missing.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from allanite.suggestion.constants import (
     MIN_GAIN_PER_DESIGN_PARAMETER,
     MIN_SPECTRAL_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import Family, arc_length, line_trials, log_chance
+from allanite.suggestion.p_values import Family, arc_length, line_trials, log_p_value
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
 
 if TYPE_CHECKING:
@@ -51,21 +51,21 @@ DESIGN_SCAN_STEPS = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """An effect with starting values, the rise of logL it promises or brings, and its refitted solution."""
+    """An effect that may be missing, its ΔlogL, and the solution that was refitted with it."""
 
     effect: Effect
     gain: float
     family: str
     solution: Solution | None = None
-    #: Numbers it adds to the model, for BIC.
+    #: Parameters that the effect adds to the model, for BIC.
     parameters: int = 1
-    #: ln of the chance of such a gain, where the family has its own law.
-    log_chance: float | None = None
-    #: The part of `gain` that chance is asked about, where that is not all of it.
+    #: ln of the p-value, if the screen has its own law for it.
+    log_p_value: float | None = None
+    #: The part of `gain` that the p-value is computed for, if that is not all of it.
     judged: float | None = None
-    #: The record it was refitted to, where samples were taken out.
+    #: The data it was refitted to, if the effect excludes samples.
     data: Data | None = None
-    #: What else there is to say of it, a clause.
+    #: Further sentence for the explanation.
     note: str = ""
 
     __repr__ = brief
@@ -73,19 +73,19 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screen:
-    """Candidates of a family and the angle that each kind's grid spans."""
+    """Candidates of a screen, and for each kind the angle that its grid spans, for the p-values."""
 
     candidates: tuple[Candidate, ...]
     arcs: tuple[float, ...]
-    #: Family of each of the arcs where a screen serves several.
+    #: Family of each of the arcs, if the screen serves several.
     families: tuple[str, ...] = ()
 
     __repr__ = brief
 
 
 @lru_cache(maxsize=64)
-def _points(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
-    """Every point of an effect's grid; that of a shape may depend on the shapes declared after it."""
+def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
+    """Every point of an effect's grid. The grid of a shape may depend on shapes declared after it."""
     out: list[Effect] = list(blank.variants())
     for name in reversed(blank.free_shapes):
         out = [
@@ -103,7 +103,7 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
         if model.white is None:
             return np.zeros_like(solution.spectrum)
         white = next(own for own in solution.processes if own.effect.white)
-        # Its direction alone matters, also where another effect has taken all of the white noise.
+        # Only the direction matters, so it works even if another effect has taken all white noise.
         changed = column_of(model + effect, model.white, data)
         return changed - white.column
     assert isinstance(effect, Stochastic)
@@ -113,20 +113,20 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
 def directions(
     solution: Solution, data: Data
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
-    """Every kind that may be missing, the points of its shape grid, and the way each moves the spectrum.
+    """Each kind that may be missing, the points of its grid, and unit vectors of their effect on the spectrum.
 
-    Unit vectors of the change of bin power in units of its scatter, shape (points, bins), with what the model can do
-    by itself projected out; points that differ from it in nothing are left out.
+    The vectors, shape (points, bins), are changes of bin power in units of its scatter, after projecting out the directions
+    of the model's own effects. Points without any other effect are omitted.
     """
     root = np.sqrt(0.5 * solution.count)
-    # Directions that the model can already move in, and into which it will after the refit.
+    # Directions of the model's own effects: the refit moves along them anyway.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
     for cls in CATALOGUE:
         if cls.screened != "spectral":
             continue
         blanks = cls.candidates(solution.model, data.covariates)
-        points = [p for blank in blanks for p in _points(blank, data.n, data.rate)]
+        points = [p for blank in blanks for p in _grid_of(blank, data.n, data.rate)]
         if not points:
             continue
         # A thousand points of a thousand bins: one array, in place.
@@ -146,7 +146,7 @@ def directions(
 
 
 def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) -> Screen:
-    """Refitted best candidate of every kind, from every point of its grid; `white` are ordinates by the model alone."""
+    """Best refitted candidate of every kind; `white` are the ordinates whitened by the model without a discrepancy."""
     part = RandomPart(data, solution.power, solution.count)
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -155,7 +155,7 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
         arcs.append(arc_length(unit))
         families.append(cls.family)
         if points[0].occupies is not None:
-            points = _promising(points, unit, solution)
+            points = _residual_maxima(points, unit, solution)
         if white.size == data.n:
             points = [*points, *cls.seen_in(white**2, data.rate)]
         best = _refit(points, solution, part, arcs[-1])
@@ -169,14 +169,14 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 def _within_a_bin(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """The band narrower than a bin that stands out most in single ordinates; bins would not see a weak one."""
+    """Candidate of the band narrower than a bin that stands out most in single ordinates; or None."""
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None
     if data.lost > FEW:
         return None
     best = max(narrow_bands(base, data, white), key=lambda band: band.gain, default=None)
-    if best is None or _chance(MAX_REFIT_GAIN_RATIO * best.gain, data) > np.log(
+    if best is None or _log_p_narrow(MAX_REFIT_GAIN_RATIO * best.gain, data) > np.log(
         FALSE_ALARM_PROBABILITY
     ):
         return None
@@ -187,15 +187,17 @@ def _within_a_bin(
     return _candidate(solution, base, data, arc)
 
 
-def _chance(gain: float, data: Data) -> float:
-    """Ln of the chance of a rise of logL by a narrow band: looked for at every ordinate, as a line is, and every width."""
-    return log_chance(Family("line", width=line_trials(data.n) * widths_tried(data.n)), gain)
+def _log_p_narrow(gain: float, data: Data) -> float:
+    """Ln of the p-value of a narrow band's ΔlogL: it is searched at every ordinate, like a line, and at every width."""
+    return log_p_value(Family("line", width=line_trials(data.n) * widths_tried(data.n)), gain)
 
 
-def _promising(points: list[Effect], unit: NDArray[np.float64], solution: Solution) -> list[Effect]:
-    """Points of an effect in whose direction the residual lies more than in their neighbours', the best of them.
+def _residual_maxima(
+    points: list[Effect], unit: NDArray[np.float64], solution: Solution
+) -> list[Effect]:
+    """Grid points at which the residual lies more in their direction than at both neighbors; the best ones.
 
-    Of a narrow effect: what stands for it elsewhere in the model has not absorbed it there.
+    For narrow effects only: effects elsewhere in the model cannot have absorbed them there.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
@@ -206,10 +208,10 @@ def _promising(points: list[Effect], unit: NDArray[np.float64], solution: Soluti
     return [points[i] for i in np.sort(best)]
 
 
-def _extended(
+def _with_richer_form(
     ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
 ) -> tuple[Model, Maximum]:
-    """The richer form of an effect, where the plain one leaves a discrepancy that it lessens by more than it costs."""
+    """Model and maximum with the richer form of the last effect, if that lessens a discrepancy and gains enough logL."""
     if best.scale is None:
         return model, best
     last = len(model) - 1
@@ -228,10 +230,10 @@ def _extended(
 
 
 def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """The maximum over all shapes; where the model is known to be wrong, of the other designs of its filters too.
+    """Model and maximum over all shapes, and over other designs of the model's filters if the model has a discrepancy.
 
-    Shapes and designs that were there may stand for what is missing: a cutoff, or more sections of a filter, for a rise
-    towards the Nyquist frequency.
+    Present shapes and designs may stand for what is missing: a cutoff, or more sections of a filter, for a rise towards the
+    Nyquist frequency.
     """
     found = polish(model, free_places(model), best, part, roughly=True)
     if best.scale is None:
@@ -240,11 +242,11 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
         choices = [p.name for p in effect.parameters if p.role == "choice"]
         if not choices or effect.held or effect.screened != "spectral":
             continue
-        # In their plain form, and at shapes of their own: what one design needs beside it another does not.
+        # Other designs are tried in plain form with shapes of their own; they may not need what the present one needs.
         others = [
             Model((*model.effects[:place], point, *model.effects[place + 1 :]))
-            for point in _points(type(effect)(), part.data.n, part.data.rate)
-            if _near(point, effect)
+            for point in _grid_of(type(effect)(), part.data.n, part.data.rate)
+            if _has_similar_shapes(point, effect)
         ]
         if not others:
             continue
@@ -269,8 +271,8 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
     return found
 
 
-def _near(point: Effect, effect: Effect) -> bool:
-    """Whether the shapes of a point are within a factor of two of an effect's."""
+def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
+    """True if all shapes of a grid point are within a factor of two of those of an effect."""
     return all(
         0.5 * effect.values[name] < point.values[name] < 2.0 * effect.values[name]
         for name in point.free_shapes
@@ -278,7 +280,7 @@ def _near(point: Effect, effect: Effect) -> bool:
 
 
 def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -> Candidate | None:
-    """The best of many starting points, shapes polished from the best few that differ."""
+    """Candidate from the best of many grid points: the shapes of the best few are polished, then everything is refitted."""
     scanned = added(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SPECTRAL_SCREEN_GAIN:
         return None
@@ -295,16 +297,16 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -
             [(model, best), *others],
             key=lambda end: end[1].log_likelihood + ALIKE * (end[0] is model),
         )
-    model, best = _extended(ends, model, best, part)
+    model, best = _with_richer_form(ends, model, best, part)
     model, best = _redesigned(model, best, part)
-    # Steps and lines are found again beside the best.
+    # Solve again so that steps and lines are refitted beside the new effect.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
     return _candidate(solution, base, part.data, arc)
 
 
 def _candidate(solution: Solution, base: Solution, data: Data, arc: float) -> Candidate | None:
-    """What the last effect of a refitted model brings, if anything; `arc` is that of its kind in the bins."""
+    """Candidate from the last effect of a refitted model, or None if it gains nothing; `arc` is the angle of its grid."""
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):
         return None
@@ -316,8 +318,8 @@ def _candidate(solution: Solution, base: Solution, data: Data, arc: float) -> Ca
         return None
     chance = None
     if narrow:
-        # Found in the bins, of which there are few, or among all ordinates: the better of two tests.
+        # Two tests: in the few bins, or among all ordinates. The smaller p-value is doubled.
         in_bins = min(gain, solution.best.log_likelihood - base.best.log_likelihood)
-        by_bins = log_chance(Family(fitted.family, (arc,)), max(in_bins, 0.0))
-        chance = min(_chance(gain, data), by_bins) + np.log(2.0)
-    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_chance=chance)
+        by_bins = log_p_value(Family(fitted.family, (arc,)), max(in_bins, 0.0))
+        chance = min(_log_p_narrow(gain, data), by_bins) + np.log(2.0)
+    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_p_value=chance)
