@@ -3,14 +3,17 @@
 Each sensor gets a log of two hours, from which `allanite.improve` builds a model. A bias filter with the numbers of each
 file is aided for 300 s by the exact angle each second, then it coasts for 10, 60 and 120 s on new data of the same truth.
 The generator and the filters are plain NumPy, with each consumer's conversion transcribed. NEES is the mean squared error
-over the variance that the filter predicts: 1 is consistent.
+over the variance that the filter predicts: 1 is consistent. All sensors of a truth coast on the same segments of new data.
 
-    python benches/claims/filter_files.py [--sensors 50] [--truths 12] [--segments 200] [--models FOLDER]
+    python benches/claims/filter_files.py [--sensors 50] [--truths 12] [--segments 10000] [--results FILE] [--models FOLDER]
+
+The file of results gets one JSON line per sensor. A repeated run skips the sensors in it; `--sensors 0` only prints it.
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import math
 import re
@@ -18,6 +21,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import scipy.fft
 
 import allanite as al
 from allanite.export import export
@@ -44,33 +48,60 @@ TRUTHS = {
 }
 
 
-def convolved(rng, count, response):
-    """White noise through an impulse response, stationary from its first sample."""
-    total = count + response.size - 1
-    size = 1 << (total - 1).bit_length()
-    spectrum = np.fft.rfft(rng.standard_normal(total), size) * np.fft.rfft(response, size)
-    return np.fft.irfft(spectrum, size)[response.size - 1 : total]
+#: Coefficients of flicker and of lags before the first sample of a record (4 h), so that a record is stationary.
+MEMORY = 2 * LOG * RATE
 
 
-def record(rng, truth, count):
-    """Samples in rad/s."""
-    if "corner" in truth:
-        a = math.exp(-2 * math.pi * truth["corner"] * DT)
-        x = N * math.sqrt(RATE) * convolved(rng, count, (1 - a) * a ** np.arange(400))
-    else:
-        x = N * math.sqrt(RATE) * rng.standard_normal(count)
-    if truth.get("B"):
+@functools.cache
+def response(kind, value=0.0):
+    """Impulse response: of flicker noise, of a lag of `value` seconds, or of a first-order filter at `value` Hz."""
+    if kind == "flicker":
         # Kasdin (1995): h(k) = h(k−1)(k − ½)/k has the spectrum 1/(2 sin(w/2)).
-        k = np.arange(1, 2 * LOG * RATE)
-        x += truth["B"] * convolved(rng, count, np.cumprod(np.concatenate([[1.0], (k - 0.5) / k])))
+        k = np.arange(1, MEMORY)
+        return np.cumprod(np.concatenate([[1.0], (k - 0.5) / k]))
+    if kind == "lag":
+        return math.exp(-DT / value) ** np.arange(int(12 * value * RATE))
+    a = math.exp(-2 * math.pi * value * DT)
+    return (1 - a) * a ** np.arange(400)
+
+
+@functools.cache
+def response_spectrum(size, *what):
+    """Discrete Fourier transform of an impulse response, filled to `size`."""
+    return scipy.fft.fft(response(*what), size)
+
+
+def convolved(rng, rows, count, *what):
+    """White noise through an impulse response, stationary from the first sample, shape (rows, count)."""
+    size = scipy.fft.next_fast_len(count + response(*what).size - 1)
+    out = np.empty((rows, count))
+    for row in range(0, rows, 2):
+        # Two independent records in one transform. White noise is white in frequency too.
+        noise = rng.standard_normal(2 * size).view(complex)
+        pair = scipy.fft.ifft(noise * response_spectrum(size, *what))[:count] * math.sqrt(size)
+        out[row] = pair.real
+        if row + 1 < rows:
+            out[row + 1] = pair.imag
+    return out
+
+
+def records(rng, truth, rows, count):
+    """Independent records in rad/s, shape (rows, count)."""
+    if "corner" in truth:
+        x = N * math.sqrt(RATE) * convolved(rng, rows, count, "corner", truth["corner"])
+    else:
+        x = N * math.sqrt(RATE) * rng.standard_normal((rows, count))
+    if truth.get("B"):
+        x += truth["B"] * convolved(rng, rows, count, "flicker")
     for q_c, T in truth.get("lags", ()):
-        phi = math.exp(-DT / T)
-        step = q_c * math.sqrt(T / 2 * (1 - phi**2))
-        x += step * convolved(rng, count, phi ** np.arange(int(12 * T * RATE)))
+        step = q_c * math.sqrt(T / 2 * (1 - math.exp(-2 * DT / T)))
+        x += step * convolved(rng, rows, count, "lag", T)
     for amplitude, frequency in truth.get("lines", ()):
         t = np.arange(count) * DT
-        x += amplitude * np.cos(2 * math.pi * (frequency * t + rng.random()))
-    return x + truth["K"] * math.sqrt(DT) * np.cumsum(rng.standard_normal(count))
+        x += amplitude * np.cos(2 * math.pi * (frequency * t + rng.random((rows, 1))))
+    if truth["K"]:
+        x += truth["K"] * math.sqrt(DT) * np.cumsum(rng.standard_normal((rows, count)), axis=1)
+    return x
 
 
 def number(text, key):
@@ -100,57 +131,59 @@ def white_and_walk(text, target):
     return number(text, "EK3_GYRO_P_NSE") * root, number(text, "EK3_GBIAS_P_NSE") * root
 
 
+def coasted(F, Q, P, period, new, scale=1.0):
+    """NEES at each coasting time of a filter whose first state is the angle.
+
+    An input times `scale` enters the angle each `1 / period` seconds; the exact angle aids the filter each second. The
+    error is linear in the inputs: its weights follow from the gains, last step first.
+    """
+    size = len(P)
+    gains, variances = [], {}
+    for k in range((AIDED + COASTING[-1]) * period):
+        P = F @ P @ F.T + Q
+        second, rest = divmod(k + 1, period)
+        gains.append(None)
+        if rest:
+            continue
+        if second <= AIDED:
+            gains[k] = P[:, 0] / P[0, 0]
+            P = P - np.outer(gains[k], P[0])
+            P = 0.5 * (P + P.T)
+        elif second - AIDED in COASTING:
+            variances[k] = P[0, 0]
+    weights = np.zeros((len(gains), len(COASTING)))
+    v = np.zeros((size, len(COASTING)))
+    for k in range(len(gains) - 1, -1, -1):
+        if k in variances:
+            v[0, list(variances).index(k)] = 1.0
+        if gains[k] is not None:
+            v[0] -= gains[k] @ v
+        weights[k] = v[0]
+        v = F.T @ v
+    error = new @ (scale * weights).astype(new.dtype)
+    return [float(s) for s in np.mean(error.astype(float) ** 2, axis=0) / list(variances.values())]
+
+
 def bias_filter(white, slow, time, integrals):
-    """NEES at each coasting time over segments of integrals over one second, shape (segments, seconds)."""
+    """NEES of a filter of angle and bias; integrals over one second, shape (segments, seconds)."""
     phi = 1.0 if time is None else math.exp(-1.0 / time)
-    F = np.array([[1.0, -1.0], [0.0, phi]])
     # The noise of a second in a hundred steps.
     Q, h = np.zeros((2, 2)), 0.01
     f = np.array([[1.0, -h], [0.0, phi**h]])
     for _ in range(100):
         Q = f @ Q @ f.T + np.diag([white**2 * h, slow**2 * h])
-    whole = np.linalg.matrix_power(f, 100)
-    F = whole if time is not None else F
     P = np.diag([0.0, 1e4 * white**2 if time is None else slow**2 * time / 2])
-    state = np.zeros((2, len(integrals)))
-    out = []
-    for k in range(integrals.shape[1]):
-        P = F @ P @ F.T + Q
-        state = F @ state
-        state[0] += integrals[:, k]
-        if k < AIDED:
-            gain = P[:, 0] / P[0, 0]
-            state = state - np.outer(gain, state[0])
-            P = P - np.outer(gain, P[0])
-        elif k + 1 - AIDED in COASTING:
-            out.append(float(np.mean(state[0] ** 2) / P[0, 0]))
-    return out
+    return coasted(np.linalg.matrix_power(f, 100), Q, P, 1, integrals)
 
 
 def state_filter(axis, samples):
-    """The same with all states of the file, sample by sample; samples of shape (segments, count)."""
+    """NEES of a filter with all states of the file; samples of shape (segments, count)."""
     f, q, h, r, p0 = (np.array(axis[key]) for key in ("F", "Q", "H", "R", "P0"))
     size = h.size
     F, Q, P = np.eye(size + 1), np.zeros((size + 1, size + 1)), np.zeros((size + 1, size + 1))
     F[0, 1:], F[1:, 1:] = -DT * h.ravel(), f
     Q[0, 0], Q[1:, 1:], P[1:, 1:] = r[0, 0] * DT**2, q, p0
-    state = np.zeros((size + 1, len(samples)))
-    out = []
-    for k in range(samples.shape[1]):
-        P = F @ P @ F.T + Q
-        state = F @ state
-        state[0] += samples[:, k] * DT
-        second, rest = divmod(k + 1, RATE)
-        if rest:
-            continue
-        if second <= AIDED:
-            gain = P[:, 0] / P[0, 0]
-            state = state - np.outer(gain, state[0])
-            P = P - np.outer(gain, P[0])
-            P = 0.5 * (P + P.T)
-        elif second - AIDED in COASTING:
-            out.append(float(np.mean(state[0] ** 2) / P[0, 0]))
-    return out
+    return coasted(F, Q, P, RATE, samples, DT)
 
 
 TARGETS = ("kalibr", "vins", "gtsam", "fastlio", "px4", "ardupilot")
@@ -158,7 +191,7 @@ TARGETS = ("kalibr", "vins", "gtsam", "fastlio", "px4", "ardupilot")
 
 def model_of(rng, truth):
     """The document of a model of one log."""
-    log = al.Recording(record(rng, truth, LOG * RATE), rate=RATE, unit="rad/s")
+    log = al.Recording(records(rng, truth, 1, LOG * RATE)[0], rate=RATE, unit="rad/s")
     study = al.improve(log, "N+B+K")
     return {
         "schema": "allanite/fit/1",
@@ -191,27 +224,70 @@ def nees_of(document, segments, states, overbound=True):
     return out
 
 
-def study_of(name, sensors, segments, states=True, seed=0, folder=None, overbound=True):
-    """NEES of all sensors of one truth: target → array of shape (sensors, 3); and the models' names."""
-    truth = TRUTHS[name]
-    place = list(TRUTHS).index(name)
+def new_data(name, segments, seed=0):
+    """Segments of new data of one truth, as float32: their rounding is far below the noise."""
+    rng = np.random.default_rng([seed, list(TRUTHS).index(name), 1 << 20])
     length = (AIDED + COASTING[-1]) * RATE
-    found, names = {}, []
-    for sensor in range(sensors):
-        # Segments of its own: the mean over sensors has a standard error of √(2 / (sensors · segments)).
-        rng = np.random.default_rng([seed, place, sensor, 1])
-        new = np.array([record(rng, truth, length) for _ in range(segments)])
+    out = np.empty((segments, length), dtype=np.float32)
+    for start in range(0, segments, 100):
+        part = out[start : start + 100]
+        part[:] = records(rng, TRUTHS[name], len(part), length)
+    return out
+
+
+def sensors_of(name, sensors, new, states=True, seed=0, folder=None, overbound=True):
+    """Number, model and NEES by target of each sensor of one truth."""
+    place = list(TRUTHS).index(name)
+    for sensor in sensors:
         kept = None if folder is None else folder / f"{place}-{sensor}.json"
         if kept is not None and kept.exists():
             document = json.loads(kept.read_text())
         else:
-            document = model_of(np.random.default_rng([seed, place, sensor]), truth)
+            document = model_of(np.random.default_rng([seed, place, sensor]), TRUTHS[name])
             if kept is not None:
                 kept.write_text(json.dumps(document))
-        names.append(document["model"])
-        for target, row in nees_of(document, new, states, overbound).items():
-            found.setdefault(target, []).append(row)
-    return {target: np.array(rows) for target, rows in found.items()}, names
+        yield sensor, document["model"], nees_of(document, new, states, overbound)
+
+
+def summary(name, rows, segments):
+    """Lines of text about the sensors of one truth: mean NEES ± standard error, and their range over sensors.
+
+    A mean has two errors: the scatter between sensors, and √(2 / segments) from the segments that they share.
+    """
+    out = [f"{name}: {len(rows)} sensors, models {', '.join(sorted({r['model'] for r in rows}))}"]
+    for target in rows[0]["nees"]:
+        nees = np.array([r["nees"][target] for r in rows])
+        mean = nees.mean(axis=0)
+        scatter = nees.std(axis=0, ddof=1) if len(rows) > 1 else np.zeros(len(COASTING))
+        error = np.hypot(scatter / math.sqrt(len(rows)), mean * math.sqrt(2 / segments))
+        cells = ", ".join(f"{m:.3f} ± {e:.3f}" for m, e in zip(mean, error, strict=True))
+        line = f"  {target:12} NEES after 10, 60, 120 s: {cells} (sensors {nees.min():.2f} to {nees.max():.2f})"
+        if target == "overbound":
+            below = 100 * np.mean(nees.max(axis=1) < 1.05)
+            line += f"; below 1.05 in {below:.0f} % of the sensors"
+        out.append(line)
+    return out
+
+
+def append(path, row):
+    """Add a line to a file of results, behind a half line of an interrupted run too."""
+    cut_off = path.exists() and not path.read_bytes().endswith(b"\n")
+    with path.open("a") as stream:
+        stream.write("\n" * cut_off + json.dumps(row) + "\n")
+
+
+def read_results(path, segments):
+    """Rows of a file of results; a line that an interrupt cut off is left out."""
+    rows = []
+    for line in path.read_text().splitlines() if path and path.exists() else []:
+        try:
+            row = json.loads(line)
+        except ValueError:
+            continue
+        if row["segments"] != segments:
+            raise SystemExit(f"{path} has {row['segments']} segments: name another file")
+        rows.append(row)
+    return rows
 
 
 def main() -> None:
@@ -220,20 +296,23 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--sensors", type=int, default=3)
     parser.add_argument("--truths", type=int, default=len(TRUTHS))
-    parser.add_argument("--segments", type=int, default=200)
+    parser.add_argument("--segments", type=int, default=2000)
+    parser.add_argument("--results", type=Path, help="File that gets one JSON line per sensor.")
     parser.add_argument("--models", type=Path, help="Folder in which fitted models are kept.")
-    asked = parser.parse_args()
-    for name in list(TRUTHS)[: asked.truths]:
-        found, names = study_of(name, asked.sensors, asked.segments, folder=asked.models)
-        print(f"{name}: models {', '.join(sorted(set(names)))}")
-        for target, rows in found.items():
-            mean = ", ".join(f"{v:.2f}" for v in rows.mean(axis=0))
-            line = f"  {target:12} NEES after 10, 60, 120 s: {mean}"
-            if target == "overbound":
-                line += (
-                    f"; below 1.05 in {100 * np.mean(rows.max(axis=1) < 1.05):.0f} % of the sensors"
-                )
-            print(line, flush=True)
+    given = parser.parse_args()
+    known = read_results(given.results, given.segments)
+    for name in list(TRUTHS)[: given.truths]:
+        rows = [r for r in known if r["truth"] == name]
+        missing = sorted(set(range(given.sensors)) - {r["sensor"] for r in rows})
+        if missing:
+            new = new_data(name, given.segments)
+            for sensor, model, nees in sensors_of(name, missing, new, folder=given.models):
+                row = {"truth": name, "sensor": sensor, "segments": given.segments}
+                rows.append({**row, "model": model, "nees": nees})
+                if given.results:
+                    append(given.results, rows[-1])
+        if rows:
+            print("\n".join(summary(name, rows, given.segments)), flush=True)
 
 
 if __name__ == "__main__":

@@ -196,7 +196,7 @@ def test_names_stay_inside_comments(name, target, tmp_path):
         assert text.count("\t") == 16
         text = text.replace("\t", " ")
     assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u2028\u2029]", text)
-    mark = {"matlab": "%", "navego": "%", "psins": "%", "c-header": "//"}.get(target, "#")
+    mark = {".m": "%", ".h": "//"}.get(TARGETS[target].file_name[-2:], "#")
     if text.startswith("{"):
         json.loads(text)
         return

@@ -560,3 +560,115 @@ def test_isaac_lab():
     assert gyro.noise_cfg.std**2 / RATE == pytest.approx(N**2, rel=0.02)
     assert (gyro.noise_cfg.operation, gyro.bias_noise_cfg.operation) == ("add", "abs")
     assert gyro.bias_noise_cfg.std == pytest.approx(q * math.sqrt(T / 2), rel=0.02)
+
+
+def without_bias(angle, rate, measured, times, dt=1 / RATE):
+    """Variance of an angle by a filter of angle and rate: P ← F P Fᵀ + dt Q, and a measured rate each step."""
+    F, Q = np.array([[1.0, dt], [0.0, 1.0]]), np.diag([angle, rate])
+    P, out = np.diag([0.0, 1.0]), []
+    for step in range(1, round(times[-1] / dt) + 1):
+        P = F @ P @ F.T + dt * Q
+        gain = P[:, 1] / (P[1, 1] + measured)
+        P = P - np.outer(gain, P[1])
+        if step in [round(t / dt) for t in times]:
+            out.append(P[0, 0])
+    return np.array(out)
+
+
+def message_variance(key):
+    return float(re.search(rf"{key}_covariance: \[([^,]+),", export(axes(), "ros", RATE)).group(1))
+
+
+def matrix(text, key):
+    return np.fromstring(
+        re.search(rf"{key}: \[([^\]]+)\]", text).group(1).replace("\n", " "), sep=","
+    )
+
+
+def test_robot_localization():
+    """ekf.cpp of 1cb9533: P ← J P Jᵀ + dt Q; the rate is measured with the message's variance; no state of bias."""
+    text = export(axes(), "robot_localization", horizon=TIMES[-1])
+    noise = matrix(text, "process_noise_covariance").reshape(15, 15)
+    np.testing.assert_array_equal(noise, np.diag(np.diag(noise)))
+    noise = np.diag(noise)
+    for angle, rate, key, n, k in (
+        (5, 11, "angular_velocity", N, K),
+        (6, 12, "linear_acceleration", ACCEL_N, ACCEL_K),
+    ):
+        found = without_bias(noise[angle], noise[rate], message_variance(key), TIMES)
+        truth = np.array([expected(t, n, k) for t in TIMES])
+        assert found[-1] == pytest.approx(truth[-1], rel=0.01)
+        assert (found > truth).all()
+    # Motion of the vehicle: the program's defaults stay.
+    np.testing.assert_array_equal(noise[:3], [0.05, 0.05, 0.06])
+    np.testing.assert_array_equal(noise[9:], [0.01, 0.01, 0.02, 0.01, 0.01, 0.015])
+
+
+def test_fuse():
+    """unicycle_2d.cpp (dae8521), omnidirectional_3d.cpp (24ee705): the covariance is the diagonal times dt."""
+    text = export(axes(), "fuse", horizon=TIMES[-1])
+    plane, space = (
+        matrix(part, "process_noise_diagonal") for part in text.split("omnidirectional_3d")
+    )
+    assert (plane.size, space.size) == (8, 15)
+    # The factor inverts the covariance.
+    assert (plane > 0).all()
+    assert (space > 0).all()
+    for angle, rate, key, n, k in (
+        (plane[2], plane[5], "angular_velocity", N, K),
+        (space[3], space[9], "angular_velocity", N, K),
+        (plane[3], plane[6], "linear_acceleration", ACCEL_N, ACCEL_K),
+        (space[8], space[14], "linear_acceleration", ACCEL_N, ACCEL_K),
+    ):
+        found = without_bias(angle, rate, message_variance(key), TIMES)
+        truth = np.array([expected(t, n, k) for t in TIMES])
+        assert found[-1] == pytest.approx(truth[-1], rel=0.01)
+        assert (found > truth).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "n", "k"), [("gyroscope", N, K), ("accelerometer", ACCEL_N, ACCEL_K)]
+)
+def test_insekf(name, n, k):
+    """insEKF/predict: P ← P + dt (F P + P Fᵀ + Q), Euler; fuse: the reading is rate + bias, of the given variance."""
+    text = export(axes(), "insekf", RATE)
+    walk = float(re.search(rf"Q\(states.{name.title()}_Bias, .*diag\(\[(\S+) ", text).group(1))
+    sample = float(re.search(rf"{name}Noise = diag\(\[(\S+) ", text).group(1))
+    dt = 1 / RATE
+    F = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    # Process noise of the motion is the user's: here the rate follows its readings within 0.2 s. A shorter time is beyond
+    # the Euler step, which leaves out dt²·P of the rate.
+    Q = np.diag([0.0, (5 * n) ** 2, walk**2])
+    P, found = np.diag([1.0, 5 * n**2, 0.0]), []
+    for step in range(1, round(10.0 * RATE) + 1):
+        P = P + dt * (F @ P + P @ F.T + Q)
+        column = P[:, 1] + P[:, 2]
+        P = P - np.outer(column, column) / (column[1] + column[2] + sample**2)
+        if step in (RATE, 10 * RATE):
+            found.append(P[0, 0])
+    # dt·P of the rate is 1.25 % of twice the covariance of angle and rate.
+    growth = expected(10.0, n, k) - expected(1.0, n, k)
+    assert found[1] - found[0] == pytest.approx(growth, rel=0.03)
+
+
+def test_insekf_of_a_gyroscope_alone():
+    text = export(axes()[:1], "insekf", RATE)
+    assert "filter = insEKF(gyroscope, insMotionPose);" in text
+    assert "Accelerometer" not in text
+
+
+def test_factorimu():
+    """FactorIMU of the toolbox: each sample adds dt²·noise/dt; the bias moves by (time between nodes)·bias noise."""
+    text = export(axes(), "factorimu", RATE)
+    assert "'SampleRate', 200);" in text
+    rate, nodes = RATE, 0.1
+    for name, n, k in (("Gyroscope", N, K), ("Accelerometer", ACCEL_N, ACCEL_K)):
+        noise, bias = (
+            float(re.search(rf"'{name}{key}', diag\(\[(\S+) ", text).group(1)) ** 2
+            for key in ("Noise", "BiasNoise")
+        )
+        preintegrated = nodes * rate * (1 / rate) ** 2 * (noise / (1 / rate))
+        agrees(propagate(nodes, preintegrated, nodes * bias), n, k)
+    with pytest.raises(InputError, match="give both"):
+        export(axes()[:1], "factorimu", RATE)
+    assert "below the documented minimum of 100 Hz" in export(axes(), "factorimu", 50.0)

@@ -88,6 +88,16 @@ def test_filters_get_the_initial_deviation():
     sigmas = re.search(r"bias_prior = .*array\(\[(\S+)\] \* 3 \+ \[(\S+)\] \* 3\)", text)
     assert sigmas is not None
     assert [float(v) for v in sigmas.groups()] == pytest.approx([spread, whole], rel=1e-5)
+    text = export(axes, "robot_localization")
+    row = re.search(r"initial_estimate_covariance: \[([^\]]+)\]", text)
+    assert row is not None
+    initial = np.diag(np.array(row[1].split(","), dtype=float).reshape(15, 15))
+    np.testing.assert_allclose(initial[9:12], whole**2, rtol=1e-5)
+    np.testing.assert_allclose(initial[12:], spread**2, rtol=1e-5)
+    text = export(axes, "insekf")
+    assert float(re.search(r"'Gyroscope_Bias', (\S+)\^2", text)[1]) == pytest.approx(
+        whole, rel=1e-5
+    )
     space = json.loads(export(axes, "statespace"))["axes"]
     assert space[0]["turn_on_variance"] == pytest.approx(whole**2)
     # A conservative filter: the upper end of the interval.
@@ -95,7 +105,9 @@ def test_filters_get_the_initial_deviation():
     assert upper == pytest.approx(one.interval[1] ** 2 * (1 + 1 / one.logs))
 
 
-@pytest.mark.parametrize("target", ["px4", "px4-params", "okvis2", "gtsam"])
+@pytest.mark.parametrize(
+    "target", ["px4", "px4-params", "okvis2", "gtsam", "robot_localization", "insekf"]
+)
 def test_one_log_says_what_is_known_and_that_the_rest_is_not(target):
     text = export(axes_of(documents(turn_on=False)), target)
     assert "the bias at switch-on is not known from one log" in text

@@ -1,0 +1,59 @@
+"""MATLAB factorIMUParameters: covariances for the IMU factor of a factorGraph."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import rate_of, split
+from allanite.export._head import head
+from allanite.export._lines import chosen, needs_both
+from allanite.export._target import Target
+from allanite.export._text import comments
+from allanite.export._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["TARGETS"]
+
+#: Smallest SampleRate that the documentation of factorIMUParameters allows, Hz.
+SLOWEST = 100.0
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N² and K² of x, y and z.
+
+    The factor divides the noise by the sampling interval for a sample, and multiplies the bias noise by the duration.
+    """
+    fs = rate_of(axes, rate, "factorimu")
+    needs_both(axes, "factorimu")
+    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    convention = [
+        "factorIMUParameters: continuous time, covariances N^2 and K^2, whatever unit its documentation gives; the factor",
+        "multiplies N^2 by SampleRate for a sample and K^2 by the time between two nodes.",
+    ]
+    if fs < SLOWEST:
+        convention.append(
+            f"SampleRate is below the documented minimum of {SLOWEST:g} Hz: give the factor more samples."
+        )
+    rows = []
+    for name, units, pairs in (
+        ("Gyroscope", ("rad/s", "rad/s^2"), gyro),
+        ("Accelerometer", ("m/s^2", "m/s^3"), accel),
+    ):
+        numbers, said = in_xyz([a for a, _ in pairs], [(c.N, c.K) for _, c in pairs])
+        convention += [f"{name} {line}" for line in said]
+        for key, column, unit in zip(
+            ("Noise", "BiasNoise"), zip(*numbers, strict=True), units, strict=True
+        ):
+            values = " ".join(f"{value:.6e}" for value in column)
+            rows.append(f"    '{name}{key}', diag([{values}].^2), ...  % ({unit})^2/Hz\n")
+    lines = comments(head([*gyro, *accel], convention), "%")
+    return (
+        f"{lines}parameters = factorIMUParameters( ...\n{''.join(rows)}    'SampleRate', {fs:g});\n"
+    )
+
+
+TARGETS = (Target("factorimu", "MATLAB factorIMU", "factorimu.m", render),)

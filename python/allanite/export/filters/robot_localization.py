@@ -1,0 +1,79 @@
+"""robot_localization: process noise and initial covariance of its ekf_node and ukf_node."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import split
+from allanite.export._head import head
+from allanite.export._initial import initial_bias, unknown
+from allanite.export._process_noise import CONVENTION, STATES, process_noise
+from allanite.export._target import Target
+from allanite.export._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["TARGETS"]
+
+#: Process noise that the program has without a parameter (src/filter_base.cpp, 1cb9533): the motion of the vehicle.
+DEFAULTS = dict(
+    zip(
+        STATES,
+        (0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015),
+        strict=True,
+    )
+)  # fmt: skip
+#: Initial variance of a state that the program has without a parameter.
+INITIAL = 1e-9
+#: States that begin with the bias at switch-on as error.
+RATES = {"gyro": STATES[9:12], "accel": STATES[12:15]}
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """Diagonals of process_noise_covariance and initial_estimate_covariance.
+
+    A prediction over dt adds dt times the process noise (src/ekf.cpp, 1cb9533).
+    """
+    noise = process_noise(axes, overbound=overbound)
+    convention = (
+        "robot_localization: continuous time, variances per second; a prediction over dt adds dt times the matrix.",
+        *CONVENTION,
+        *noise.remarks,
+    )
+    lines = [comments(head(noise.pairs, convention, samples=True))]
+    lines.append("ekf_filter_node:\n  ros__parameters:\n")
+    values = DEFAULTS | noise.variances
+    others = ", ".join(state for state in STATES if state not in noise.variances)
+    lines.append(
+        f"    # Defaults of robot_localization, for the motion of your vehicle: {others}.\n"
+    )
+    lines.append(f"    process_noise_covariance: {_diagonal(values)}\n")
+    initial = dict.fromkeys(STATES, INITIAL)
+    known: list[str] = []
+    for (sensor, states), own in zip(RATES.items(), split(axes), strict=True):
+        found = [
+            value for axis in own if (value := initial_bias(axis, overbound=overbound)) is not None
+        ]
+        if found:
+            initial |= dict.fromkeys(states, max(found) ** 2)
+            known.append(sensor)
+        elif own:
+            lines.append(comments([unknown(own[0])], "    #"))
+    if known:
+        lines.append(
+            f"    # Variance of the bias at switch-on ({', '.join(known)}), largest of the axes.\n"
+            f"    initial_estimate_covariance: {_diagonal(initial)}\n"
+        )
+    return "".join(lines)
+
+
+def _diagonal(values: dict[str, float]) -> str:
+    """A full matrix, row by row: older versions take no diagonal."""
+    rows = [", ".join(f"{values[a]:.6e}" if a == b else "0.0" for b in STATES) for a in STATES]
+    return "[" + (",\n" + 8 * " ").join(rows) + "]"
+
+
+TARGETS = (Target("robot_localization", "robot_localization", "robot_localization.yaml", render),)
