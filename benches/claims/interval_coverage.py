@@ -1,4 +1,4 @@
-"""Coverage of 95 % intervals of coefficients by simulation. Prints the table of docs/methods.md."""
+"""Coverage of 95 % intervals of coefficients by simulation. Prints the table of docs/validation.md."""
 
 import sys
 from pathlib import Path

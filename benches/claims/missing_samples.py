@@ -1,4 +1,4 @@
-"""Checks of true models on records with holes: alarms, coverage, scatter. The table of docs/methods.md.
+"""Checks of true models on records with holes: alarms, coverage, scatter. The table of docs/validation.md.
 
 Usage: missing_samples.py [records a row] [samples]
 """

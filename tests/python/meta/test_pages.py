@@ -82,3 +82,12 @@ def test_every_effect_can_be_pictured(monkeypatch):
         plain, whole, _ = effect_pages.beside_white(effect_pages.example(kind))
         assert np.isfinite(plain).all()
         assert whole is None or (whole != plain).any(), kind.kind
+
+
+def test_the_table_of_validation_is_up_to_date(monkeypatch):
+    monkeypatch.syspath_prepend(DOCS)
+    import make_validation
+
+    assert make_validation.PAGE.read_text(encoding="utf-8") == make_validation.page(), (
+        "run python docs/make_validation.py"
+    )

@@ -1,6 +1,6 @@
 """Intervals of coefficients cover what they say; agreement of recordings is tested at its level.
 
-benches/claims/interval_coverage.py is the same with a thousand records of each; its table is in docs/methods.md.
+benches/claims/interval_coverage.py is the same with a thousand records of each; its table is in docs/validation.md.
 """
 
 import numpy as np

@@ -2,7 +2,7 @@
 
 Half an hour at 50 Hz of N, B and K with ±0.02 rad/s that stays 20 s on a level, and with a Gauss-Markov process of that
 variance and correlation time. No failure in 12 records says that the rate is below 22 %, in 30, which benches/claims/
-full_counts.py takes, below 10 % (95 %); docs/methods.md has the least odds of 40 and more.
+full_counts.py takes, below 10 % (95 %); docs/validation.md has the least odds of 40 and more.
 """
 
 import numpy as np

@@ -53,5 +53,5 @@ def test_the_true_model_raises_no_alarm():
     checks = [al.fit_model(log, "N+B+K+NOTCH").check() for log in notched]
     raised = [str(check.suggestions[0]) for check in checks if check.significant]
     # At 1 % two or more of 12 raise something in 0.6 % of runs, at 10 % in 34, at 25 % (as once the ends did, see
-    # docs/methods.md) in 84 %; three or more of 24 in 0.2, 44 and 96 %.
+    # docs/validation.md) in 84 %; three or more of 24 in 0.2, 44 and 96 %.
     assert len(raised) <= records(1, 2), raised
