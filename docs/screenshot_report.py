@@ -13,8 +13,8 @@ from PIL import Image  # comes with matplotlib
 import allanite as al
 
 FOLDER = Path(__file__).parent / "figures"
-#: As in `make_figures`: a consumer gyroscope, rad/s, in which two effects hide.
-MODEL = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)+GM(correlation_time=30,q_c=2.5e-3)+SIN(frequency=3.1,amplitude=0.003)"
+#: As in `make_figures`: a MEMS gyroscope, deg/s, in which two effects hide.
+MODEL = "N(N=0.005)+B(B=8.33e-4)+GM(correlation_time=60,q_c=6.94e-4)+SIN(frequency=12.5,amplitude=0.002)"
 #: Pixels; the height shows the page down to the table of the model.
 WIDTH, HEIGHT = 1100, 1850
 #: Chromium's numbers of the preferred colour scheme.
@@ -26,9 +26,9 @@ def main() -> None:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         sys.exit("no chromium: apt-get install chromium")
-    samples = al.parse_model(MODEL).simulate(duration=7200, rate=100, seed=1, unit="rad/s").samples
-    recording = al.Recording(samples, rate=100, unit="rad/s", columns=["gyro_x"])
-    report = al.make_report(recording.to("deg/s").called("gyroscope.npz"))
+    samples = al.parse_model(MODEL).simulate(duration=7200, rate=100, seed=1, unit="deg/s").samples
+    recording = al.Recording(samples, rate=100, unit="deg/s", columns=["gyro_x"])
+    report = al.make_report(recording.called("gyroscope.npz"))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         page = report.save(folder / "report.html")
