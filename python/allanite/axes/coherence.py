@@ -17,8 +17,8 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.parameters import NORMAL
 from allanite.common.threads import results, side_by_side
-from allanite.fit.likelihood.stop_band import mostly_empty
-from allanite.fit.likelihood.whitened import ends_of, whitened_ordinates
+from allanite.fit.likelihood.stop_band import is_mostly_empty
+from allanite.fit.likelihood.whitened import end_samples, whitened_ordinates
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -107,7 +107,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
             pairs[a, b] = [
                 e
                 for e in _octaves(one.n // 2)
-                if not any(mostly_empty(data.bins, 2 * e[0], 2 * e[1]) for data in (one, other))
+                if not any(is_mostly_empty(data.bins, 2 * e[0], 2 * e[1]) for data in (one, other))
             ]
     names = [name for name in fits if any(name in pair for pair in pairs)]
     tasks = [partial(_white, fits[name]) for name in names]
@@ -125,7 +125,7 @@ def _white(fit: Fit) -> NDArray[np.complex128]:
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
     # Behind a deep stop band the ends of the transform stand out, on every axis alike.
-    ends = ends_of(samples.size)
+    ends = end_samples(samples.size)
     samples[:ends] = samples[samples.size - ends :] = 0.0
     return np.fft.rfft(samples)
 

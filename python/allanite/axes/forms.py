@@ -14,8 +14,8 @@ from allanite.common.units import conversion
 from allanite.effects import Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.discrepancy import HALF_CHI2
-from allanite.fit.several.many import by_errors
+from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
+from allanite.fit.several.many import pooled_by_errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -172,7 +172,7 @@ class _Axis:
         names = tuple(p.name for p in effect.parameters if p.role != "derived")
         given = effect.with_values(**least, hold=names, limits={}, at_limit=())
         rest = (e for e in self.fit.model if e is not self.effects.get(label))
-        model, least_told = Model((*rest, given)), self.fit.solution.log_likelihood - HALF_CHI2
+        model, least_told = Model((*rest, given)), self.fit.solution.log_likelihood - HALF_CHI2_95
         # With the shapes of the rest as they are logL is a lower bound: where that is enough, or far from it, it does.
         rough = solve(self.fit.data, model, like=self.fit.solution, polish=False)
         if not -FAR < rough.log_likelihood - least_told < 0.0:
@@ -207,7 +207,7 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
             continue  # of different dimensions: levels of power laws of different exponents
         name = parameter.name if parameter.name == label else f"{label}.{parameter.name}"
         columns = tuple(axis.column for axis in known)
-        pooled = by_errors(name, unit, estimates)
+        pooled = pooled_by_errors(name, unit, estimates)
         yield Agreement(pooled, columns, parameter, first.fit.recording.unit)
 
 

@@ -14,7 +14,7 @@ from allanite.axes.working import check_working, working_states
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.threads import at_once, side_by_side
 from allanite.common.validation import positive, recorded
-from allanite.fit.likelihood.remembered import give_back
+from allanite.fit.likelihood.remembered import trim_memory
 from allanite.study import MAX_ADDED_EFFECTS, improve
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def improve_columns(
                 if on_progress is not None:
                     on_progress(name, most, most)
             found = _lighter(found)
-            give_back(found.fit.data.n)
+            trim_memory(found.fit.data.n)
             if on_study is not None:
                 on_study(found)
             return found

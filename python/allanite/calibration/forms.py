@@ -15,7 +15,7 @@ from allanite.effects.rate_of_change import RateOfChange
 from allanite.fit import Fit, fit_model
 from allanite.fit.engine import solve
 from allanite.fit.estimates import shape_slope
-from allanite.fit.rivals.evidence import RIVAL, of_number, over_true
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, parameter_cost
 from allanite.fit.shapes.matched import grid_points, matched_gains
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ def tried_forms(
         fits[form] = fit
         base = fits[FORMS[0]]
         gain = fit.solution.log_likelihood - base.solution.log_likelihood
-        more = over_true(fit.solution, fit.data) - over_true(base.solution, base.data)
+        more = discrepancy_gain(fit.solution, fit.data) - discrepancy_gain(base.solution, base.data)
         if not _works_against(fit):
             found.append(Tried(form, fit, gain, gain - max(more, 0.0) - cost(fit)))
         if on_progress is not None:
@@ -180,7 +180,7 @@ def _with_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Determi
 def near_the_best(tried: Sequence[Tried]) -> list[Tried]:
     """The forms that the evidence cannot tell from the best."""
     top = max((one.log_evidence for one in tried), default=0.0)
-    return [one for one in tried if one.log_evidence >= top - RIVAL]
+    return [one for one in tried if one.log_evidence >= top - MAX_RIVAL_LOG_EVIDENCE]
 
 
 def chosen(tried: Sequence[Tried]) -> Tried:
@@ -230,7 +230,7 @@ def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[
 def cost(fit: Fit) -> float:
     """Cost of the law's numbers in ln of the evidence.
 
-    Each number pays for how well it is known beyond those before it (`of_number`): the offsets of runs first, then the
+    Each number pays for how well it is known beyond those before it (`parameter_cost`): the offsets of runs first, then the
     powers in their order, then the memory.
     """
     matrix, values, own = design(fit)
@@ -241,4 +241,6 @@ def cost(fit: Fit) -> float:
     # R of a QR: its columns end at the rows of the numbers before them, so that row k is what is new with number k.
     upper: NDArray[np.float64] = np.asarray(np.linalg.qr(scaled, mode="r"))
     squares = upper.sum(axis=1) ** 2
-    return float(sum(of_number(float(z)) for z, is_own in zip(squares, own, strict=True) if is_own))
+    return float(
+        sum(parameter_cost(float(z)) for z, is_own in zip(squares, own, strict=True) if is_own)
+    )

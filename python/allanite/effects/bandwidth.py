@@ -214,7 +214,7 @@ class Bandwidth(Modifier):
         rate: float,
         span: tuple[float, float] | None = None,
     ) -> tuple[Term, ...]:
-        """Autocovariance of the filtered noise, normalised to `white` at zero frequency."""
+        """Autocovariance of the filtered noise, normalized to `white` at zero frequency."""
         after = (self.floor or 0.0) ** 2 * white
         filtered = tuple(t.scaled(white - after) for t in lowpass.terms(*self._at(rate)))
         return (*filtered, White(after)) if after else filtered

@@ -15,7 +15,7 @@ from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing.completion import settle
 from allanite.fit.missing.ends import without_ends
 from allanite.fit.result import Fit
-from allanite.fit.summarised import of_summary, refused
+from allanite.fit.summarised import of_summary, require_summary_supports
 from allanite.recording import Recording
 from allanite.summary import Summary
 
@@ -97,7 +97,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     model = _following(model, list(recording.covariates))
     _check_values(model, recording.n, recording.rate)
     if isinstance(recording, Summary):
-        refused(recording, model, method)
+        require_summary_supports(recording, model, method)
         data = of_summary(recording)
     else:
         # Angles have one difference fewer than samples.

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Model, Stochastic
 from allanite.fit.likelihood.expected import column
-from allanite.fit.likelihood.peaks import bins_near, by_ordinates
+from allanite.fit.likelihood.peaks import bins_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whittle import information
-from allanite.fit.missing.mixing import mixing_of, seen_of
+from allanite.fit.missing.mixing import known_ordinates, mixing_of
 from allanite.fit.shapes.narrow import Window
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def joint_covariance(
             if effect.coefficient not in effect.held:
                 names.append((position, effect.coefficient))
                 slopes.append(2.0 * own.theta * own.column / spectrum)
-        for name in () if by_ordinates(effect, data) else effect.free_shapes:
+        for name in () if is_fitted_to_ordinates(effect, data) else effect.free_shapes:
             value = effect.values[name]
             if isinstance(value, str) or value is None:
                 continue
@@ -71,7 +71,7 @@ def _with_narrow(
     """With what single ordinates tell of narrow bands, which depends on nothing else of the model."""
     own = {(place, name): i for i, (place, name) in enumerate(names)}
     for place, effect in enumerate(solution.model):
-        if not isinstance(effect, Stochastic) or not by_ordinates(effect, data):
+        if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, data):
             continue
         if not effect.values[effect.coefficient]:
             continue
@@ -119,7 +119,7 @@ def _by_scores(
     if data.missing is None or data.gain is None:
         return None
     share = 1.0 - data.gain**2
-    seen = seen_of(share, data.bins)
+    seen = known_ordinates(share, data.bins)
     shared = seen[:, None] * mixing_of(data.missing, share, data.bins)
     shared = 0.5 * (shared + shared.T)
     rows = slopes * (weight / seen)[:, None]

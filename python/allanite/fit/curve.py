@@ -14,7 +14,7 @@ from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands
-from allanite.fit.likelihood.crowding import crowding
+from allanite.fit.likelihood.crowding import crowding_ratio
 from allanite.fit.likelihood.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -206,7 +206,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
         # The samples that are loud decide: there are fewer of them.
         white = Model(tuple(e for e in model if e is model.white or isinstance(e, Modifier)))
         share = expected_variance(data.terms(white), factors) / noise
-        edf = np.maximum(edf / (1.0 + share**2 * (crowding(model, data) - 1.0)), 1.0)
+        edf = np.maximum(edf / (1.0 + share**2 * (crowding_ratio(model, data) - 1.0)), 1.0)
     z = normal_scores(residual, edf, noise)
     spread_low = np.sqrt(chdtri(edf, 0.975) / edf)
     spread_high = np.sqrt(chdtri(edf, 0.025) / edf)

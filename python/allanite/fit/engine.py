@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from allanite.common.blas import one_thread
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic, white_noise
-from allanite.fit.likelihood.crowding import crowded, uneven
-from allanite.fit.likelihood.discrepancy import best_scale, levels
+from allanite.fit.likelihood.crowding import effective_freedom, has_changing_power
+from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
@@ -91,7 +91,7 @@ def _fit(
     """`solve` without regard to limits but where shapes are searched."""
     given = model
     bins = data.bins
-    free = crowded(model, data) if uneven(model) else bins.count
+    free = effective_freedom(model, data) if has_changing_power(model) else bins.count
     if not polish:
         settled = max(settled, len(model) - 1)
     raw = bins.power(data.ordinates)
@@ -118,7 +118,7 @@ def _fit(
         if not model.deterministic:
             break
         # What known functions add to their cells is no discrepancy: it is looked at once they are taken out.
-        level = levels(part.power, part.count, best.spectrum, best.scale if turn else None)
+        level = bin_levels(part.power, part.count, best.spectrum, best.scale if turn else None)
         noise = Noise(data.terms(model), bins, level)
         slow = polish and turn < 4
         model = fit_deterministic_shapes(

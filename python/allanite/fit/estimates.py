@@ -17,7 +17,7 @@ from allanite.fit.covariance import joint_covariance, shape_widening, told
 from allanite.fit.interval_ends import with_ends
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
-from allanite.fit.likelihood.peaks import by_ordinates
+from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import profile_interval
 from allanite.fit.shapes.narrow import within_bins
@@ -153,7 +153,7 @@ def _stochastic(
             told(solution, own, data),
         )
         low, high = float(np.sqrt(low)), float(np.sqrt(high))
-        if by_ordinates(effect, data):
+        if is_fitted_to_ordinates(effect, data):
             # Bins hardly show it: the ordinates within them do.
             drop += _beyond_bins(solution, own, data)
         detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
@@ -215,7 +215,7 @@ def _at_its_least(value: Estimate, effect: Effect, data: Data) -> Estimate:
     # An exponent is tried down to its lowest value, a positive shape to half of its grid's.
     tried = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else low
     at_least = value <= tried + (AT_END - 1.0) * abs(tried)
-    if not at_least or value.interval is None or by_ordinates(effect, data):
+    if not at_least or value.interval is None or is_fitted_to_ordinates(effect, data):
         return value
     high = value.interval[1]
     return Estimate(value.value, None, (low, high), value.unit, value.detected, value.name)

@@ -22,7 +22,7 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import SCALES
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.likelihood.stop_band import empty
+from allanite.fit.likelihood.stop_band import is_empty
 from allanite.fit.prediction_in_time import BLOCKS, levels, prices
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.shape import free_places
@@ -117,7 +117,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
         return None
     bins = data.bins
     number, total = bins.folded(solution.ordinates, FOLDS)
-    number[:, empty(bins)] = total[:, empty(bins)] = 0.0
+    number[:, is_empty(bins)] = total[:, is_empty(bins)] = 0.0
     saturated = total
     if solution.ordinates is not data.ordinates or raw is not None:
         _, saturated = bins.folded((data if raw is None else raw).ordinates, FOLDS)

@@ -18,7 +18,7 @@ from allanite.fit import curve as _curve
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.likelihood.data import prepare
-from allanite.fit.likelihood.discrepancy import chance_deviance, judge, scale_interval
+from allanite.fit.likelihood.discrepancy import expected_saturated_gain, judge, scale_interval
 from allanite.fit.likelihood.stop_band import empty_ranges
 from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.measures import Discrepancy, Error, Misfit
@@ -165,7 +165,7 @@ class Fit:
         s = self.solution
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
         plain = judge(s.power, s.count, s.spectrum, s.scale).log_likelihood
-        return best - plain - chance_deviance(s.count)
+        return best - plain - expected_saturated_gain(s.count)
 
     @property
     def adequate(self) -> bool:

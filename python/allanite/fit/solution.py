@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
-from allanite.fit.likelihood.discrepancy import SCALES, levels
+from allanite.fit.likelihood.discrepancy import SCALES, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.whittle import Maximum
 
@@ -223,7 +223,7 @@ class Solution:
     @property
     def level(self) -> Array:
         """By how much each bin probably differs from the model, shape (bins,)."""
-        return levels(self.power, self.count, self.spectrum, self.scale)
+        return bin_levels(self.power, self.count, self.spectrum, self.scale)
 
     @property
     def discrepancy(self) -> float:

@@ -17,7 +17,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.engine import with_coefficients
-from allanite.fit.likelihood.data import SHORTEST, Data
+from allanite.fit.likelihood.data import MIN_SAMPLES, Data
 from allanite.fit.likelihood.expected import column, columns
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes import drifting
@@ -65,8 +65,8 @@ def blank(n: int, rate: float) -> Data:
     TooShortError
         Fewer samples than any fit needs.
     """
-    if n < SHORTEST:
-        raise TooShortError(f"a record of {n} samples: a fit needs at least {SHORTEST}")
+    if n < MIN_SAMPLES:
+        raise TooShortError(f"a record of {n} samples; a fit needs at least {MIN_SAMPLES}")
     if n > LONGEST:
         raise InputError(
             f"a record of {n:.3g} samples at {rate:g} Hz: more than {LONGEST:.3g} are not planned,"

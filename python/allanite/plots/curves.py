@@ -13,7 +13,7 @@ from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.effects import Deterministic, Effect, Periodic, Stochastic
 from allanite.fit.curve import FAILS, components_at, expected_variance
-from allanite.fit.likelihood.peaks import seen_singly
+from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
@@ -234,7 +234,7 @@ def ordinates_between(
     say little: of summaries, and where many samples are missing.
     """
     data = fit.data
-    if not seen_singly(data):
+    if not has_all_ordinates(data):
         return np.zeros(0), np.zeros(0)
     step = data.rate / (2.0 * data.n)
     first, last = max(1, int(np.ceil(low / step))), min(data.n - 1, int(high / step))

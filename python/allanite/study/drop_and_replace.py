@@ -10,8 +10,8 @@ from allanite.effects import Deterministic, Effect, Model, Modifier, Moving, Per
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit
-from allanite.fit.rivals.alternatives import POLISH, may_leave, shown
-from allanite.fit.rivals.evidence import RIVAL, evidence, price
+from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL, is_detected, is_removable
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, bic_cost, evidence
 from allanite.suggestion.constants import (
     MAX_ALLAN_ERROR_RATIO,
     MAX_ALLAN_ERROR_SCATTERS,
@@ -67,11 +67,15 @@ def pruned(
     while place >= first:
         effect = fit.model.effects[place]
         own = place < asked
-        if may_leave(effect) and effect.kind not in gone and not (own and not shown(before, place)):
+        if (
+            is_removable(effect)
+            and effect.kind not in gone
+            and not (own and not is_detected(before, place))
+        ):
             least = (
                 MIN_START_EFFECT_GAIN
                 if own or effect.kind in stand_in
-                else MIN_EXPLAINED_COST_FRACTION * effect.numbers * price(fit.solution)
+                else MIN_EXPLAINED_COST_FRACTION * effect.numbers * bic_cost(fit.solution)
             )
             without = _without(fit, place, least)
             if without is not None:
@@ -101,7 +105,10 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
         if not removes(effects[place])
         else None
     )
-    if rough is not None and fit.solution.log_likelihood - rough.log_likelihood > least + POLISH:
+    if (
+        rough is not None
+        and fit.solution.log_likelihood - rough.log_likelihood > least + MAX_POLISH_DELTA_LOGL
+    ):
         return None
     found = refitted(fit, less)
     lost = fit.solution.log_likelihood - found.solution.log_likelihood
@@ -134,9 +141,9 @@ def added_to(
     came: tuple[Effect, ...] = ()
     for line in _apart([effect, *(e for e in lines if one_thing(effects[place], e, fit))], fit):
         more = refitted(fit, Model((*rest, effect, *came, line)))
-        if evidence(more.solution) > evidence(better.solution) + RIVAL:
+        if evidence(more.solution) > evidence(better.solution) + MAX_RIVAL_LOG_EVIDENCE:
             better, came = more, (*came, line)
-    clearly = evidence(better.solution) > evidence(fit.solution) + RIVAL
+    clearly = evidence(better.solution) > evidence(fit.solution) + MAX_RIVAL_LOG_EVIDENCE
     return (better, (effects[place].kind,), came) if clearly else None
 
 
@@ -232,7 +239,7 @@ def _nearer(new: Fit, old: Fit, place: int) -> bool:
     if a is None or b is None or np.log1p(a / 100.0) > MAX_ALLAN_ERROR_RATIO * np.log1p(b / 100.0):
         return False
     chance = old.curve.chance_percent or 0.0
-    return b > MAX_ALLAN_ERROR_SCATTERS * chance or (b > chance and not shown(old, place))
+    return b > MAX_ALLAN_ERROR_SCATTERS * chance or (b > chance and not is_detected(old, place))
 
 
 def swapped(
@@ -260,7 +267,7 @@ def swapped(
             enough = risen >= MIN_GAIN_PER_RIVAL_PARAMETER * max(
                 1, found.effect.numbers - effect.numbers
             )
-            if found.evidence >= RIVAL or (
+            if found.evidence >= MAX_RIVAL_LOG_EVIDENCE or (
                 enough and _nearer(_of(fit, found.solution), fit, place)
             ):
                 best = found.evidence, found, effect.kind
@@ -271,4 +278,4 @@ def swapped(
     better = refitted(fit, found.solution.model)
     came = max(i for i, e in enumerate(better.model) if e.kind == found.effect.kind)
     # What shares its part with another may be ahead, and be nothing by itself.
-    return (better, kind, found.effect) if shown(better, came) else None
+    return (better, kind, found.effect) if is_detected(better, came) else None

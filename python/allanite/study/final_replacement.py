@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Modifier
 from allanite.fit import refitted
-from allanite.fit.rivals.alternatives import shown
-from allanite.fit.rivals.evidence import RIVAL, gained
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.study.error_comparison import errors_fall
 from allanite.study.ladder import Rung
 from allanite.suggestion.constants import MIN_SCORE_GAIN
@@ -24,7 +24,8 @@ __all__ = ["exchanged"]
 def exchanged(ladder: Sequence[Rung]) -> Rung | None:
     """The rung on which another effect, or two, take the place of one of the last model; None where no score is higher.
 
-    The score is ln of the evidence. What describes without explaining and the refined forms of a dependence pay `RIVAL` in
+    The score is ln of the evidence. What describes without explaining and the refined forms of a dependence pay
+    `MAX_RIVAL_LOG_EVIDENCE` in
     addition, so that they come only where plainer effects explain clearly less. No step raises an error beyond its scatter.
     """
     fit = ladder[-1].fit
@@ -35,10 +36,12 @@ def exchanged(ladder: Sequence[Rung]) -> Rung | None:
         better = refitted(fit, model)
         came = model.effects[len(fit.model) - 1 :]
         new = [i for i, e in enumerate(better.model) if e.kind in {each.kind for each in came}]
-        more = _priors(better) - _priors(fit) + gained(better.solution, fit.solution, fit.data)
+        more = (
+            _priors(better) - _priors(fit) + evidence_gain(better.solution, fit.solution, fit.data)
+        )
         if (
             more > MIN_SCORE_GAIN
-            and all(shown(better, i) for i in new)
+            and all(is_detected(better, i) for i in new)
             and errors_fall(fit, better)
         ):
             kind = fit.model.effects[place].kind
@@ -52,7 +55,7 @@ def exchanged(ladder: Sequence[Rung]) -> Rung | None:
 def _reachable(fit: Fit) -> Iterator[tuple[float, int, Model]]:
     """The score over that of the fit, the place of the effect that leaves, and the model; what comes stands last."""
     for place, out in enumerate(fit.model.effects):
-        if not shown(fit, place):
+        if not is_detected(fit, place):
             continue
         kept = _prior(out)
         for other in fit.alternatives(place):
@@ -69,7 +72,7 @@ def _priors(fit: Fit) -> float:
 
 def _prior(effect: Effect) -> float:
     refined = isinstance(effect, Deterministic) and effect.refined
-    return -RIVAL if effect.last_resort or refined else 0.0
+    return -MAX_RIVAL_LOG_EVIDENCE if effect.last_resort or refined else 0.0
 
 
 def _may_come(effect: Effect, out: Effect) -> bool:

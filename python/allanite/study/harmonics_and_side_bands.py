@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.likelihood.peaks import by_ordinates
+from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.whitened import whitened_ordinates
-from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence
 from allanite.study.ladder import Rung
 from allanite.suggestion.constants import (
     MAX_BAND_HARMONIC,
@@ -37,10 +37,17 @@ def with_companions(before: Fit, rung: Rung) -> Rung:
     """
     place = len(rung.fit.model) - 1
     band = rung.fit.model.effects[place]
-    if rung.added is None or band.kind != rung.added.kind or not by_ordinates(band, before.data):
+    if (
+        rung.added is None
+        or band.kind != rung.added.kind
+        or not is_fitted_to_ordinates(band, before.data)
+    ):
         return rung
     fit = _as_side_band(before, band)
-    if fit is not None and evidence(fit.solution) > evidence(rung.fit.solution) + RIVAL:
+    if (
+        fit is not None
+        and evidence(fit.solution) > evidence(rung.fit.solution) + MAX_RIVAL_LOG_EVIDENCE
+    ):
         gone = Counter(e.kind for e in before.model) - Counter(e.kind for e in fit.model)
         known = [e for e in before.model if len(e.peaks) > 1]
         new = [
@@ -72,7 +79,7 @@ def _as_side_band(fit: Fit, band: Effect) -> Fit | None:
     found: Fit | None = None
     at = None
     for place, effect in enumerate(fit.model.effects):
-        made = _beside(effect, band) if by_ordinates(effect, fit.data) else None
+        made = _beside(effect, band) if is_fitted_to_ordinates(effect, fit.data) else None
         if made is None:
             continue
         rest = [e for e in fit.model.effects[place + 1 :] if not _companion(e, made)]
@@ -131,7 +138,7 @@ def _meets(effect: Effect, peak: tuple[float, float]) -> bool:
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
     """The fit with the harmonics of a narrow band of its model that the record shows, lowest first; few are tried."""
-    if not isinstance(effect, Stochastic) or not by_ordinates(effect, fit.data):
+    if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, fit.data):
         return fit
     assert effect.occupies is not None
     low, high = effect.occupies
@@ -157,11 +164,11 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
         added = made.with_values(**{effect.coefficient: float(np.sqrt(power))})
         better = refitted(fit, Model((*fit.model.effects, added)))
         own = better.model.effects[-1]
-        if not by_ordinates(own, data) or own.occupies is None:
+        if not is_fitted_to_ordinates(own, data) or own.occupies is None:
             continue
         at = 0.5 * sum(own.occupies)
         close = abs(at - m * middle) < wide
-        if close and evidence(better.solution) > evidence(fit.solution) + RIVAL:
+        if close and evidence(better.solution) > evidence(fit.solution) + MAX_RIVAL_LOG_EVIDENCE:
             fit = better
             white = _power(fit)
     return fit
@@ -174,7 +181,7 @@ def _modulated(fit: Fit, place: int) -> Fit:
     stands out most; the evidence must be larger by 3.
     """
     effect, data = fit.model.effects[place], fit.data
-    if not isinstance(effect, Stochastic) or not by_ordinates(effect, data):
+    if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, data):
         return fit
     if not effect.values[effect.coefficient]:
         return fit
@@ -216,7 +223,11 @@ def _modulated(fit: Fit, place: int) -> Fit:
     effects = list(fit.model.effects)
     effects[place] = made
     better = refitted(fit, Model(tuple(effects)))
-    return better if evidence(better.solution) > evidence(fit.solution) + RIVAL else fit
+    return (
+        better
+        if evidence(better.solution) > evidence(fit.solution) + MAX_RIVAL_LOG_EVIDENCE
+        else fit
+    )
 
 
 def _in_excess(fit: Fit, first: int, last: int, mean: float) -> float:

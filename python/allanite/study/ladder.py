@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.effects import title_of
-from allanite.fit.rivals.evidence import RIVAL
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.study.error_comparison import refusal
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
@@ -178,7 +178,7 @@ class Study:
         if self.undecided is not None:
             (own, share), *others = self.undecided.models
             name, best = max(others, key=lambda model: model[1])
-            if best > exp(RIVAL) * share:
+            if best > exp(MAX_RIVAL_LOG_EVIDENCE) * share:
                 found.append(f"{name} explains the record better than {own}")
         return tuple(found)
 

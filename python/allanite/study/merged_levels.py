@@ -9,7 +9,7 @@ import numpy as np
 from allanite.effects import CATALOGUE, Level, Model
 from allanite.fit import refitted
 from allanite.fit.likelihood.whitened import expected_level, whiten
-from allanite.fit.rivals.evidence import RIVAL
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import MAX_SEPARATE_LEVEL_INTERVALS
 from allanite.suggestion.screens.level_changes import level_series, screen_levels
 
@@ -58,7 +58,7 @@ def one_level(fit: Fit, changes: list[Level]) -> Fit | None:
         *_together(changes),
     ]
     # A set that explains more each time does not come back to where it was.
-    found = [level for level in found if explained(level) > before + RIVAL]
+    found = [level for level in found if explained(level) > before + MAX_RIVAL_LOG_EVIDENCE]
     if not found:
         return None
     best = max(found, key=worth)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence
 from allanite.study.ladder import Rung
 from allanite.suggestion.unexplained_shape import nameless
 
@@ -37,7 +37,7 @@ def unstacked(ladder: Sequence[Rung]) -> Rung | None:
         return None
     better = refitted(fit, Model((*(e for e in fit.model if e not in stack), nameless())))
     shape = better.model.effects[-1]
-    if evidence(better.solution) < evidence(fit.solution) + RIVAL:
+    if evidence(better.solution) < evidence(fit.solution) + MAX_RIVAL_LOG_EVIDENCE:
         return None
     risen = better.solution.log_likelihood - fit.solution.log_likelihood
     return Rung(better, shape, tuple(effect.kind for effect in stack), risen)

@@ -14,9 +14,9 @@ from allanite.common.threads import before, columns_at_work, results, side_by_si
 from allanite.common.validation import positive, recorded
 from allanite.effects import Away, Model, Modifier, Stochastic, as_model
 from allanite.fit import fit_model
-from allanite.fit.likelihood.remembered import give_back
-from allanite.fit.rivals.alternatives import shown
-from allanite.fit.rivals.evidence import RIVAL, gained
+from allanite.fit.likelihood.remembered import trim_memory
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.solution import Process
 from allanite.study.drop_and_replace import added_to, pruned, swapped, with_samples_out
 from allanite.study.error_comparison import (
@@ -154,7 +154,7 @@ def improve(
         for rung in ladder:
             if rung.fit.data is not fit.data:
                 rung.fit.data.forget()
-        give_back(fit.data.n)
+        trim_memory(fit.data.n)
 
 
 def improve_columns(
@@ -446,7 +446,7 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
 def _unseen(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
     """Whether the record shows no effect of some kinds, and no error rises by more than half of its scatter without."""
     places = [i for i, e in enumerate(fit.model) if e.kind in kinds]
-    if any(shown(fit, i) for i in places) or not errors_fall(fit, less):
+    if any(is_detected(fit, i) for i in places) or not errors_fall(fit, less):
         return False
     had, has, chance = (
         value or 0.0
@@ -481,7 +481,10 @@ def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str
 def _ended_where_it_began(before: Fit, after: Fit) -> bool:
     """Whether what came has gone again: the same kinds, which explain no more than before."""
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
-    return old == new and gained(after.solution, before.solution, before.data) < RIVAL
+    return (
+        old == new
+        and evidence_gain(after.solution, before.solution, before.data) < MAX_RIVAL_LOG_EVIDENCE
+    )
 
 
 def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:

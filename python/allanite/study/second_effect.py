@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.fit.rivals.evidence import RIVAL, gained
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.study.drop_and_replace import mostly_within, one_thing
 from allanite.study.error_comparison import errors_fall, predicts, rises, wider
 from allanite.suggestion import check_fit
@@ -34,7 +34,12 @@ def with_another(
         pair = _best_beside(before, better, beside)
         if pair is None or wider(before, pair[0]):
             return None
-        return pair if gained(pair[0].solution, better.solution, better.data) > RIVAL else None
+        return (
+            pair
+            if evidence_gain(pair[0].solution, better.solution, better.data)
+            > MAX_RIVAL_LOG_EVIDENCE
+            else None
+        )
     new = better.model.effects[-1].kind
     known = [s for s in check.significant if s.kind != new]
     first = _best_beside(before, better, known)

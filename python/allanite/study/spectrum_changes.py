@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Deterministic
-from allanite.fit.rivals.alternatives import shown
+from allanite.fit.rivals.alternatives import is_detected
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -44,7 +44,7 @@ def faded(before: Fit, after: Fit, asked: int) -> bool:
     """Whether one of the effects behind the first `asked` is not seen in the record beside the last."""
     if len(after.model) <= len(before.model):
         return True
-    return any(not shown(after, place) for place in range(asked, len(before.model)))
+    return any(not is_detected(after, place) for place in range(asked, len(before.model)))
 
 
 def alone(before: Fit, rung: Rung) -> bool:

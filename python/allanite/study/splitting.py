@@ -8,10 +8,10 @@ import numpy as np
 
 from allanite.effects import Model
 from allanite.fit import refitted
-from allanite.fit.rivals.alternatives import shown
-from allanite.fit.rivals.columns import consistent
-from allanite.fit.rivals.evidence import RIVAL, gained
-from allanite.fit.rivals.together import splits
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.columns import follow_columns_consistently
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.together import can_be_split
 from allanite.study.drop_and_replace import one_thing
 from allanite.suggestion.constants import MAX_PAIRS_REFITTED
 
@@ -34,7 +34,7 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
     """
     for place in places:
         out = fit.model.effects[place]
-        if not splits(out):
+        if not can_be_split(out):
             continue
         pairs = [
             pair
@@ -44,9 +44,15 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
             )
         ]
         # The best of many is ahead by chance.
-        least = -RIVAL if out.last_resort else RIVAL + float(np.log(max(len(pairs), 1)))
+        least = (
+            -MAX_RIVAL_LOG_EVIDENCE
+            if out.last_resort
+            else MAX_RIVAL_LOG_EVIDENCE + float(np.log(max(len(pairs), 1)))
+        )
         found = [
-            refitted(fit, p.model) for p in pairs[:MAX_PAIRS_REFITTED] if p.evidence > least - RIVAL
+            refitted(fit, p.model)
+            for p in pairs[:MAX_PAIRS_REFITTED]
+            if p.evidence > least - MAX_RIVAL_LOG_EVIDENCE
         ]
         count = len(fit.model) - 1
         found = [f for f in found if _better(f, fit) > least and _consistent(f, count)]
@@ -64,21 +70,21 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
             beside = [refitted(fit, fit.model + part) for part in parts]
         every = [(_better(f, fit), f) for f in (*found, *alone, *beside) if _consistent(f, count)]
         top = max(gain for gain, _ in every)
-        near = [(gain, f) for gain, f in every if gain > top - RIVAL]
+        near = [(gain, f) for gain, f in every if gain > top - MAX_RIVAL_LOG_EVIDENCE]
         gain, plainest = min(near, key=lambda each: _plainness(each[1]))
         came = range(count, len(plainest.model))
-        if plainest not in beside and gain > least and all(shown(plainest, p) for p in came):
+        if plainest not in beside and gain > least and all(is_detected(plainest, p) for p in came):
             return plainest, place, plainest.model.effects[count:]
     return None
 
 
 def _consistent(fit: Fit, count: int) -> bool:
     """Whether no column among the effects after the first `count` is like the samples by chance."""
-    return consistent(fit.model.effects[count:], fit.solution, fit.data)
+    return follow_columns_consistently(fit.model.effects[count:], fit.solution, fit.data)
 
 
 def _better(after: Fit, before: Fit) -> float:
-    return gained(after.solution, before.solution, before.data)
+    return evidence_gain(after.solution, before.solution, before.data)
 
 
 def _plainness(fit: Fit) -> tuple[int, int, float]:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.likelihood.peaks import FEW
-from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence
 from allanite.study.drop_and_replace import between
 from allanite.study.error_comparison import errors_fall
 from allanite.study.ladder import Rung
@@ -29,7 +29,7 @@ def wandering(fit: Fit, suggestion: Suggestion, asked: int) -> Rung | None:
     a third. None beside a line of the first `asked` effects, or where there is none.
     """
     line = suggestion.effect
-    if not _is_line(line) or fit.data.lost > FEW:
+    if not _is_line(line) or fit.data.lost > MAX_MISSING_FRACTION:
         return None
     near = [
         i
@@ -50,7 +50,7 @@ def wandering(fit: Fit, suggestion: Suggestion, asked: int) -> Rung | None:
     one = refitted(fit, Model((*rest, band)))
     lines = fit.add(suggestion)
     beat = min(between(fit.model.effects[i], line) for i in near) * fit.data.duration < 1.0
-    least = evidence(lines.solution) - (MIN_BEAT_EVIDENCE if beat else RIVAL)
+    least = evidence(lines.solution) - (MIN_BEAT_EVIDENCE if beat else MAX_RIVAL_LOG_EVIDENCE)
     if evidence(one.solution) < least or not errors_fall(fit, one):
         return None
     gone = tuple(fit.model.effects[i].kind for i in near)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Deterministic, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
-from allanite.fit.rivals.evidence import RIVAL, cost
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     MAX_EXPLAINED_REMAINDER,
@@ -185,7 +185,7 @@ def _with_plain_p_values(found: list[Suggestion]) -> list[Suggestion]:
             for s in found
             if _is_slow(s.effect, refined=False)
             and s.effect.follows == one.effect.follows
-            and one.score - s.score < RIVAL
+            and one.score - s.score < MAX_RIVAL_LOG_EVIDENCE
         ]
         if not _is_slow(one.effect, refined=True) or not plain or one.log10_p >= min(plain):
             return one
@@ -218,8 +218,8 @@ def _sort_key(
 def _logged_columns_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
     """Suggestions in which a logged column goes before a function of time that explains the record no better.
 
-    The column was measured; the function of time is a guess. The two tie if their scores are within `RIVAL`, or if the two
-    functions differ by less than the rounding of the column.
+    The column was measured; the function of time is a guess. The two tie if their scores are within
+    `MAX_RIVAL_LOG_EVIDENCE`, or if the two functions differ by less than the rounding of the column.
     """
     if not ranked or not _is_slow(ranked[0].effect) or ranked[0].effect.follows is not None:
         return ranked
@@ -227,7 +227,10 @@ def _logged_columns_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion
     for other in ranked[1:]:
         if other.effect.follows is None or not _is_slow(other.effect, refined=False):
             continue
-        tie = other.significant == top.significant and top.score - other.score < RIVAL
+        tie = (
+            other.significant == top.significant
+            and top.score - other.score < MAX_RIVAL_LOG_EVIDENCE
+        )
         if tie or _within_rounding(top.effect, other.effect, fit):
             # Its own p-value is that of what it adds beside an equal function of time.
             as_sure = replace(other, log10_p=top.log10_p, significant=top.significant)
@@ -250,7 +253,7 @@ def _within_rounding(first: Effect, follower: Effect, fit: Fit) -> bool:
 
 
 def _plainest_first(ranked: list[Suggestion]) -> list[Suggestion]:
-    """Suggestions in which the plainest of those within `RIVAL` of the best goes first.
+    """Suggestions in which the plainest of those within `MAX_RIVAL_LOG_EVIDENCE` of the best goes first.
 
     Plainer than the best are: a standard coefficient; a form of the same column with fewer parameters, or earlier in the
     catalogue; any slow function beside a refined form; and an effect that does not cancel another effect of the same
@@ -273,7 +276,11 @@ def _plainest_first(ranked: list[Suggestion]) -> list[Suggestion]:
         plain = plain or (
             _is_slow(top.effect, refined=True) and _is_slow(other.effect, refined=False)
         )
-        if plain and other.significant == top.significant and top.score - other.score < RIVAL:
+        if (
+            plain
+            and other.significant == top.significant
+            and top.score - other.score < MAX_RIVAL_LOG_EVIDENCE
+        ):
             return [other, *(s for s in ranked if s is not other)]
     return ranked
 
@@ -308,18 +315,18 @@ def _power_law_last(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
         for s in ranked[1:]
         if s.effect.standard and s.kind not in present and isinstance(s.effect, Stochastic)
     ]
-    best: tuple[float, list[Suggestion]] = (top.score - RIVAL, [])
+    best: tuple[float, list[Suggestion]] = (top.score - MAX_RIVAL_LOG_EVIDENCE, [])
     for pair in combinations(alone, 2):
         both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
         gain = both.log_likelihood - fit.solution.log_likelihood
-        rank = gain - sum(cost(own, both) for own in both.effects[-2:])
+        rank = gain - sum(parameters_cost(own, both) for own in both.effects[-2:])
         if rank > best[0] and (both.theta[-2:] > 0.0).all():
             best = (rank, [s for s in pair if s.significant])
     return [*best[1], *(s for s in ranked if s not in best[1])]
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
-    """Suggestions, each with the kinds that may be confused with it and have a score within `RIVAL`."""
+    """Suggestions, each with the kinds that may be confused with it and have a score within `MAX_RIVAL_LOG_EVIDENCE`."""
     out = []
     for one in ranked:
         rivals = tuple(
@@ -328,7 +335,7 @@ def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
                 for other in ranked
                 if other is not one
                 and other.kind != one.kind
-                and abs(other.score - one.score) < RIVAL
+                and abs(other.score - one.score) < MAX_RIVAL_LOG_EVIDENCE
                 and one.effect.may_be(other.effect)
             )
         )

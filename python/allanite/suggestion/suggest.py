@@ -16,10 +16,10 @@ import numpy as np
 from allanite.common.threads import Pool
 from allanite.effects import Modifier, Moving, Stochastic
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.likelihood.remembered import LARGE, give_back
+from allanite.fit.likelihood.remembered import MIN_TRIM_SAMPLES, trim_memory
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
-from allanite.fit.rivals.evidence import cost, over_true
+from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MIN_SHARED_GAIN_FRACTION
 from allanite.suggestion.explanation import explain
@@ -121,7 +121,7 @@ class Suggestion:
         return (
             self.delta_log_likelihood
             - self.surplus
-            - cost(self.solution.effects[-1], self.solution)
+            - parameters_cost(self.solution.effects[-1], self.solution)
         )
 
     @property
@@ -231,14 +231,14 @@ def suggest(
             on_progress(done, 5)
 
     base, data = fit.solution, fit.data
-    surplus = over_true(base, data)
+    surplus = discrepancy_gain(base, data)
     # Whitened by the model alone: a discrepancy would absorb narrow lines and bands.
     white = whitened_ordinates(base, data, np.ones(base.count.size))
-    with Pool(WORKERS if data.samples.size < LARGE else 1) as pool:
+    with Pool(WORKERS if data.samples.size < MIN_TRIM_SAMPLES else 1) as pool:
         lines_found = pool.submit(screen_lines, base, data, whitened.samples, white)
         spectral = screen_spectral(base, data, white)
         progress()
-        give_back(data.samples.size)
+        trim_memory(data.samples.size)
         # A slow function of time must explain something beside the best wandering process.
         red = [
             c for c in spectral.candidates if isinstance(c.effect, Stochastic) and c.effect.wanders

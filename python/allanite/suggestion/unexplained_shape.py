@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.numbers import tidy
 from allanite.common.showing import brief
 from allanite.effects import CATALOGUE
-from allanite.fit.rivals.evidence import price
+from allanite.fit.rivals.evidence import bic_cost
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -64,7 +64,7 @@ def rest_of(fit: Fit) -> Rest | None:
     with_shape = fit.add(nameless())
     solution = with_shape.solution
     risen = solution.log_likelihood - fit.solution.log_likelihood
-    if risen < with_shape.model.effects[-1].numbers * price(fit.solution):
+    if risen < with_shape.model.effects[-1].numbers * bic_cost(fit.solution):
         return None
     own = solution.processes[-1].power
     ratio = own / np.maximum(solution.spectrum - own, 1e-300)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.fft import dct
 
 import allanite as al
-from allanite.fit.missing.shares import CELLS, lowest_share, share_of
+from allanite.fit.missing.shares import MAX_CELLS, unknown_share, unknown_share_of_lowest
 from allanite.spectrum import bins_of
 
 RATE = 10.0
@@ -47,7 +47,7 @@ def holes(n, length, part, seed):
 @settings(max_examples=60)
 @given(
     st.sampled_from(sorted(MODELS)),
-    st.integers(40, CELLS),
+    st.integers(40, MAX_CELLS),
     st.integers(1, 30),
     st.floats(0.02, 0.6),
     st.integers(0, 2**32 - 1),
@@ -56,7 +56,7 @@ def test_shares_of_a_short_record_are_exact(name, n, length, part, seed):
     missing = holes(n, length, part, seed)
     assume(missing.sum() < 0.8 * n)
     spectrum = spectrum_of(name, n)
-    found = share_of(missing, spectrum, None, bins_of(n))
+    found = unknown_share(missing, spectrum, None, bins_of(n))
     # Both lose digits where walks leave the lowest ordinates 10⁶ times the others.
     np.testing.assert_allclose(found, np.clip(naive(missing, spectrum), 0.0, 0.98), atol=1e-6)
 
@@ -72,8 +72,8 @@ def test_the_lowest_ordinates_of_a_long_record_ask_the_means_of_cells(name, leng
     else:
         missing = holes(n, length, 0.3, 3)
     spectrum = spectrum_of(name, n)
-    found, _ = lowest_share(missing, spectrum)
-    assert found.size >= CELLS // 16
+    found, _ = unknown_share_of_lowest(missing, spectrum)
+    assert found.size >= MAX_CELLS // 16
     exact = naive(missing, spectrum)[1 : 1 + found.size]
     # Of holes shorter than a cell the shape is the noise's that stands for them: 1.5 % of what is seen at most, but for
     # one ordinate in which 512 cells of 3 or 4 samples and every second sample beat.

@@ -14,7 +14,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood import peaks
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column_of, density
-from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, within
+from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, ordinates_of_bins
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.narrow import Window, within_bins
 from allanite.spectrum import bins_of
@@ -129,7 +129,7 @@ def test_few_ordinates_tell_the_means_of_bins_that_have_many(half, depth, monkey
     terms = tuple(band.terms(RATE))
     found = []
     for singly in (n, 0):
-        monkeypatch.setattr(peaks, "SINGLY", singly)
+        monkeypatch.setattr(peaks, "MAX_SUMMED_ORDINATES", singly)
         near, means = means_near(band, bins, RATE, lambda j: density(terms, j, n))
         found.append(means)
     assert near.size == (7 if depth is None else 21)
@@ -165,7 +165,7 @@ def test_bins_and_what_is_within_them_are_the_likelihood_of_the_ordinates():
         power, count = data.bins.power(data.ordinates), data.bins.count
         binned = -0.5 * float(np.sum(count * (np.log(columns) + power / columns)))
         near = bins_near(model.effects[1], data.bins, RATE)
-        j = within(near, data.bins)
+        j = ordinates_of_bins(near, data.bins)
         expected = density(data.terms(model), j, data.n)
         whole = -0.5 * float(np.sum(np.log(expected) + data.ordinates[j] ** 2 / expected))
         part = -0.5 * float(

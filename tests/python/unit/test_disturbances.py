@@ -172,7 +172,7 @@ def test_a_summary_has_no_samples_to_take_out():
     summary = al.summarise([al.Recording(x, rate=RATE)])
     check = al.AngleRandomWalk().fit(summary).check()
     assert all(s.kind != "disturbance" for s in check.suggestions)
-    with pytest.raises(al.InputError, match="disturbances are taken out of samples"):
+    with pytest.raises(al.InputError, match="disturbances need single samples"):
         al.parse_model("N+DIST(start=2000,end=2200)").fit(summary)
 
 

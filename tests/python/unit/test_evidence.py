@@ -6,8 +6,8 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.curve import compare_curves
-from allanite.fit.rivals.evidence import RANGE, cost, of_number
-from allanite.fit.rivals.together import splits, together
+from allanite.fit.rivals.evidence import PRIOR_LOG_RANGE, parameter_cost, parameters_cost
+from allanite.fit.rivals.together import can_be_split, together
 
 RATE, LENGTH = 50.0, 60_000
 
@@ -27,7 +27,7 @@ def _integrated(fit, place):
     spectrum = rest + own * np.exp(2.0 * steps)[:, None]
     log_l = -0.5 * (np.log(spectrum) + solution.power / spectrum) @ solution.count
     top = log_l.max()
-    return float(np.log(np.trapezoid(np.exp(log_l - top), steps) / RANGE))
+    return float(np.log(np.trapezoid(np.exp(log_l - top), steps) / PRIOR_LOG_RANGE))
 
 
 @pytest.mark.parametrize(
@@ -41,23 +41,23 @@ def test_a_strength_costs_what_integration_gives(model, make):
     # Laplace's approximation is good to 1/z² in ln: z is 8 and more here.
     fit = al.fit_model(_recording(1, make), model)
     own = fit.solution.effects[1]
-    assert -cost(own, fit.solution) == pytest.approx(_integrated(fit, 1), abs=0.15)
+    assert -parameters_cost(own, fit.solution) == pytest.approx(_integrated(fit, 1), abs=0.15)
 
 
 def test_a_number_that_is_not_there_costs_something():
-    assert 0.0 < of_number(0.0) == of_number(1.0) < of_number(60.0)
+    assert 0.0 < parameter_cost(0.0) == parameter_cost(1.0) < parameter_cost(60.0)
 
 
 def test_what_has_a_place_among_all_ordinates_pays_more():
     fit = al.fit_model(_recording(2, lambda rng: g.sinusoid(LENGTH, RATE, 3.1, 4e-3)), "N+SIN")
-    assert cost(fit.solution.effects[1], fit.solution) == pytest.approx(
+    assert parameters_cost(fit.solution.effects[1], fit.solution) == pytest.approx(
         1.5 * np.log(fit.solution.weight.sum())
     )
 
 
 def test_what_may_stand_for_two():
     model = al.parse_model("N+B+K+R+SIN+BW+GM")
-    found = [effect.kind for effect in model if splits(effect)]
+    found = [effect.kind for effect in model if can_be_split(effect)]
     assert {"bias_instability", "rate_random_walk", "rate_ramp"} <= set(found)
     assert not {"angle_random_walk", "sinusoid", "bandwidth"} & set(found)
 

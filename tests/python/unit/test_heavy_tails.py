@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.fit.likelihood.heavy import _sums
+from allanite.fit.likelihood.heavy import _quantiles_of_student
 from allanite.recording.tails import outlier_limit, tail_of
 
 RATE, N = 100.0, 20_000
@@ -99,6 +99,6 @@ def test_the_law_of_a_sum_of_squares(freedom):
     rng = np.random.default_rng(0)
     drawn = (rng.standard_t(freedom, (600, 5000)) ** 2).mean(axis=1) * (freedom - 2.0) / freedom
     for found, wanted in zip(
-        _sums(1.0 / freedom, 5000), np.quantile(drawn, [0.025, 0.975]), strict=True
+        _quantiles_of_student(1.0 / freedom, 5000), np.quantile(drawn, [0.025, 0.975]), strict=True
     ):
         assert np.log(found) == pytest.approx(np.log(wanted), rel=0.3)

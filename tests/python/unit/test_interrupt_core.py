@@ -83,7 +83,7 @@ def slowly(values):
 _kernels.order = slowly
 x = np.random.default_rng(1).laplace(size=5_000_000)
 try:
-    whitened.with_normal_tails(whitened._over_time(_kernels.cosine_transform(x), []))
+    whitened.with_normal_tails(whitened._samples_and_bands(_kernels.cosine_transform(x), []))
 except KeyboardInterrupt:
     print(len(sorted_), flush=True)
 """

@@ -9,7 +9,7 @@ from scipy.special import gammaln
 
 from allanite.common.errors import InputError
 from allanite.fit.likelihood import discrepancy, whittle
-from allanite.fit.likelihood.discrepancy import EVIDENCE, SCALES
+from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, SCALES
 from allanite.spectrum.spectrum import cells_of
 
 EDGES = np.exp(np.linspace(-2.0, 11.5, 15))
@@ -135,12 +135,12 @@ def test_judges_as_the_full_sum(case, scale):
     np.testing.assert_allclose(found.weight, weight, rtol=1e-7)
     assert np.all(found.weight <= count * (1.0 + 1e-12))
     chosen = 0 if scale is None else scale
-    near = discrepancy.better_scale(
+    near = discrepancy.climb_scale(
         power, count, spectrum, chosen, discrepancy.judge(power, count, spectrum, chosen)
     )
     twin = better_scale(power, count, spectrum, chosen, judge(power, count, spectrum, chosen))
     assert near[1].log_likelihood == pytest.approx(twin[1][0], abs=size)
-    level = discrepancy.levels(power, count, spectrum, scale)
+    level = discrepancy.bin_levels(power, count, spectrum, scale)
     mean = means(count, power / spectrum).repeat(cells(count)[1])
     np.testing.assert_allclose(level, mean ** (1.0 - weight / count), rtol=1e-6)
 
@@ -168,7 +168,7 @@ def test_climbs_as_the_naive_one(case, scale, held):
     found = whittle.climb(power, count, columns, start, scale, offset, 3)
     assert np.all(found.theta >= 0.0)
     size = 1e-9 * float(count @ (1.0 + np.abs(np.log(power)) + power / found.spectrum))
-    claimed = value - (EVIDENCE if scale is not None else 0.0)
+    claimed = value - (MIN_DISCREPANCY_DELTA_LOGL if scale is not None else 0.0)
     assert found.log_likelihood == pytest.approx(claimed, rel=1e-9, abs=size)
     assert found.scale == place
     floor = 1e-24 * power.max() + 1e-300
@@ -194,9 +194,9 @@ def test_many_climbs_are_single_climbs(scale):
         assert (values[i], places[i]) == (one.log_likelihood, one.scale)
 
 
-def test_maximise_is_no_worse_than_any_of_its_starts():
+def test_maximize_is_no_worse_than_any_of_its_starts():
     power, count, columns, start, offset = spectra(12, 120, 3, 0.3)
-    best = whittle.maximise(power, count, columns, offset=offset)
+    best = whittle.maximize(power, count, columns, offset=offset)
     assert best.scale is not None
     for scale in (None, 0, 30, 56):
         other = whittle.climb(power, count, columns, best.theta, scale, offset)

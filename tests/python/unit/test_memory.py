@@ -46,7 +46,7 @@ def test_release_empties_the_caches_of_fitted_models():
         n=4000, rate=100, seed=1
     )
     fit = al.fit_model(recording, "N+K+BW")
-    caches = (expected._behind, expected._open, lowpass.terms)
+    caches = (expected._complete_column, expected._without_coefficient, lowpass.terms)
     assert all(cache.cache_info().currsize for cache in caches)
     al.free_buffers()
     assert not any(cache.cache_info().currsize for cache in caches)

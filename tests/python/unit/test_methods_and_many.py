@@ -154,7 +154,7 @@ def test_command_line(tmp_path, capsys):
         return capsys.readouterr().out
 
     text = run(*logs)
-    assert "they agree, p" in text
+    assert "p-value of agreement" in text
     document = json.loads(run(*logs, "--json"))
     assert len(document["columns"]) == 2
     assert document["pooled"][0]["agree"] is True

@@ -10,8 +10,8 @@ from allanite.common.errors import TooShortError
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
-from allanite.fit.missing.completion import _Bridge, complete
-from allanite.fit.missing.mixing import _pairs, mixing_of, seen_of
+from allanite.fit.missing.completion import _ConditionalMean, complete
+from allanite.fit.missing.mixing import _squared_correlations, known_ordinates, mixing_of
 from allanite.spectrum import bins_of
 
 RATE = 100.0
@@ -46,7 +46,7 @@ def record(model, n, mask, seed, signal=None):
 @pytest.mark.parametrize("kind", ["random", "alternate", 40, "tenth"])
 def test_the_mean_given_the_rest_is_the_dense_one(kind, few, monkeypatch):
     """By conjugate gradients, and at once where few samples are missing."""
-    monkeypatch.setattr("allanite.fit.missing.completion.FEW", few)
+    monkeypatch.setattr("allanite.fit.missing.completion.MAX_DIRECT_MISSING", few)
     n = 300
     mask = holes(kind, n)
     transform = np.cos(np.pi * np.outer(np.arange(n), np.arange(n) + 0.5) / n) * np.sqrt(2.0 / n)
@@ -59,7 +59,7 @@ def test_the_mean_given_the_rest_is_the_dense_one(kind, few, monkeypatch):
         precision[np.ix_(mask, mask)], precision[np.ix_(mask, there)] @ values[there]
     )
     start = np.where(mask, 0.0, values)
-    found = _Bridge(mask, spectrum).mean(start)
+    found = _ConditionalMean(mask, spectrum).mean(start)
     # Conjugate gradients stop at 1e-5 of the first residual.
     np.testing.assert_allclose(found[mask], dense, atol=2e-4 * np.abs(dense).max())
     np.testing.assert_array_equal(found[there], values[there])
@@ -77,7 +77,7 @@ def test_correlations_by_holes_are_those_of_every_other_ordinate(kind):
     both = w[np.abs(a[:, None] - a)] ** 2 + w[a[:, None] + a] ** 2
     cells = [slice(*pair) for pair in itertools.pairwise(edges)]
     slow = [[both[rows, columns].sum() for columns in cells] for rows in cells]
-    np.testing.assert_allclose(_pairs(mask, edges), slow, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(_squared_correlations(mask, edges), slow, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["random", "alternate", 300, "tenth"])
@@ -173,14 +173,14 @@ def test_a_step_has_its_height():
 def test_of_one_sample_in_three_hundred_no_record_is_made():
     samples = np.full(18_000, np.nan)
     samples[::300] = np.random.default_rng(1).standard_normal(60)
-    with pytest.raises(TooShortError, match=r"60 of 18000 samples: .* one in 200"):
+    with pytest.raises(TooShortError, match=r"60 of 18000 samples; .* one in 200"):
         al.parse_model("N").fit(al.Recording(samples, rate=RATE))
 
 
 def test_hardly_anything_left_says_how_much_is_needed():
     samples = np.full(5000, np.nan)
     samples[[10, 4000]] = 1.0, 2.0
-    with pytest.raises(TooShortError, match="2 of 5000 samples: a fit needs at least 32"):
+    with pytest.raises(TooShortError, match="2 of 5000 samples; a fit needs at least 32"):
         al.parse_model("N").fit(al.Recording(samples, rate=RATE))
 
 
@@ -200,7 +200,7 @@ def test_power_that_is_seen_changes_as_the_dense_covariance_says(kind):
     left = (np.eye(n) - c) ** 2
     np.testing.assert_allclose(left.sum(axis=1), 1.0 - share, rtol=1e-9)
     dense = np.add.reduceat(np.add.reduceat(left, first, axis=0), first, axis=1)
-    dense /= seen_of(share, bins)[:, None]
+    dense /= known_ordinates(share, bins)[:, None]
     found = mixing_of(mask, share, bins)
     np.testing.assert_allclose(found.sum(axis=1), 1.0, rtol=1e-9)
     # What an effect of low frequencies and one of all would change, in each bin.
@@ -253,7 +253,7 @@ def test_many_single_gaps_are_solved_for_at_once_though_the_spectrum_is_steep():
     missing[1::4] = True
     j = np.maximum(np.arange(n), 1.0)
     for spectrum in (1.0 / j**2, np.exp(-60.0 * j / n) + 1e-26):
-        bridge = _Bridge(missing, spectrum)
+        bridge = _ConditionalMean(missing, spectrum)
         assert bridge.exact is not None
         x = np.cos(np.pi * 3.0 * (np.arange(n) + 0.5) / n)
         start = np.where(missing, 0.0, x)
@@ -267,7 +267,7 @@ def test_holes_that_no_bin_notices_leave_a_fit_as_it_is(monkeypatch):
     record = al.Recording(samples, rate=10.0)
     plain = al.fit_model(record, "N+K")
     assert plain.data.mixing is None
-    monkeypatch.setattr("allanite.fit.missing.completion.UNNOTICED", 0.0)
+    monkeypatch.setattr("allanite.fit.missing.completion.MAX_NEGLECTED_MIXING", 0.0)
     mixed = al.fit_model(record, "N+K")
     assert mixed.data.mixing is not None
     for name in ("N", "K"):

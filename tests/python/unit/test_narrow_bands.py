@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.fit.rivals.evidence import evidence, gained, over_true
+from allanite.fit.rivals.evidence import discrepancy_gain, evidence, evidence_gain
 from allanite.study.drop_and_replace import one_thing
 from allanite.suggestion.known_frequencies import known_bands
 from allanite.suggestion.p_values import arc_length, line_trials, trials_at
@@ -77,12 +77,12 @@ def test_what_is_one_hump(one, other, same):
 def test_what_a_discrepancy_describes_is_not_explained():
     recording = _recording(3, lambda rng: g.resonance(rng, LENGTH, RATE, 5.0, 0.03, 1.4e-2))
     without, with_it = (al.fit_model(recording, m) for m in ("N", "N+RES"))
-    data, surplus = without.data, over_true(without.solution, without.data)
+    data, surplus = without.data, discrepancy_gain(without.solution, without.data)
     assert surplus > 5.0
-    assert over_true(with_it.solution, data) == 0.0
+    assert discrepancy_gain(with_it.solution, data) == 0.0
     apart = evidence(without.solution) - evidence(with_it.solution)
-    assert gained(without.solution, with_it.solution, data) == pytest.approx(apart - surplus)
-    assert gained(with_it.solution, without.solution, data) == pytest.approx(-apart)
+    assert evidence_gain(without.solution, with_it.solution, data) == pytest.approx(apart - surplus)
+    assert evidence_gain(with_it.solution, without.solution, data) == pytest.approx(-apart)
 
 
 @pytest.mark.parametrize("n", [1000, 100_000])

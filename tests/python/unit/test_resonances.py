@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.fit.rivals.alternatives import may_leave
+from allanite.fit.rivals.alternatives import is_removable
 from allanite.fit.table import fit_table
 
 RATE, LENGTH, N = 50.0, 60_000, 0.0126
@@ -74,5 +74,5 @@ def test_one_without_a_peak_is_at_its_limit():
     assert fit.to_dict()["effects"][1]["at_limit"] == ["damping"]
     assert "at its limit" in fit_table(fit)
     # It has no peak, and is a low-pass of second order: a search may put that there.
-    assert may_leave(fit.model.effects[1])
+    assert is_removable(fit.model.effects[1])
     assert "resonance" not in {e.kind for e in al.improve(record, "N").fit.model}

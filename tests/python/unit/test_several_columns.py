@@ -54,9 +54,8 @@ def test_fits_of_all_columns(log, tmp_path):
     gyroscope, accelerometer = document["pooled"]
     assert not gyroscope["agree"]
     assert accelerometer["agree"]
-    assert "the columns differ: N (there the last value is a mean over columns, weighted" in str(
-        fits
-    )
+    assert "the columns differ: N (" in str(fits)
+    assert "mean over columns" in str(fits)
     assert "between columns" in str(fits)
     assert "recordings" not in str(fits)
     fits.save(tmp_path / "six.json")

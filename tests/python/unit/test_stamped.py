@@ -117,7 +117,7 @@ def test_parts_of_one_rate_are_one_lag():
 
 @pytest.mark.parametrize("form", [sampled_noise, integrated_noise])
 def test_processes_without_such_a_form_are_refused(form):
-    with pytest.raises(InputError, match="no form at arbitrary times"):
+    with pytest.raises(InputError, match="not supported for samples at arbitrary times"):
         form(Lags((1.0, 0.5)), 1.0, 100)
 
 

@@ -1,1 +1,1 @@
-"""The methods of the field beside ours: slope lines of the Allan curve, generalised least squares, a comparison of them."""
+"""Classical methods for comparison: slope lines on the Allan curve, and generalized least squares."""

@@ -1,4 +1,4 @@
-"""Generalised least squares on the overlapping Allan variance."""
+"""Generalized least squares (GLS) on the overlapping Allan variance."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.fit.classical.gls_intervals import interval
 from allanite.fit.classical.mixtures import Mixtures
+from allanite.fit.likelihood.data import TAUS_PER_DECADE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,34 +23,34 @@ if TYPE_CHECKING:
 
 __all__ = ["GlsFit", "fit_gls", "gls_factors"]
 
-#: More than this adds nothing to the information and much to the condition of the covariance.
-PER_DECADE = 8
-ROUNDS = 50
-SETTLED = 1e-4
+#: Maximum iterations of coefficients and covariance. Chosen by judgment; not measured.
+MAX_ROUNDS = 50
+#: Maximum relative change of the fitted curve at which the iteration ends. Chosen by judgment; not measured.
+CURVE_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GlsFit:
-    """Squared coefficients of a sum of effects.
+    """Result of a GLS fit of a sum of effects to an Allan curve.
 
     Attributes
     ----------
     squares : ndarray, shape (p,)
         Squared coefficients, not negative.
     covariance : ndarray, shape (p, p)
-        Of `squares`. Rows of a square that the constraint holds at 0 are those of the unconstrained solution.
+        Covariance of `squares`. Rows of a square at 0 are those of the unconstrained solution.
     chi2 : float
-        Misfit of the whole curve in units of its covariance.
+        χ² of the whole curve with its covariance.
     dof : int
-        Factors less positive squares.
+        Number of factors minus number of positive squares.
     expected : ndarray, shape (k,)
         Fitted Allan variances.
     rounds : int
-        Times the covariance was made anew.
+        Number of iterations of the covariance.
     target : ndarray, shape (k,)
         Measured Allan variances.
     mixtures : Mixtures
-        What other squares would lead to.
+        Expected variances and covariances for any squared coefficients.
     """
 
     squares: NDArray[np.float64]
@@ -69,18 +70,18 @@ class GlsFit:
 
     @property
     def coefficients(self) -> NDArray[np.float64]:
-        """Square roots of `squares`, shape (p,)."""
+        """Fitted coefficients, shape (p,)."""
         return np.sqrt(self.squares)
 
     @property
     def std_errors(self) -> NDArray[np.float64]:
-        """Of `squares`, shape (p,)."""
+        """Standard errors of `squares`, shape (p,)."""
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """95 % interval of each coefficient, and the probability of one as large by chance, shape (p,) each.
+        """Low and high end of each coefficient's 95 % interval, and p-value of a coefficient of 0, shape (p,) each.
 
-        The low end is 0 where the record cannot tell the coefficient from 0; the high one then is an upper limit.
+        The low end is 0 if the coefficient is not significant; the high end is then an upper limit.
         """
         found = [
             interval(self.mixtures, self.target, self.squares, k) for k in range(self.squares.size)
@@ -90,10 +91,13 @@ class GlsFit:
 
 
 def gls_factors(n: int) -> NDArray[np.int64]:
-    """Averaging factors for a fit to `n` samples: eight a decade, to a quarter of the record."""
+    """Averaging factors for a fit to `n` samples: eight per decade, up to a quarter of the record.
+
+    More factors would add no information and make the covariance ill-conditioned.
+    """
     top = max(1, n // 4)
     return np.unique(
-        np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)).astype(np.int64)
+        np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / TAUS_PER_DECADE)).astype(np.int64)
     )
 
 
@@ -103,10 +107,10 @@ def fit_gls(
     n: int,
     unit_terms: Sequence[Sequence[Term]],
 ) -> GlsFit:
-    """Squared coefficients by least squares with the covariance that the fitted mixture itself implies.
+    """Fit squared coefficients to an Allan curve by GLS, with the covariance that the fitted model implies.
 
-    The expected variance is linear in the squares. Covariance and squares are found in turn until they
-    settle, which is Fisher scoring of the Gaussian model of the curve.
+    The expected variance is linear in the squares. Covariance and squares are computed in turn until they converge; this is
+    Fisher scoring of a Gaussian model of the curve.
 
     Parameters
     ----------
@@ -126,7 +130,7 @@ def fit_gls(
     Raises
     ------
     InputError
-        Variances that are not positive, effects that share one curve, shapes that do not fit.
+        Non-positive variances, effects with the same curve, or arrays of different shapes.
     TooShortError
         Fewer factors than effects.
     """
@@ -140,18 +144,16 @@ def fit_gls(
         raise InputError("the model has no noise: give it at least one effect")
     if m.size < len(unit_terms):
         raise TooShortError(
-            f"{len(unit_terms)} effects and {m.size} averaging factors: use as many factors as effects"
+            f"{len(unit_terms)} effects need at least as many averaging factors, found {m.size}"
         )
     if not (np.isfinite(target) & (target > 0)).all():
-        raise InputError(
-            "Allan variances must be positive numbers: leave out factors without an estimate"
-        )
+        raise InputError("Allan variances must be positive; remove factors without an estimate")
     mixtures = Mixtures.of(unit_terms, n, m, target)
-    # A first guess: each estimate known in proportion to its size and number of averages.
+    # First guess of the covariance: relative errors grow with the square root of the factor.
     covariance: NDArray[np.float64] = np.diag(target**2 * m.astype(np.float64))
     squares, _, _ = _kernels.gls_nonnegative(mixtures.columns, target, covariance)
     rounds, settled = 0, False
-    while not settled and rounds < ROUNDS:
+    while not settled and rounds < MAX_ROUNDS:
         rounds += 1
         before = mixtures.columns @ squares
         if not squares.any():
@@ -159,7 +161,7 @@ def fit_gls(
         squares, spread, chi2 = _kernels.gls_nonnegative(
             mixtures.columns, target, mixtures.covariance(squares)
         )
-        settled = bool(np.all(np.abs(mixtures.columns @ squares / before - 1.0) < SETTLED))
+        settled = bool(np.all(np.abs(mixtures.columns @ squares / before - 1.0) < CURVE_TOLERANCE))
     dof = m.size - int(np.count_nonzero(squares))
     expected = mixtures.columns @ squares
     return GlsFit(squares, spread, chi2, dof, expected, rounds, target, mixtures)

@@ -1,8 +1,9 @@
-"""Confidence intervals of squared coefficients read from Allan variances, near zero and beyond.
+"""Confidence intervals of squared coefficients from Allan variances, valid near zero.
 
-A value t is inside where the estimate is not improbable if t is true. Under each t the other coefficients are fitted
-anew, the covariance is that of this mixture, and the estimate follows a gamma law with its exact variance and the
-skewness of a sum of squares: its spread grows with t, which a standard error at the estimate knows nothing of.
+A value t is inside the interval if the estimate is not improbable under t (test inversion). For each t the other
+coefficients are fitted again, and the covariance is that of the resulting mixture. The estimate follows a gamma
+distribution with its exact variance and the skewness of a sum of squares. Its spread grows with t, which a standard error
+at the estimate ignores.
 """
 
 from __future__ import annotations
@@ -22,12 +23,13 @@ if TYPE_CHECKING:
 
 __all__ = ["interval"]
 
-TAIL = 0.025
-#: Rounds in which the other coefficients and the covariance that they imply are found from each other, unless they
-#: settle before.
-ROUNDS = 6
-#: Added to the unit diagonal of the correlation, the smallest that makes it positive definite.
-JITTERS = (1e-9, 1e-7, 1e-5, 1e-3)
+#: Probability in each tail outside a 95 % interval.
+TAIL_PROBABILITY = 0.025
+#: Maximum iterations of the other coefficients and the covariance that they imply. Chosen by judgment; not measured.
+MAX_ROUNDS = 6
+#: Values added to the unit diagonal of a correlation matrix until it is positive definite, as in the compiled core.
+#: Chosen by judgment; not measured.
+DIAGONAL_JITTERS = (1e-9, 1e-7, 1e-5, 1e-3)
 
 
 def interval(
@@ -48,8 +50,8 @@ def interval(
     Returns
     -------
     tuple of float
-        (low, high, p): limits of the square, low = 0 where 0 is inside and then high one-sided 95 %; and the
-        probability of an estimate as large if the coefficient is 0.
+        (low, high, p): limits of the square, and the probability p of an estimate at least as large if the coefficient
+        is 0. If 0 is inside, low = 0 and high is an upper limit.
     """
     from scipy.optimize import brentq
     from scipy.special import ndtri
@@ -58,17 +60,17 @@ def interval(
     rest = squares.copy()
 
     def below(t: float, bounded: bool = True) -> float:
-        """Probability of a smaller estimate than the one found, if t is true.
+        """Probability of an estimate smaller than the one found, if t is true.
 
-        Where `bounded`, effects fitted as 0 beside t are taken to be 0; if they are not, the estimate is too large,
-        which makes an upper limit careful and a lower one rash.
+        With `bounded`, effects that are fitted as 0 for this t are fixed at 0. If they are not 0, the estimate is too
+        large; this makes an upper limit conservative, but a lower limit too high.
         """
         nonlocal rest
         trial = rest.copy()
         trial[index] = t
         if others.size:
             left = target - t * mixtures.columns[:, index]
-            for _ in range(ROUNDS):
+            for _ in range(MAX_ROUNDS):
                 before = trial[others]
                 if not trial.any():
                     break
@@ -91,13 +93,13 @@ def interval(
         readout = np.linalg.solve(white.T, (design / norm) @ inverse[own]) / scale / norm[own]
         rest = trial
         deviation = float(readout @ (target - mixtures.columns @ trial))
-        return _gamma_law(
+        return _gamma_probability(
             deviation / np.sqrt(float(readout @ covariance @ readout)),
             mixtures.skewness(trial, readout),
         )
 
     def search(inside: float, outside: float, probability: float) -> float:
-        # In normal scores and square roots the curve is nearly straight.
+        # As normal score against the square root, the curve is nearly straight.
         level = float(ndtri(probability))
 
         def over(root: float) -> float:
@@ -111,32 +113,34 @@ def interval(
 
     centre = float(squares[index])
     p_zero = 1.0 - below(0.0, bounded=False) if others.size else 0.0
-    above_zero = p_zero < TAIL
-    low = search(centre, 0.0, 1.0 - TAIL) if above_zero else 0.0
+    above_zero = p_zero < TAIL_PROBABILITY
+    low = search(centre, 0.0, 1.0 - TAIL_PROBABILITY) if above_zero else 0.0
     column = mixtures.columns[:, index]
     outside = max(centre, float((target / column).min()) * 1e-3) * 2.0
     for _ in range(60):
         rest = squares.copy()
-        if below(outside) < TAIL:
+        if below(outside) < TAIL_PROBABILITY:
             break
         outside *= 2.0
-    high = search(centre, outside, TAIL)
+    high = search(centre, outside, TAIL_PROBABILITY)
     return min(low, centre), max(high, centre), p_zero
 
 
 def _root(correlation: Array) -> Array:
-    """Cholesky factor with diagonal jitter, as in the core; neighbouring τ are nearly collinear."""
+    """Cholesky factor of a correlation matrix with the smallest sufficient jitter; neighboring τ are nearly collinear."""
     unit = np.eye(correlation.shape[0])
-    for jitter in JITTERS[:-1]:
+    for jitter in DIAGONAL_JITTERS[:-1]:
         try:
             return np.asarray(np.linalg.cholesky(correlation + jitter * unit), dtype=np.float64)
         except np.linalg.LinAlgError:
             continue
-    return np.asarray(np.linalg.cholesky(correlation + JITTERS[-1] * unit), dtype=np.float64)
+    return np.asarray(
+        np.linalg.cholesky(correlation + DIAGONAL_JITTERS[-1] * unit), dtype=np.float64
+    )
 
 
-def _gamma_law(z: float, skewness: float) -> float:
-    """P(Z ≤ z) of a standardised gamma variable of this skewness, mirrored where it is negative."""
+def _gamma_probability(z: float, skewness: float) -> float:
+    """P(Z ≤ z) of a standardized gamma variable of this skewness, mirrored for a negative skewness."""
     from scipy.special import gammainc, gammaincc, ndtr
 
     if abs(skewness) < 1e-4:

@@ -1,4 +1,4 @@
-"""The classical reading: straight lines laid on the log-log Allan curve."""
+"""Classical slope method: read coefficients from straight lines on the log-log Allan curve."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import NORMAL
 from allanite.effects import standard
+from allanite.fit.likelihood.data import TAUS_PER_DECADE
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -19,20 +20,21 @@ if TYPE_CHECKING:
 
 __all__ = ["LineReading", "LineReadings", "NearestSlopes", "nearest_slopes", "read_lines"]
 
-#: Averaging times a decade that are looked at: neighbours closer than this tell the same.
-PER_DECADE = 8
-#: A slope is judged over this ratio of averaging times.
-SPAN = 4.0
-#: Slopes are half an order apart: a tenth of that may come from the neighbouring lines.
-TOLERANCE = 0.05
-#: A local slope known less well than this does not tell one line from the next.
-BLUNT = 0.125
-#: A line may lie above a measured value only where chance does so once in a thousand.
-ABOVE = 0.999
+#: Ratio of the longest to the shortest averaging time of a window in which a local slope is estimated.
+#: Chosen by judgment; not measured.
+WINDOW_TAU_RATIO = 4.0
+#: Maximum deviation of a local slope from the slope of a line, in addition to two standard errors. Lines differ by ½ in
+#: slope; a tenth of that may come from neighboring lines.
+SLOPE_TOLERANCE = 0.05
+#: Maximum standard error of a local slope: a quarter of the difference ½ between lines.
+MAX_SLOPE_ERROR = 0.125
+#: A measured value may lie below a line only if this happens by chance with at least the probability 1 − 0.999.
+#: Chosen by judgment; not measured.
+CURVE_PROBABILITY = 0.999
 
 
 class DeviationLike(Protocol):
-    """What is needed of an overlapping Allan deviation."""
+    """Attributes of an overlapping Allan deviation that `read_lines` needs."""
 
     @property
     def tau(self) -> NDArray[np.float64]: ...
@@ -48,24 +50,24 @@ class DeviationLike(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LineReading:
-    """One line.
+    """One straight line read from an Allan curve.
 
     Attributes
     ----------
     name : str
         ``Q``, ``N``, ``B``, ``K`` or ``R``.
     slope : float
-        Of the deviation on log-log paper.
+        Slope of the deviation against τ in log-log scale.
     read_at_s : float or None
-        τ at which the line is read; None for the plateau, which is divided by 0.664.
+        τ at which the line is read, s; None for the plateau, which is divided by 0.664.
     present : bool
-        Whether the curve really has this slope somewhere, with the line nowhere above the curve.
+        True if the curve has this slope somewhere, and the line is nowhere above the curve.
     value, low, high : float or None
-        Coefficient with its 95 % interval, SI of the samples' unit; None where not present.
+        Coefficient with its 95 % interval, in SI units of the samples; None if not present.
     tau_low_s, tau_high_s : float or None
-        Averaging times between which the slope holds.
+        Range of averaging times in which the slope holds, s.
     reason : str
-        Why the line is not present; empty where it is.
+        Why the line is not present; empty if it is.
     """
 
     name: str
@@ -86,7 +88,7 @@ class LineReading:
 
 @dataclass(frozen=True, slots=True)
 class LineReadings:
-    """The five lines, from the steepest fall to the steepest rise."""
+    """Readings of the five lines, in the order of their slopes from −1 to +1."""
 
     lines: tuple[LineReading, ...]
 
@@ -102,13 +104,13 @@ class LineReadings:
 
 
 def read_lines(deviation: DeviationLike) -> LineReadings:
-    """Lay lines of slope −1, −½, 0, +½, +1 on an Allan curve and read them.
+    """Fit lines of slope −1, −½, 0, +½, +1 to an Allan curve and read their coefficients.
 
-    The local slope is a generalised least squares fit over a factor of 4 in τ, with the covariance that noise
-    of this slope would have. A line is present where the slope differs from its own by less than 0.05 and
-    twice its standard error, is known to 0.125, and where the line, drawn over all τ, nowhere exceeds the
-    measured curve by more than chance allows: a part of the variance cannot be larger than the whole. It is
-    read where its slope holds best.
+    The local slope is a generalized least-squares fit over a factor of 4 in τ, with the covariance that noise of this
+    slope would have. A line is present under three conditions. The local slope differs from that of the line by less than
+    0.05 plus twice its standard error. The standard error is at most 0.125. The line, extended over all τ, nowhere exceeds
+    the measured curve significantly, because a part of the variance cannot be larger than the total. The line is read
+    where its slope fits best.
 
     Parameters
     ----------
@@ -131,7 +133,7 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     good = np.isfinite(sigma) & (sigma > 0) & np.isfinite(edf)
     if np.count_nonzero(good) < 3:
         raise TooShortError(
-            f"{np.count_nonzero(good)} averaging times with an estimate: a slope needs at least 3"
+            f"found {np.count_nonzero(good)} averaging times with an estimate; a slope needs at least 3"
         )
     first = int(np.flatnonzero(good)[0])
     n = int(deviation.n[first] + 2 * m[first] - 1)
@@ -146,9 +148,9 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
 
 
 def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Places of factors at least 1/PER_DECADE of a decade apart, as near as they come; 0 marks a bad one."""
+    """Indices of averaging factors at least 1/8 of a decade apart; factors of 0 are skipped."""
     out: list[int] = []
-    step = 10.0 ** (1.0 / PER_DECADE) * 0.9
+    step = 10.0 ** (1.0 / TAUS_PER_DECADE) * 0.9
     for k in np.flatnonzero(m > 0):
         if not out or m[k] >= m[out[-1]] * step:
             out.append(int(k))
@@ -163,6 +165,7 @@ def _read(
     edf: NDArray[np.float64],
     n: int,
 ) -> LineReading:
+    """Reading of one line on an Allan curve of n samples."""
     name, slope, where = line.name, line.slope, line.read_at
 
     def absent(reason: str) -> LineReading:
@@ -176,23 +179,24 @@ def _read(
     if not windows:
         return absent("the curve spans less than a factor of 4 in averaging time")
     fits = [_slope(x[w], y[w], relative[w, w]) for w in windows]
-    sharp = [f[1] <= BLUNT for f in fits]
+    sharp = [f[1] <= MAX_SLOPE_ERROR for f in fits]
     if not any(sharp):
-        return absent("no local slope is known well enough")
+        return absent("no local slope is accurate enough")
     holds = [
-        s and abs(f[0] - slope) < TOLERANCE + 2.0 * f[1] for f, s in zip(fits, sharp, strict=True)
+        s and abs(f[0] - slope) < SLOPE_TOLERANCE + 2.0 * f[1]
+        for f, s in zip(fits, sharp, strict=True)
     ]
     if not any(holds):
         nearest = min(
             (f[0] for f, s in zip(fits, sharp, strict=True) if s), key=lambda v: abs(v - slope)
         )
-        return absent(f"no stretch of the curve has this slope (nearest {nearest:+.2f})")
+        return absent(f"no part of the curve has this slope (nearest {nearest:+.2f})")
     reason = ""
     from scipy.special import chdtri
 
-    # One misjudged noise type must not make a long τ look certain: the wider of two scatters counts.
+    # Use the larger of two scatters, so that a misjudged noise type does not make long τ look certain.
     freedom = np.minimum(edf, 0.5 / np.diag(relative))
-    largest = y + 0.5 * np.log(freedom / chdtri(freedom, ABOVE))
+    largest = y + 0.5 * np.log(freedom / chdtri(freedom, CURVE_PROBABILITY))
     order = sorted(np.flatnonzero(holds), key=lambda k: abs(fits[k][0] - slope) + fits[k][1])
     for k in order:
         level, error = _level(x[windows[k]], y[windows[k]], relative[windows[k], windows[k]], slope)
@@ -224,14 +228,15 @@ def _read(
 
 
 def _window(tau: NDArray[np.float64], a: int) -> slice | None:
-    b = int(np.searchsorted(tau, tau[a] * SPAN * (1 - 1e-9)))
+    """Window of averaging times from index `a` over a ratio of `WINDOW_TAU_RATIO`; None if it has fewer than three."""
+    b = int(np.searchsorted(tau, tau[a] * WINDOW_TAU_RATIO * (1 - 1e-9)))
     return slice(a, b + 1) if b < tau.size and b - a >= 2 else None
 
 
 def _slope(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Slope and its standard error."""
+    """Generalized least-squares slope of y against x, and its standard error."""
     design = np.column_stack([np.ones_like(x), x])
     weighted = np.linalg.solve(covariance, design)
     inverse = np.linalg.inv(design.T @ weighted)
@@ -241,7 +246,7 @@ def _slope(
 def _level(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
 ) -> tuple[float, float]:
-    """Logarithm of the line at τ = 1 s, and its standard error."""
+    """Ln deviation at τ = 1 s of a line with given slope, and its standard error."""
     weights = np.linalg.solve(covariance, np.ones_like(x))
     total = float(weights.sum())
     return float(weights @ (y - slope * x)) / total, total**-0.5
@@ -249,16 +254,16 @@ def _level(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearestSlopes:
-    """What `nearest_slopes` reads.
+    """Coefficients read by `nearest_slopes`.
 
     Attributes
     ----------
     tau, deviation : ndarray, shape (k,)
-        The curve, s and U.
+        The Allan curve, s and U.
     N, K, B : float
-        U·√s, U/√s, U.
+        Coefficients, U·√s, U/√s and U.
     tau_n_s, tau_k_s, tau_b_s : float
-        Where the point nearest to each slope lies: nothing says that the slope holds there.
+        Averaging time of the point nearest to each slope, s; the slope need not hold there.
     """
 
     tau: NDArray[np.float64]
@@ -282,19 +287,19 @@ class NearestSlopes:
 
 
 def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
-    """N, K and B as the MathWorks example "Inertial Sensor Noise Analysis Using Allan Variance" reads them.
+    """N, K and B as read by the MathWorks example "Inertial Sensor Noise Analysis Using Allan Variance".
 
-    Exactly as published, slips included: the phase has no leading zero, so the first sample counts for nothing;
-    100 averaging factors, rounded up, to the largest power of two within half the record; each line goes through
-    the one point whose slope to the next is nearest to −½, +½, 0, however noisy it is, and is there whether
-    or not the curve has such a slope. Use `read_lines` for a reading with a judgement.
+    The recipe is exactly as published, including its mistakes. The phase has no leading zero, so that the first sample is
+    ignored. There are 100 averaging factors, rounded up, to the largest power of two within half the record. Each line
+    goes through the one point whose slope to the next is nearest to −½, +½ or 0, even if the point is noisy or the curve
+    has no such slope. Use `read_lines` for a reading that checks the slopes.
 
     Parameters
     ----------
     samples : array_like, shape (n,)
-        Rate, U.
+        Rate samples, U.
     rate : float
-        Hz.
+        Sampling rate, Hz.
 
     Returns
     -------
@@ -311,14 +316,14 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
     if x.ndim != 1 or not np.isfinite(x).all():
         raise InputError("the published recipe needs one column of finite samples")
     if x.size < 8:
-        raise TooShortError(f"{x.size} samples: the published recipe needs at least 8")
+        raise TooShortError(f"found {x.size} samples; the published recipe needs at least 8")
     top = 2.0 ** np.floor(np.log2(x.size / 2))
     m = np.unique(np.ceil(np.logspace(0.0, np.log10(top), 100)).astype(np.int64))
     m = m[2 * m < x.size]
     curve = oadev(np.cumsum(x) / rate, rate=rate, factors=m, quantity="angle")
     tau, sigma = curve.tau, curve.deviation
     if not (sigma > 0).all():
-        raise InputError("the samples are constant: there is no slope to read")
+        raise InputError("the samples are constant; there is no slope to read")
     slopes = np.diff(np.log10(sigma)) / np.diff(np.log10(tau))
 
     def read(slope: float, at: float) -> tuple[float, float]:

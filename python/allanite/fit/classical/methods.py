@@ -1,4 +1,4 @@
-"""Whittle likelihood, least squares on the Allan variance and straight lines side by side."""
+"""Compare the Whittle likelihood with GLS on the Allan variance and with straight lines."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["MethodRow", "MethodTable", "compare_methods"]
 
 @dataclass(frozen=True, slots=True)
 class MethodRow:
-    """One coefficient by three methods.
+    """One coefficient estimated by three methods.
 
     Attributes
     ----------
@@ -32,11 +32,11 @@ class MethodRow:
         ``N``, ``GM.q_c``, …
     unit : str
     whittle, gls : Estimate or None
-        None where the method does not know the coefficient.
+        None if the method does not estimate the coefficient.
     line : LineReading or None
-        None where no straight line stands for the effect.
+        None if the effect has no straight line.
     remark : str
-        Where the line reading misleads, and why; empty where it does not.
+        Why the line reading misleads; empty if it does not.
     """
 
     name: str
@@ -62,14 +62,14 @@ class MethodRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MethodTable:
-    """A fit with its coefficients by all methods.
+    """A fit with its coefficients by all three methods.
 
     Attributes
     ----------
     fit : Fit
-        By the Whittle likelihood.
+        The Whittle fit.
     rows : tuple of MethodRow
-        Coefficients of the random effects, then lines that the curve shows and the model does not have.
+        Coefficients of the random effects, then lines on the curve for which the model has no effect.
     """
 
     fit: Fit
@@ -82,7 +82,7 @@ class MethodTable:
         raise KeyError(f"no coefficient {name!r}: {', '.join(r.name for r in self.rows)}")
 
     def to_dict(self) -> dict[str, Any]:
-        """The fit's JSON with ``methods``, one entry a coefficient."""
+        """The fit's JSON form with ``methods``, one entry for each coefficient."""
         return {**self.fit.to_dict(), "methods": [row.to_dict() for row in self.rows]}
 
     def plot(self, path: str | Path | None = None) -> Any:
@@ -112,6 +112,7 @@ class MethodTable:
 
 
 def _cell(estimate: Estimate | None) -> str:
+    """Table cell of an estimate: value with interval, upper limit, "not detected" or a dash."""
     if estimate is None:
         return "–"
     low, high = estimate.interval or (None, None)
@@ -123,6 +124,7 @@ def _cell(estimate: Estimate | None) -> str:
 
 
 def _line_cell(line: LineReading) -> str:
+    """Table cell of a line reading: value with interval, or "not valid"."""
     if line.value is None or line.low is None or line.high is None:
         return "not valid"
     return f"{line.value:.4g} ({line.low:.3g} … {line.high:.3g})"
@@ -160,11 +162,13 @@ def compare_methods(fit: Fit) -> MethodTable:
                 "" if line is None else _remark(whittle, line),
             )
         )
-    return MethodTable(base, (*rows, *_strangers(readings, base, taken)))
+    return MethodTable(base, (*rows, *_lines_without_effect(readings, base, taken)))
 
 
-def _strangers(readings: LineReadings, fit: Fit, taken: set[str | None]) -> list[MethodRow]:
-    """Lines on the curve that the model has no effect for."""
+def _lines_without_effect(
+    readings: LineReadings, fit: Fit, taken: set[str | None]
+) -> list[MethodRow]:
+    """Rows for lines on the curve for which the model has no effect."""
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)
     out = []
@@ -179,9 +183,9 @@ def _strangers(readings: LineReadings, fit: Fit, taken: set[str | None]) -> list
         if refused:
             remark = f"no {name} is read: {line.reason}"
         elif fit.adequate:
-            remark = f"{others} explains this stretch without {name}"
+            remark = f"{others} explains this part of the curve without {name}"
         else:
-            remark = f"the model has no {name}, and it is not adequate: try it with one"
+            remark = f"the model is not adequate and has no {name}: try adding {name}"
         power = effect.parameter(line.name).unit
         assert not isinstance(power, str)
         out.append(MethodRow(line.name, coefficient_unit(unit, power), None, None, line, remark))
@@ -189,16 +193,18 @@ def _strangers(readings: LineReadings, fit: Fit, taken: set[str | None]) -> list
 
 
 def _remark(whittle: Estimate, line: LineReading) -> str:
-    """What is wrong with the line reading, seen from the fit."""
+    """Remark how the line reading contradicts the fit; empty if it does not."""
     low, high = whittle.interval or (float(whittle), float(whittle))
     low, high = sorted((abs(low), abs(high)))
     if line.value is None or line.low is None or line.high is None:
         return (
-            f"no line to be read though the fit finds it: {line.reason}" if whittle.detected else ""
+            f"no line can be read, but the fit detects it: {line.reason}"
+            if whittle.detected
+            else ""
         )
     if not whittle.detected and line.low > high:
         return f"the line reads {line.value:.3g}, the whole spectrum allows at most {high:.3g}"
     if whittle.detected and (line.low > high or line.high < low):
         percent = 100.0 * (line.value / abs(float(whittle)) - 1.0)
-        return f"the line reads {percent:+.0f} % beside the fit: other effects lie on this stretch of the curve"
+        return f"the line is off by {percent:+.0f} % from the fit: other effects contribute to this part of the curve"
     return ""

@@ -1,8 +1,8 @@
-"""Expected Allan variances, and their covariance, of any mixture of given effects.
+"""Expected Allan variances and their covariance for any mixture of given effects.
 
-The covariance of the estimates is a quadratic form of the squared coefficients, because that of the differences is
-linear in them: C(θ) = Σ_ab θ_a θ_b C_ab. Its p(p+1)/2 parts are found once, by polarisation; after that a mixture
-costs a sum of small matrices, and least squares can look at hundreds of them.
+The covariance of the estimates is a quadratic form of the squared coefficients, C(θ) = Σ_ab θ_a θ_b C_ab, because the
+covariance of the differences is linear in them. The p(p+1)/2 parts are computed once, by polarization. A mixture then
+costs only a sum of small matrices, so that least squares can try hundreds of them.
 """
 
 from __future__ import annotations
@@ -23,33 +23,35 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Mixtures", "plain"]
+__all__ = ["Mixtures", "kernel_terms"]
 
-#: Ordinates taken one by one; above, so many for each factor of e.
-SINGLE, PER_E = 512, 400
+#: Number of lowest ordinates that are used one by one. Chosen by judgment; not measured.
+SINGLE_ORDINATES = 512
+#: Sampled frequencies per factor e of frequency above these ordinates. Chosen by judgment; not measured.
+FREQUENCIES_PER_E = 400
 
 
-def plain(terms: Sequence[Term], factor: float = 1.0) -> list[tuple[str, list[float]]]:
-    """Terms as the core takes them, their variances times `factor`."""
+def kernel_terms(terms: Sequence[Term], factor: float = 1.0) -> list[tuple[str, list[float]]]:
+    """Terms in the form that the compiled core takes, with variances multiplied by `factor`."""
     return [t.scaled(factor).kernel for t in terms]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mixtures:
-    """What any sum of p effects leads to at k averaging factors.
+    """Expected Allan variances and covariances at k averaging factors for any mixture of p effects.
 
     Attributes
     ----------
     columns : ndarray, shape (k, p)
         Expected Allan variance of each effect at coefficient 1.
     parts : ndarray, shape (p, p, k, k)
-        C_ab, symmetric in a and b.
+        Parts C_ab of the covariance, symmetric in a and b.
     transfer : ndarray, shape (f, k)
-        Share of the variance at a sample of the cosine frequencies in each Allan variance.
+        Weight of the power at each sampled frequency in each Allan variance.
     spectra : ndarray, shape (f, p)
-        Spectrum of each effect at coefficient 1 there.
+        Spectrum of each effect at coefficient 1 at the sampled frequencies.
     weights : ndarray, shape (f,)
-        Ordinates that each sampled frequency stands for.
+        Number of ordinates that each sampled frequency represents.
     """
 
     columns: Array
@@ -66,32 +68,37 @@ class Mixtures:
         factors: NDArray[np.int64],
         around: Array,
     ) -> Mixtures:
-        """Parts for effects at coefficient 1; `around`, shape (k,), is the size of the variances to be explained.
+        """Mixtures of the effects given by their terms at coefficient 1.
 
-        Effects are added in the proportions in which each alone reaches `around`, so that no part drowns.
+        `around`, shape (k,), are the measured variances. For polarization, effects are scaled so that each alone reaches
+        `around`; otherwise small parts would be lost in rounding.
         """
         p = len(unit_terms)
         columns = np.column_stack(
-            [_kernels.allan_variances(plain(t), n, factors)[0] for t in unit_terms]
+            [_kernels.allan_variances(kernel_terms(t), n, factors)[0] for t in unit_terms]
         )
         scale = (around[:, None] / columns).min(axis=0)
         parts = np.empty((p, p, factors.size, factors.size))
         for a in range(p):
-            mine = plain(unit_terms[a], float(scale[a]))
+            mine = kernel_terms(unit_terms[a], float(scale[a]))
             parts[a, a] = _kernels.allan_covariance(mine, n, factors)[1]
             for b in range(a):
-                other = plain(unit_terms[b], float(scale[b]))
+                other = kernel_terms(unit_terms[b], float(scale[b]))
                 both = _kernels.allan_covariance(mine + other, n, factors)[1]
                 parts[a, b] = parts[b, a] = (both - parts[a, a] - parts[b, b]) / 2.0
         parts /= np.multiply.outer(scale, scale)[:, :, None, None]
-        # Every ordinate at the slow end, then a sample of them: transfer functions are smooth on average.
+        # All ordinates at the slow end, then a sample of them, since transfer functions are smooth on average.
         last = n - 1
-        j = np.arange(1, min(SINGLE, last) + 1, dtype=np.float64)
+        j = np.arange(1, min(SINGLE_ORDINATES, last) + 1, dtype=np.float64)
         weights = np.ones(j.size)
-        if last > SINGLE:
+        if last > SINGLE_ORDINATES:
             edges = np.unique(
                 np.round(
-                    np.geomspace(SINGLE + 0.5, last + 0.5, int(PER_E * np.log(last / SINGLE)) + 2)
+                    np.geomspace(
+                        SINGLE_ORDINATES + 0.5,
+                        last + 0.5,
+                        int(FREQUENCIES_PER_E * np.log(last / SINGLE_ORDINATES)) + 2,
+                    )
                 )
             )
             weights = np.concatenate([weights, np.diff(edges)])
@@ -109,13 +116,13 @@ class Mixtures:
         return cls(columns, parts, transfer, spectra, weights)
 
     def covariance(self, squares: Array) -> Array:
-        """Of the estimates, shape (k, k), where the squared coefficients are `squares`, shape (p,)."""
+        """Covariance of the estimated Allan variances, shape (k, k), for squared coefficients of shape (p,)."""
         return np.asarray(np.einsum("a,b,abij->ij", squares, squares, self.parts))
 
     def skewness(self, squares: Array, readout: Array) -> float:
-        """Of the sum of estimates weighted by `readout`, shape (k,).
+        """Skewness of the sum of estimates weighted by `readout`, shape (k,).
 
-        A sum of squares of the ordinates, which are nearly independent: κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
+        The sum is a weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
         """
         x = (self.spectra @ squares) * (self.transfer @ readout)
         second = float(self.weights @ x**2)

@@ -1,7 +1,7 @@
-"""The classical methods as a `Fit`: generalised least squares on the Allan variance, and straight lines.
+"""Fits with coefficients from a classical method: GLS on the Allan variance, or straight lines.
 
-Shapes and deterministic effects come from the Whittle fit; the coefficients of the random processes from the method
-asked for. The misfit is always that of the resulting model on the spectrum, so that methods can be compared.
+Shapes and deterministic effects come from the Whittle fit, and the coefficients of random processes from the classical
+method. The misfit is that of the resulting model on the spectrum, so that methods can be compared.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ if TYPE_CHECKING:
 
 __all__ = ["refit"]
 
-#: A coefficient is detected where chance alone would give one as large in 1 % of records.
-DETECTED = 0.01
+#: A GLS coefficient is detected if its p-value under 0 is below this level. Chosen by judgment; not measured.
+MAX_DETECTION_P = 0.01
 
 
 def refit(fit: Fit, method: str) -> Fit:
-    """The Whittle fit with its coefficients read by ``gls`` or ``lines``.
+    """The Whittle fit with its coefficients replaced by those of ``gls`` or ``lines``.
 
     Raises
     ------
     InputError
-        Lines for a model that has other effects than Q, N, B, K, R; held coefficients; limits.
+        ``lines`` for a model with effects other than Q, N, B, K, R; or held coefficients or limits.
     """
     if any(e.hold or e.limits for e in fit.model):
-        raise InputError(f"method {method!r} cannot hold values or keep to limits: use whittle")
-    values = _gls(fit) if method == "gls" else _lines(fit)
+        raise InputError(f"method {method!r} does not support held values or limits; use whittle")
+    values = _gls_estimates(fit) if method == "gls" else _line_estimates(fit)
     solution, bins = fit.solution, fit.data.bins
-    effects = tuple(_read(own, v) for own, v in zip(solution.effects, values, strict=True))
+    effects = tuple(_with_values(own, v) for own, v in zip(solution.effects, values, strict=True))
     changed = replace(solution, effects=effects, scale=None, weight=solution.count)
     spectrum = np.maximum(changed.columns @ changed.theta, 1e-300)
     value = log_likelihood(bins.power(solution.ordinates), bins.count, spectrum)
@@ -53,8 +53,8 @@ def refit(fit: Fit, method: str) -> Fit:
     return replace(fit, model=changed.model, method=method, solution=changed, given=values)
 
 
-def _read(own: Fitted, values: dict[str, Any]) -> Fitted:
-    """A fitted effect with the values that a method read instead."""
+def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
+    """A fitted effect with its values replaced by those of a classical method."""
     if isinstance(own, Process):
         name = own.effect.coefficient
         value = float(values[name])
@@ -67,13 +67,15 @@ def _read(own: Fitted, values: dict[str, Any]) -> Fitted:
 
 
 def _residual(fit: Fit) -> NDArray[np.float64]:
+    """Samples minus the model's known functions of time, shape (n,)."""
     samples = np.asarray(fit.data.samples)
     for effect in fit.model.deterministic:
         samples = samples - effect.signal(fit.data.time, fit.data.covariates)
     return samples
 
 
-def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
+def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
+    """Estimates of each effect with coefficients of random processes by GLS."""
     data, model = fit.data, fit.model
     factors = gls_factors(data.n)
     curve = oadev(_residual(fit), rate=data.rate, factors=factors)
@@ -90,12 +92,12 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
         if isinstance(fitted, Process):
             effect, place = fitted.effect, fit.solution.processes.index(fitted)
             value = float(found.coefficients[place])
-            detected = bool(by_chance[place] < DETECTED)
+            detected = bool(by_chance[place] < MAX_DETECTION_P)
             ends = float(low[place]) if detected else 0.0, float(high[place])
             error = float(found.std_errors[place]) / (2.0 * value) if value > 0 else None
             given = values[effect.coefficient]
             if effect.free_shapes and detected and given.std_error and error is not None:
-                # Shapes are those of the Whittle fit, and so is what not knowing them adds.
+                # Shapes come from the Whittle fit, and so does the widening for their uncertainty.
                 relative = given.std_error / max(float(given), 1e-300)
                 factor = shape_widening(fit.solution, fitted, relative, fit.data)
                 error *= factor
@@ -106,13 +108,13 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
             for parameter in effect.parameters:
                 derived = own[parameter.name]
                 if parameter.role == "derived" and isinstance(derived, Estimate) and float(given):
-                    own[parameter.name] = _times(derived, own[effect.coefficient], float(given))
+                    own[parameter.name] = _rescaled(derived, own[effect.coefficient], float(given))
         out.append(own)
     return tuple(out)
 
 
-def _times(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
-    """What is proportional to a coefficient that was `before`, for its new value and interval."""
+def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
+    """A derived value proportional to a coefficient, rescaled from its value `before` to a new coefficient."""
     ratio = float(derived) / before
     interval = coefficient.interval
     return Estimate(
@@ -125,11 +127,12 @@ def _times(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
     )
 
 
-def _lines(fit: Fit) -> tuple[dict[str, Any], ...]:
+def _line_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
+    """Estimates of each effect read from straight lines on the Allan curve."""
     other = [e.kind for e in fit.model if e.standard is None]
     if other:
         raise InputError(
-            f"method 'lines' knows Q, N, B, K, R; the model has {other[0]}: use whittle or gls"
+            f"method 'lines' supports Q, N, B, K, R, but the model has {other[0]}; use whittle or gls"
         )
     data = fit.data
     readings = read_lines(oadev(data.samples, rate=data.rate, taus=8))

@@ -1,1 +1,1 @@
-"""The likelihood of cosine ordinates: data made ready, discrepancy, heavy tails."""
+"""Whittle likelihood of cosine ordinates: prepared data, model discrepancy, whitening, heavy tails."""

@@ -1,7 +1,7 @@
-"""Ordinates of a record whose noise level changes, or a band moves: neighbours share the samples that are loud.
+"""Effective degrees of freedom of bins if the noise level changes over time or a band moves.
 
-White noise of a variance that changes over time has a flat spectrum of which the mean over a wide band scatters as that of
-fewer ordinates does: 1/ν of them, ν the mean of the squared power over the square of its mean.
+Ordinates are then correlated. White noise with changing variance has a flat spectrum, but the mean over n ordinates
+scatters like that of n/ν independent ones. ν is the mean of the squared power over the square of the mean power.
 """
 
 from __future__ import annotations
@@ -19,50 +19,52 @@ if TYPE_CHECKING:
     from allanite.effects import Model, Stochastic
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["crest", "crowded", "crowding", "uneven"]
+__all__ = ["crowding_ratio", "effective_freedom", "has_changing_power", "peak_level"]
 
-#: Stretches in which the level is looked at, and bins to each side of one that say what is about it.
-CELLS, ABOUT = 65_536, 7
+#: Maximum number of time segments in which the noise level is evaluated. Chosen by judgment; not measured.
+MAX_LEVEL_SEGMENTS = 65_536
+#: Bins to each side of a bin whose median power represents the spectrum around it. Chosen by judgment; not measured.
+BINS_TO_EACH_SIDE = 7
 
 
-def uneven(model: Model) -> bool:
-    """Whether anything of a model is louder at some times."""
+def has_changing_power(model: Model) -> bool:
+    """True if the noise power of a model changes over time (level changes or moving bands)."""
     moving = any(isinstance(effect, Moving) for effect in model.stochastic)
     return moving or any(effect.passing for effect in model.modifiers)
 
 
-def crowding(model: Model, data: Data) -> float:
-    """ν of the model's changes of level, at least 1."""
-    power = expected_level(model, data, min(CELLS, data.n))
+def crowding_ratio(model: Model, data: Data) -> float:
+    """Mean squared over squared mean power ν of the model's level changes, at least 1."""
+    power = expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n))
     return float(np.mean(power**2))
 
 
-def crest(model: Model, data: Data) -> float:
-    """Power of the loudest stretch over the mean."""
-    return float(expected_level(model, data, min(CELLS, data.n)).max())
+def peak_level(model: Model, data: Data) -> float:
+    """Largest power of the model's level changes over time, relative to the mean power."""
+    return float(expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n)).max())
 
 
-def crowded(model: Model, data: Data) -> NDArray[np.float64]:
-    """Degrees of freedom of each bin, shape (bins,): fewer the more of its power the white noise has.
+def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
+    """Effective degrees of freedom of each bin, shape (bins,), reduced by level changes and moving bands.
 
-    How much that is, is taken from the record alone, so that models with one change of level are judged alike: the power of
-    most ordinates, over what is about a bin.
+    The reduction depends on the share of white noise in the bin. The share comes from the record alone, so that models
+    with the same level change get the same degrees of freedom: the median power of all ordinates over the power nearby.
     """
     bins = data.bins
     power = np.maximum(bins.power(data.ordinates), 1e-300)
     order = np.argsort(power)
     white = power[order][np.searchsorted(np.cumsum(bins.count[order]), 0.5 * bins.count.sum())]
-    reach = min(ABOUT, (power.size - 1) // 2)
+    reach = min(BINS_TO_EACH_SIDE, (power.size - 1) // 2)
     about = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, "edge"), 2 * reach + 1)
     share = np.minimum(1.0, white / np.median(about, axis=1))
-    free = bins.count / (1.0 + share**2 * (crowding(model, data) - 1.0))
+    free = bins.count / (1.0 + share**2 * (crowding_ratio(model, data) - 1.0))
     middles = (bins.edges[:-1] + bins.edges[1:]) // 2
     for moving in model.stochastic:
         if isinstance(moving, Moving) and moving.middles:
-            # Of a band that moves as much as stands out of the white noise; where it is, it is only for a while.
-            loud = at_each_time(_of_one_width(moving), middles, data)
+            # Only the part of a moving band above the white noise is correlated.
+            loud = at_each_time(_segments_of_equal_width(moving), middles, data)
             free /= 1.0 + (1.0 - share) ** 2 * (np.mean(loud**2, axis=0) - 1.0)
-    times = np.linspace(*data.span, min(CELLS, data.n) + 1)
+    times = np.linspace(*data.span, min(MAX_LEVEL_SEGMENTS, data.n) + 1)
     for effect in model.modifiers:
         if effect.band is None:
             continue
@@ -74,8 +76,8 @@ def crowded(model: Model, data: Data) -> NDArray[np.float64]:
     return np.asarray(free)
 
 
-def _of_one_width(moving: Moving) -> list[Stochastic]:
-    """What it is in each part of the record, as wide as an eighth of its course: of any damping the same."""
+def _segments_of_equal_width(moving: Moving) -> list[Stochastic]:
+    """The segments of a moving band, each with a width of 1/8 to each side of its range, whatever its damping."""
     places = moving.middles
     half = max((max(places) - min(places)) / 8.0, 1e-6)
     parts = [

@@ -1,4 +1,4 @@
-"""A record made ready for fitting: ordinates, bins, covariates."""
+"""A record prepared for fitting: samples with bridged gaps, cosine ordinates, frequency bins and logged columns."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.common.validation import check_size
 from allanite.deviation import oadev
-from allanite.fit.likelihood.peaks import seen_singly
-from allanite.fit.likelihood.remembered import Remembered, room_for, times_of
+from allanite.fit.likelihood.peaks import has_all_ordinates
+from allanite.fit.likelihood.remembered import ArrayCache, series_cache, times_of
 from allanite.fit.likelihood.sections import SectionsOfSamples
-from allanite.fit.likelihood.stop_band import bins_seen
+from allanite.fit.likelihood.stop_band import bins_with_stop_band
 from allanite.recording.coarse_column import without_steps
 from allanite.recording.resolution import FLIPS
 from allanite.spectrum import Bins, bridge_gaps
@@ -29,39 +29,45 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.sections import Sections
 
-__all__ = ["LOWEST", "Data", "prepare", "without_samples"]
+__all__ = ["CACHE_BYTES_LOWEST", "Data", "prepare", "without_samples"]
 
-#: Fewest samples on which a model can be fitted.
-SHORTEST = 32
-#: Share of the samples that must be there: of fewer a fit would be that of what stands for the others.
-LEAST = 1 / 200
-#: Averaging times of the curve, a decade.
-PER_DECADE = 8
-#: Bytes of the lowest ordinates of many known functions of time, and of columns behind holes, that are remembered.
-LOWEST = 1 << 25
+#: Minimum number of samples of a record that is fitted. Chosen by judgment; not measured.
+MIN_SAMPLES = 32
+#: Minimum fraction of the samples that must be present. With fewer, the fit would describe the draws that stand for
+#: missing samples. Chosen by judgment; not measured.
+MIN_PRESENT_FRACTION = 1 / 200
+#: Averaging times of the Allan curve per decade. Chosen by judgment; not measured.
+TAUS_PER_DECADE = 8
+#: Bytes of each of two caches of `Data`: lowest ordinates of known functions of time, and model columns that are
+#: multiplied by the mixing matrix. Chosen by judgment; not measured.
+CACHE_BYTES_LOWEST = 1 << 25
 
 
 @aligned_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
 class Data:
-    """Samples (gaps bridged), their cosine ordinates in U² per sample, bins and covariates.
+    """A record prepared for fitting; U is the unit of the samples.
 
     Attributes
     ----------
     samples : ndarray, shape (n,)
+        Samples with bridged gaps, U.
     ordinates : ndarray, shape (n,)
-        Orthonormal cosine transform; ordinate j has variance S(f_j)/τ0.
+        Orthonormal cosine transform of the samples; ordinate j has variance S(f_j)/τ0, U² per sample.
     rate : float
-        Hz.
+        Sampling rate, Hz.
+    bins : Bins
+        Frequency bins of the ordinates.
     covariates : mapping of str to ndarray, shape (n,)
+        Logged columns, such as temperatures, by name.
     start : float
         Time of the first sample within its recording, s.
     missing : ndarray of bool, shape (n,), or None
-        Samples that are not there: what stands for them is a draw of the model (`fit.missing`).
+        True where a sample is missing; a draw from the model replaces missing samples (`fit.missing`).
     gain : ndarray, shape (n,), or None
-        How much of a known function of time each ordinate shows, where samples are missing.
+        Fraction of a known function's ordinate that remains at each ordinate because samples are missing.
     mixing : ndarray, shape (bins, bins), or None
-        Power that is seen in each bin (rows) of power that is in each, where samples are missing.
+        Power that appears in each bin (rows) per power present in each bin (columns), if samples are missing.
     """
 
     samples: NDArray[np.float64]
@@ -73,11 +79,12 @@ class Data:
     missing: NDArray[np.bool_] | None = None
     gain: NDArray[np.float64] | None = None
     mixing: NDArray[np.float64] | None = None
-    #: Ordinates of the regressors of effects that were looked at, and the lowest of them, by effect and shapes.
-    functions: Remembered = field(default_factory=lambda: room_for(0), repr=False)
-    lowest: Remembered = field(default_factory=lambda: Remembered(LOWEST), repr=False)
-    #: Columns behind the holes, by effect and what acts on it: a product with a matrix of all bins each.
-    mixed: Remembered = field(default_factory=lambda: Remembered(LOWEST), repr=False)
+    #: Cache: ordinates of regressors by effect and shapes.
+    functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
+    #: Cache: lowest ordinates of regressors by effect and shapes.
+    lowest: ArrayCache = field(default_factory=lambda: ArrayCache(CACHE_BYTES_LOWEST), repr=False)
+    #: Cache: model columns multiplied by `mixing`, by effect and the modifiers that act on the effect.
+    mixed: ArrayCache = field(default_factory=lambda: ArrayCache(CACHE_BYTES_LOWEST), repr=False)
 
     __repr__ = brief
 
@@ -93,33 +100,34 @@ class Data:
 
     @property
     def lost(self) -> float:
-        """Share of the samples that are missing."""
+        """Fraction of the samples that are missing."""
         return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
     @property
     def ends_out(self) -> bool:
-        """Whether the first and the last sample are missing, and with them what the ends add to every ordinate."""
+        """True if the first and the last sample are missing; the ends then add no leakage to the ordinates."""
         return self.missing is not None and bool(self.missing[0] and self.missing[-1])
 
     @property
     def duration(self) -> float:
-        """Seconds."""
+        """Duration of the record, s."""
         return self.n / self.rate
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time, s."""
+        """Start and end time of the record, s."""
         return self.start, self.start + self.duration
 
     def terms(self, model: Model) -> tuple[Term, ...]:
-        """Primitive terms of a model with values, for this record."""
+        """Primitive spectral terms of a model with values, for this record."""
         return self._seen(model.terms(self.rate, self.span))
 
     def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
-        """Primitive terms of one effect at coefficient 1, for this record."""
+        """Primitive spectral terms of one effect at coefficient 1, for this record."""
         return self._seen(model.unit_terms(effect, self.rate, self.span))
 
     def _seen(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        """Terms without the leakage of the record's ends, if both ends are missing."""
         return tuple(term.inside for term in terms) if self.ends_out else terms
 
     def octaves(
@@ -127,26 +135,33 @@ class Data:
         expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
         louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
-        """Power over time of octaves of which no single ordinates are kept: of a recording there are none."""
+        """Power over time of octaves without single ordinates: empty for in-memory recordings.
+
+        A summary (`fit.summarised`) overrides this method.
+        """
         return []
 
     def as_seen(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
-        """Power over time as the map over time shows it in the octave from an ordinate on."""
+        """Power over time at the resolution that the octave from ordinate `first` has; unchanged for recordings."""
         return power
 
     def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """In how many `sections`, at `most`, half of a band, Hz, has so many ordinates; 0 where much is missing."""
-        number = most if seen_singly(self) else 0
+        """Largest number of equal sections, at `most`, in which a band still has enough ordinates.
+
+        The number is `most` divided by a power of two so that the band, Hz, times the section's duration is at least
+        `resolved`. It is 0 if single ordinates are not available.
+        """
+        number = most if has_all_ordinates(self) else 0
         while number and (band[1] - band[0]) * self.duration / number < resolved:
             number //= 2
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """So many equal sections, without the known functions of a model."""
+        """The residual of a model cut into `number` equal sections."""
         return SectionsOfSamples(self.residual(model), self.rate, number)
 
     def half(self, which: int) -> Data:
-        """The first (0) or second (1) half, as a record of its own."""
+        """The first (`which` = 0) or second (1) half as its own record, with times kept."""
         middle = self.n // 2
         part = slice(0, middle) if which == 0 else slice(middle, None)
         samples = np.ascontiguousarray(self.samples[part])
@@ -155,18 +170,18 @@ class Data:
             samples,
             ordinates,
             self.rate,
-            bins_seen(ordinates),
+            bins_with_stop_band(ordinates),
             {name: values[part] for name, values in self.covariates.items()},
             self.start + (part.start or 0) / self.rate,
         )
 
     def residual(self, model: Model) -> NDArray[np.float64]:
-        """The samples without the model's functions of time, shape (n,)."""
+        """Samples minus the model's known functions of time, shape (n,)."""
         known = model.deterministic
         return self.samples - self.signal(known) if known else self.samples
 
     def signal(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
-        """What the effects, at least one, add to the samples, shape (n,)."""
+        """Sum of the signals of at least one deterministic effect, shape (n,)."""
         time = self.time
         total = effects[0].signal(time, self.covariates)
         for effect in effects[1:]:
@@ -174,31 +189,31 @@ class Data:
         return total
 
     def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Ordinates of a series that is given at `time`."""
+        """Cosine ordinates of a series sampled at `time`, shape (n,)."""
         go_on()
         return _kernels.cosine_transform(np.ascontiguousarray(series))
 
     def factors(self) -> NDArray[np.int64]:
-        """Averaging factors of the curve: eight a decade, to a third of the record."""
+        """Averaging factors of the Allan curve: eight per decade, up to a third of the record."""
         top = max(1, self.n // 3)
-        at = np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)
+        at = np.arange(0.0, np.log10(top) + 1e-9, 1 / TAUS_PER_DECADE)
         return np.unique(np.round(10**at).astype(np.int64))
 
     def deviation(
         self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """Overlapping Allan deviation of the samples, without a signal if one is given."""
+        """Overlapping Allan deviation of the samples, minus a signal `less` if given, shape of `factors`."""
         return self.deviation_of(self.samples if less is None else self.samples - less, factors)
 
     def deviation_of(
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """The same of a signal that is given at `time`."""
+        """Overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
         go_on()
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
-        """Ordinates of the record with known functions of time taken out, shape (n,)."""
+        """Ordinates of the record minus those of known functions of time, shape (n,)."""
         return self.exchanged(self.ordinates, [(effect, effect.amplitudes()) for effect in effects])
 
     def exchanged(
@@ -206,7 +221,10 @@ class Data:
         ordinates: NDArray[np.float64],
         parts: Sequence[tuple[Deterministic, NDArray[np.float64]]],
     ) -> NDArray[np.float64]:
-        """Ordinates with known functions of time taken out that many times; negative amplitudes put them back."""
+        """Ordinates minus known functions of time with the given amplitudes; negative amplitudes add them.
+
+        `parts` holds pairs of an effect and its amplitudes. Returns `ordinates` itself if all amplitudes are 0.
+        """
         total: NDArray[np.float64] | None = None
         once: NDArray[np.float64] | None = None
         for effect, amplitudes in parts:
@@ -214,7 +232,7 @@ class Data:
                 continue
             if self.functions.holds(amplitudes.size * self.ordinates.nbytes):
                 rows = self.rows(effect)
-                # Of one row the product would be a loop without the widest instructions.
+                # For one row a plain product is vectorized better than the matrix product.
                 part = amplitudes @ rows if len(rows) > 1 else amplitudes[0] * rows[0]
                 total = part if total is None else np.add(total, part, out=total)
             else:
@@ -230,13 +248,13 @@ class Data:
         return np.subtract(ordinates, total, out=total)
 
     def forget(self) -> None:
-        """Keep nothing as long as the record: of one with other samples, or that is done with."""
+        """Clear the caches, to free memory or because the samples were replaced."""
         self.functions.forget()
         self.lowest.forget()
         self.mixed.forget()
 
     def rows(self, effect: Deterministic) -> NDArray[np.float64]:
-        """Ordinates of every regressor of an effect, shape (regressors, n)."""
+        """Cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
 
         def made() -> NDArray[np.float64]:
             series = effect.regressors(self.time, self.covariates).T
@@ -245,19 +263,25 @@ class Data:
         return self.functions.get(effect.seen_alike, made)
 
     def seen(self, ordinates: NDArray[np.float64], j: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Ordinates j of known functions of time, shape (…, k), as this record shows them."""
+        """Ordinates j of known functions of time, shape (…, k), reduced by `gain` where samples are missing."""
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
-    """Data of a one-column recording.
+    """A one-column recording prepared for fitting.
+
+    Parameters
+    ----------
+    recording : Recording
+    missing : ndarray of bool, shape (n,), optional
+        Samples to treat as missing in addition to NaN.
 
     Raises
     ------
     InputError
-        Infinities, several columns, or samples without any variation.
+        Infinite samples or several columns.
     TooShortError
-        Fewer than 32 samples, or all of them missing.
+        Fewer than 32 samples present, fewer than one in 200 present, or (nearly) constant samples.
     """
     samples = np.asarray(recording.rate_samples())
     label = (
@@ -265,31 +289,31 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     )
     if samples.ndim != 1:
         raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
-    if samples.size < SHORTEST:
+    if samples.size < MIN_SAMPLES:
         raise TooShortError(
-            f"{label} has {samples.size} samples: a fit needs at least {SHORTEST}, and hours for slow effects"
+            f"{label} has {samples.size} samples; a fit needs at least {MIN_SAMPLES}, and hours for slow effects"
         )
     values = samples.astype(np.float64, copy=False)
     if np.isinf(values).any():
         raise InputError(
-            f"{label} has {int(np.isinf(values).sum())} infinite samples: remove or mark them as NaN"
+            f"{label} has {int(np.isinf(values).sum())} infinite samples; remove them or mark them as NaN"
         )
     holes = np.isnan(values)
     if missing is not None:
         holes |= missing
     there = int(holes.size - np.count_nonzero(holes))
-    if there < max(SHORTEST, LEAST * holes.size):
+    if there < max(MIN_SAMPLES, MIN_PRESENT_FRACTION * holes.size):
         raise TooShortError(
-            f"{label} has {there} of {holes.size} samples: a fit needs at least {SHORTEST}, one in"
-            f" {1 / LEAST:g}, and hours for slow effects"
+            f"{label} has only {there} of {holes.size} samples; a fit needs at least {MIN_SAMPLES} and one in"
+            f" {1 / MIN_PRESENT_FRACTION:g}, and hours for slow effects"
         )
     filled = bridge_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
-        raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
+        raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
     changes = int(np.count_nonzero(filled[1:] != filled[:-1]))
-    if changes < 2 * FLIPS:  # to another value and back
+    if changes < 2 * FLIPS:  # one flip changes the value twice: to another value and back
         raise TooShortError(
-            f"{label} stands still but for {changes} change{'s' * (changes > 1)} of value: there is no noise to fit"
+            f"{label} changes its value only {changes} time{'s' * (changes > 1)}; there is no noise to fit"
         )
     check_size(filled, label, "a fit")
     covariates = {
@@ -301,15 +325,15 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         filled,
         ordinates,
         float(recording.rate),
-        bins_seen(ordinates),
+        bins_with_stop_band(ordinates),
         covariates,
         missing=holes if there < holes.size else None,
-        functions=room_for(filled.size),
+        functions=series_cache(filled.size),
     )
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
-    """The same record with more samples missing, bridged."""
+    """The record with additional samples marked as missing and bridged."""
     filled = bridge_gaps(data.samples, missing)
     if data.missing is not None:
         missing = missing | data.missing
@@ -318,11 +342,11 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         data,
         samples=filled,
         ordinates=ordinates,
-        bins=bins_seen(ordinates),
+        bins=bins_with_stop_band(ordinates),
         missing=missing,
         gain=None,
         mixing=None,
-        functions=room_for(data.n),
-        lowest=Remembered(LOWEST),
-        mixed=Remembered(LOWEST),
+        functions=series_cache(data.n),
+        lowest=ArrayCache(CACHE_BYTES_LOWEST),
+        mixed=ArrayCache(CACHE_BYTES_LOWEST),
     )

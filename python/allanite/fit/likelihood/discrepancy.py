@@ -1,12 +1,12 @@
-"""The likelihood of a model that is not perfect.
+"""Marginal likelihood of bin power with a fitted model discrepancy δ.
 
-In each bin b the power over what the model expects is e^{ε_b} χ²_n/n with an unknown discrepancy ε_b ~ δ t₂: most bins are
-right, a few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power
-is close to a gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum
-over w.
-δ = 0 is the Whittle likelihood. A bin that disagrees keeps the vote of the few degrees of freedom that its w leaves.
+In each bin b the ratio of measured to expected power is e^{ε_b} χ²_n/n with an unknown error ε_b ~ δ t₂. Most bins are
+right, a few may be far off. t₂ is a normal distribution of variance δ²w with w inverse-gamma (1, 1). For a given w the
+bin's power is close to a gamma variable of the same mean and log-variance 2/n + δ²w. The marginal likelihood is therefore
+a short sum over w.
+δ = 0 is the Whittle likelihood. A bin that disagrees with the model keeps only a few effective degrees of freedom.
 
-Computed by the core (`_kernels.Likelihood`), with 14 nodes in w.
+The sum is computed by the core (`_kernels.Likelihood`), with 14 nodes in w.
 
 (Scale mixtures of normals: Andrews & Mallows 1974; robust likelihood with fitted scale: Lange, Little & Taylor 1989.)
 """
@@ -20,40 +20,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.parameters import NORMAL
 from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.spectrum.spectrum import cells_of
 
 __all__ = [
-    "EVIDENCE",
+    "MIN_DISCREPANCY_DELTA_LOGL",
     "SCALES",
     "Judged",
     "best_scale",
-    "better_scale",
-    "chance_deviance",
+    "bin_levels",
+    "climb_scale",
+    "expected_saturated_gain",
     "judge",
     "judge_many",
-    "levels",
     "likelihood",
-    "linearised",
+    "linearized",
     "profile",
     "scale_interval",
 ]
 
 Array = NDArray[np.float64]
 
-#: A discrepancy is claimed where it raises logL by this much; half of χ²₁ reaches it in 0.7 % of true models, in all others
-#: δ is 0 and the fit is the Whittle fit.
-EVIDENCE = 3.0
-#: Scales tried, 16 a decade: within one step the likelihood falls by less than 0.05.
+#: Minimum ΔlogL of a discrepancy δ > 0 over δ = 0. Half of χ²₁ exceeds it for 0.7 % of true models; otherwise δ is 0 and
+#: the fit is the Whittle fit.
+MIN_DISCREPANCY_DELTA_LOGL = 3.0
+#: Grid of discrepancies δ, 16 per decade: between neighbors the likelihood falls by less than 0.05.
 SCALES = np.geomspace(1e-3, 3.0, 57)
-#: ½·3.841, half of the 95 % point of χ²₁: a profile likelihood falls by so much at the ends of its interval.
-HALF_CHI2 = 1.9207
+#: Half of the 95 % point of χ²₁, ½·1.96²: fall of the profile logL at the ends of a 95 % interval.
+HALF_CHI2_95 = 0.5 * NORMAL**2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """A spectrum judged at one scale of discrepancy.
+    """Marginal likelihood of a spectrum at one discrepancy.
 
     Attributes
     ----------
@@ -70,7 +71,8 @@ class Judged:
 
 
 @lru_cache(maxsize=64)
-def _of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
+def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
+    """`likelihood` by the bytes of the counts, which can be hashed."""
     counts = np.frombuffer(count)
     return _kernels.Likelihood(
         counts, SCALES, [*range(counts.size)] if cells else cells_of(counts.size)
@@ -78,44 +80,47 @@ def _of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
 
 
 def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
-    """The law of bins, or of cells, with these degrees of freedom; its tables are kept for the next call."""
-    go_on()  # every climb asks here, again and again
-    return _of_bytes(count.tobytes(), cells)
+    """Marginal likelihood of bins with these degrees of freedom; its tables are cached.
+
+    With `cells`, each value of `count` belongs to a whole cell with its own error ε.
+    """
+    go_on()  # every fit passes here often enough to react to an interrupt
+    return _likelihood_of_bytes(count.tobytes(), cells)
 
 
 def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Judged:
-    """Marginal logL of a spectrum at the scale of this index (None: δ = 0)."""
+    """Marginal logL and effective degrees of freedom of a spectrum at δ = SCALES[scale] (None: δ = 0)."""
     return Judged(*likelihood(count).judge(power, spectrum, scale))
 
 
 def profile(power: Array, count: Array, spectrum: Array, scales: slice = slice(None)) -> Array:
-    """Marginal logL of a spectrum at every scale of a slice, shape (scales,)."""
+    """Marginal logL of a spectrum at each δ in a slice of `SCALES`, shape (scales,)."""
     return judge_many(power, count, spectrum[None], scales)[:, 0]
 
 
 def judge_many(power: Array, count: Array, spectra: Array, scales: slice) -> Array:
-    """Marginal logL of many spectra, shape (m, bins), at every scale of a slice, shape (scales, m)."""
+    """Marginal logL, shape (scales, m), of m spectra, shape (m, bins), at each δ in a slice of `SCALES`."""
     return likelihood(count).profile(power, spectra, range(SCALES.size)[scales])
 
 
 def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]:
-    """The scale at which a spectrum is most likely, and its marginal logL."""
+    """Index of the most likely discrepancy of a spectrum, and its marginal logL."""
     return likelihood(count).best_scale(power, spectrum)[:2]
 
 
-def better_scale(
+def climb_scale(
     power: Array, count: Array, spectrum: Array, scale: int, best: Judged
 ) -> tuple[int, Judged]:
-    """The neighbour of a scale that is better, and so on, and its judgement."""
+    """Index and likelihood of the locally best discrepancy, reached from the index `scale` through better neighbors."""
     found, value, weight = likelihood(count).best_scale(power, spectrum, scale)
     return (scale, best) if found == scale else (found, Judged(value, weight))
 
 
-def levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
-    """What e^ε probably is in each bin, shape (bins,): 1 where the model is taken for true."""
+def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
+    """Estimated ratio e^ε of true to modeled power in each bin, shape (bins,); 1 if δ = 0."""
     if scale is None:
         return np.ones_like(power)
-    # The share of a bin's distance in ln that its w takes for a discrepancy.
+    # Fraction of a cell's deviation in ln power that is attributed to the discrepancy.
     first = cells_of(count.size)
     total = np.add.reduceat(count, first)
     taken = 1.0 - np.add.reduceat(judge(power, count, spectrum, scale).weight, first) / total
@@ -123,10 +128,10 @@ def levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Ar
     return np.repeat(mean**taken, np.diff([*first, count.size]))
 
 
-def linearised(
+def linearized(
     slopes: Array, power: Array, count: Array, spectrum: Array, weight: Array
 ) -> tuple[Array, Array]:
-    """Least-squares rows for a change of ln S, slopes · x, and the residual that it is to meet.
+    """Least-squares problem of a Fisher-scoring step: rows and residual for a change of ln S by slopes · x.
 
     Parameters
     ----------
@@ -138,8 +143,8 @@ def linearised(
     Returns
     -------
     tuple of ndarray, shapes (rows, p) and (rows,)
-        Bins against the mean of their cell with all their degrees of freedom, then the mean of each cell with those
-        that the discrepancy leaves it. Half of rowsᵀ·rows is the Fisher information, half of rowsᵀ·residual the gradient.
+        First the bins relative to the mean of their cell, with all degrees of freedom; then the mean of each cell, with the
+        effective degrees of freedom. ½ rowsᵀ·rows is the Fisher information, ½ rowsᵀ·residual the gradient.
     """
     first = cells_of(count.size)
     sizes = np.diff([*first, count.size])
@@ -158,19 +163,19 @@ def linearised(
 def scale_interval(
     power: Array, count: Array, spectrum: Array, scale: int | None
 ) -> tuple[float, float]:
-    """95 % interval of the scale at this spectrum, from its profile likelihood; from 0 where 0 is inside."""
+    """95 % interval of the discrepancy δ at a spectrum, from its profile likelihood; the lower end may be 0."""
     values = profile(power, count, spectrum)
     plain = judge(power, count, spectrum, None).log_likelihood
-    inside = values > max(float(values.max()), plain) - HALF_CHI2
+    inside = values > max(float(values.max()), plain) - HALF_CHI2_95
     if not inside.any():
         return 0.0, float(SCALES[0])
     at = SCALES[inside]
-    low = 0.0 if scale is None or plain > float(values.max()) - HALF_CHI2 else float(at[0])
+    low = 0.0 if scale is None or plain > float(values.max()) - HALF_CHI2_95 else float(at[0])
     return low, float(at[-1])
 
 
-def chance_deviance(count: Array) -> float:
-    """Expected logL of the saturated model above that of the true one: Σ ½n E[x − 1 − ln x], x ~ χ²_n/n."""
+def expected_saturated_gain(count: Array) -> float:
+    """Expected logL of the saturated model minus that of the true model: Σ ½n E[x − 1 − ln x], x ~ χ²_n/n."""
     from scipy.special import digamma
 
     half = count / 2.0

@@ -1,4 +1,4 @@
-"""What a model expects of a record: power in its bins, of each effect at coefficient 1, and squares of single ordinates."""
+"""Power that a model predicts for a record: bin power of each effect at coefficient 1, and density at single ordinates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.effects import Model
 from allanite.fit.likelihood.peaks import is_narrow, means_near
-from allanite.fit.likelihood.stop_band import UNSEEN, empty
+from allanite.fit.likelihood.stop_band import EMPTY_BIN_DENSITY_FACTOR, is_empty
 from allanite.spectrum import Bins, bins_of
 
 if TYPE_CHECKING:
@@ -40,14 +40,15 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noise:
-    """What the random part of a model expects of single ordinates.
+    """Predicted variance of single ordinates from the random effects of a fitted model.
 
     Attributes
     ----------
     terms : tuple of Term
+        Spectral terms of the model.
     bins : Bins
     level : ndarray, shape (bins,)
-        By how much the power of each bin probably differs from the model: 1 where the model is true.
+        Estimated ratio of true to modeled power in each bin; 1 without a discrepancy.
     """
 
     terms: tuple[Term, ...]
@@ -59,8 +60,8 @@ class Noise:
     def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
         """Expected squared ordinates j, U² per sample."""
         place = np.searchsorted(self.bins.edges, j, side="right") - 1
-        # Of an empty bin nothing is told.
-        unseen = np.where(empty(self.bins), UNSEEN, 1.0)
+        # No ordinate may stand out in an empty bin.
+        unseen = np.where(is_empty(self.bins), EMPTY_BIN_DENSITY_FACTOR, 1.0)
         return density(self.terms, j, self.bins.n) * (self.level * unseen)[place]
 
 
@@ -69,14 +70,17 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
     out = np.empty((len(effects), data.bins.count.size))
     modifiers, filters = model.modifiers, model.filters
     for row, effect in zip(out, effects, strict=True):
-        row[:] = _own(effect, modifiers if effect.white else filters, data)
+        row[:] = _column_with_modifiers(effect, modifiers if effect.white else filters, data)
     return out.T
 
 
 def columns_like(
     model: Model, other: Model, known: NDArray[np.float64], data: Data
 ) -> NDArray[np.float64]:
-    """`columns` of all random effects of a model, from those of another of as many: only what moved is computed anew."""
+    """Expected bin power of each random effect at coefficient 1, shape (bins, effects), computed only where changed.
+
+    `known` holds the columns of `other`, a model with as many random effects; columns of identical effects are reused.
+    """
     effects, before = model.stochastic, other.stochastic
     modifiers, filters = model.modifiers, model.filters
     still = len(modifiers) == len(other.modifiers) and all(map(is_, modifiers, other.modifiers))
@@ -84,56 +88,60 @@ def columns_like(
     out = np.array(known.T)
     for row, effect, old in zip(out, effects, before, strict=True):
         if effect is not old or not (still if effect.white else passed):
-            row[:] = _own(effect, modifiers if effect.white else filters, data)
+            row[:] = _column_with_modifiers(effect, modifiers if effect.white else filters, data)
     return out.T
 
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of a sum of terms, shape (bins,)."""
     go_on()
-    own = _column(terms, data.n)
+    own = _column_of_terms(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
 
 
 def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
     """Expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
-    return _own(effect, model.modifiers if effect.white else model.filters, data)
+    return _column_with_modifiers(effect, model.modifiers if effect.white else model.filters, data)
 
 
 def means(model: Model, data: Data, ends_out: bool = False) -> NDArray[np.float64]:
-    """Expected power in each bin of a model with values, as if no sample were missing, shape (bins,).
+    """Expected power in each bin from a model with values, without missing samples, shape (bins,).
 
-    Or, with `ends_out`, none but the first and the last.
+    With `ends_out`, the first and the last sample are missing, and the ends add no leakage.
     """
     total = np.zeros(data.bins.count.size)
     for effect in model.stochastic:
         acting = model.modifiers if effect.white else model.filters
-        own = _behind(_open(effect), acting, data.rate, data.span, data.n, ends_out)
+        own = _complete_column(
+            _without_coefficient(effect), acting, data.rate, data.span, data.n, ends_out
+        )
         total += getattr(effect, effect.coefficient) ** 2 * own
     return total
 
 
-def _own(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> NDArray[np.float64]:
-    """`column_of` an effect on which these modifiers act."""
+def _column_with_modifiers(
+    effect: Stochastic, acting: tuple[Modifier, ...], data: Data
+) -> NDArray[np.float64]:
+    """Expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,)."""
     go_on()
-    opened, mixing = _open(effect), data.mixing
+    opened, mixing = _without_coefficient(effect), data.mixing
 
     def own() -> NDArray[np.float64]:
-        return _behind(opened, acting, data.rate, data.span, data.n, data.ends_out)
+        return _complete_column(opened, acting, data.rate, data.span, data.n, data.ends_out)
 
     return own() if mixing is None else data.mixed.get((opened, acting), lambda: mixing @ own())
 
 
 @released
 @lru_cache(maxsize=8192)
-def _open(effect: Stochastic) -> Stochastic:
-    """The effect without its coefficient, on which its column does not depend."""
+def _without_coefficient(effect: Stochastic) -> Stochastic:
+    """The effect without coefficient, held names and limits, as a cache key: its column does not depend on them."""
     return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
 
 
 @released
 @lru_cache(maxsize=8192)
-def _behind(
+def _complete_column(
     effect: Stochastic,
     acting: tuple[Modifier, ...],
     rate: float,
@@ -141,16 +149,16 @@ def _behind(
     n: int,
     ends_out: bool,
 ) -> NDArray[np.float64]:
-    """`column_of` an effect behind these modifiers, in a record without holes."""
+    """Expected bin power of one effect with modifiers, in a record without missing samples, shape (bins,); cached."""
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
     if ends_out:
         inside = tuple(term.inside for term in terms)
         if inside == terms:
-            return _behind(effect, acting, rate, span, n, False)
+            return _complete_column(effect, acting, rate, span, n, False)
         terms = inside
-    column = _column(terms, n)
+    column = _column_of_terms(terms, n)
     if is_narrow(effect):
-        # The nodes of a bin miss it.
+        # The nodes of a bin would miss the narrow band.
         column = column.copy()
         near, means = means_near(effect, bins_of(n), rate, lambda j: density(terms, j, n))
         column[near] = means
@@ -158,21 +166,22 @@ def _behind(
     return column
 
 
-def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
-    out = _nodes(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
+def _column_of_terms(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
+    """Expected bin power of a sum of terms for n samples, none missing; read-only, shape (bins,)."""
+    out = _evaluator(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
     out.flags.writeable = False
     return out
 
 
 @released
 @lru_cache(maxsize=32)
-def _nodes(n: int) -> _kernels.Ordinates:
-    """The nodes of the bins of n samples, in the core."""
+def _evaluator(n: int) -> _kernels.Ordinates:
+    """Compiled evaluator of densities at the nodes of the bins of n samples."""
     return _kernels.Ordinates(bins_of(n).nodes, n)
 
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """Expected squared ordinates at single j."""
+    """Expected squared ordinates at single indices of n samples, U² per sample, shape of `ordinates`."""
     go_on()
     found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
@@ -181,7 +190,7 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> ND
 def at_each_time(
     parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Power of each part in turn of a band that moves, over their mean, at single j, shape (parts, ordinates)."""
+    """Relative power of each segment of a moving band at single ordinates, shape (parts, ordinates); mean 1."""
     terms = [part.unit_terms(data.rate) for part in parts]
     power = np.array([density(own, ordinates, data.n) for own in terms])
     return np.asarray(power / power.mean(axis=0))

@@ -1,8 +1,9 @@
-"""Intervals of slow amplitudes that include the uncertainty of the low-frequency spectrum.
+"""Intervals of slow amplitudes (ramps, steps) that include the uncertainty of the low-frequency spectrum.
 
-The variance of a ramp or a step comes from a dozen of the lowest ordinates, whose spectrum a fit of K and B extrapolates.
-At the fitted coefficients it is too small, most of all where K or B was fitted to zero by chance. Averaged over them
-(flat prior, restricted likelihood: Patterson & Thompson 1971) it holds; the average is an importance sample around the fit.
+The variance of a ramp or a step comes from about a dozen of the lowest ordinates. Their density is extrapolated by the
+fit of K and B. With K and B fixed at their estimates the variance is too small, above all if K or B was fitted to zero.
+Averaging over the coefficients (flat prior, restricted likelihood: Patterson & Thompson 1971) corrects this.
+The average is computed by importance sampling around the fit.
 """
 
 from __future__ import annotations
@@ -25,20 +26,25 @@ if TYPE_CHECKING:
 __all__ = ["Mixture", "joint_amplitudes", "slow_amplitudes"]
 
 Array = NDArray[np.float64]
-#: Ordinates looked at one by one: a step has all but a thousandth of its weight there.
-LOW = 1024
-DRAWS, FREEDOM = 400, 5
+#: Number of lowest ordinates that are used one by one: they hold all but a thousandth of the weight of a step.
+SINGLE_ORDINATES = 1024
+#: Draws of the coefficients in each importance sample. Chosen by judgment; not measured.
+COEFFICIENT_DRAWS = 400
+#: Degrees of freedom of the multivariate t of the first proposal: heavier tails than the target.
+#: Chosen by judgment; not measured.
+PROPOSAL_FREEDOM = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mixture:
-    """Normal laws of p amplitudes, one for each draw of the coefficients.
+    """Mixture of normal distributions of p amplitudes, one component for each draw of the noise coefficients.
 
     Attributes
     ----------
     means : ndarray, shape (draws, p)
     covariances : ndarray, shape (draws, p, p)
     weights : ndarray, shape (draws,)
+        Weights of the components; their sum is 1.
     """
 
     means: Array
@@ -47,15 +53,15 @@ class Mixture:
 
     @property
     def variances(self) -> Array:
-        """Of each amplitude, shape (draws, p)."""
+        """Variances of the amplitudes in each component, shape (draws, p)."""
         return np.diagonal(self.covariances, axis1=1, axis2=2)
 
     def of(self, own: slice) -> Mixture:
-        """The law of some of the amplitudes."""
+        """Marginal distribution of the amplitudes in a slice."""
         return Mixture(self.means[:, own], self.covariances[:, own, own], self.weights)
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """Amplitudes drawn from the law, shape (count, p)."""
+        """Random amplitudes from the mixture, shape (count, p)."""
         size = np.sqrt(np.maximum(self.variances, 1e-300))
         strength, axes = np.linalg.eigh(self.covariances / (size[:, :, None] * size[:, None, :]))
         root = size[:, :, None] * axes * np.sqrt(np.maximum(strength, 0.0))[:, None, :]
@@ -64,13 +70,13 @@ class Mixture:
         return self.means[picked] + np.einsum("kij,kj->ki", root[picked], normal)
 
     def standard_error(self, i: int) -> float:
-        """Of amplitude i."""
+        """Standard deviation of amplitude i."""
         mean = self.weights @ self.means[:, i]
         spread = self.variances[:, i] + (self.means[:, i] - mean) ** 2
         return float(np.sqrt(self.weights @ spread))
 
     def interval(self, i: int) -> tuple[float, float]:
-        """The central 95 % of amplitude i."""
+        """Central 95 % interval of amplitude i."""
         from scipy.optimize import brentq
         from scipy.special import ndtr
 
@@ -90,17 +96,31 @@ class Mixture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Record:
-    """The lowest ordinates one by one, the rest in bins."""
+    """Lowest ordinates one by one, and the power of the remaining bins, with the regressors of slow functions.
+
+    Attributes
+    ----------
+    values : ndarray, shape (ordinates,)
+        Lowest ordinates without the fitted functions removed.
+    matrix : ndarray, shape (ordinates, p)
+        Ordinates of the regressors.
+    low : ndarray, shape (ordinates, effects)
+        Expected density at the lowest ordinates of each effect at coefficient 1.
+    high : ndarray, shape (bins, effects)
+        Expected power of the remaining bins of each effect at coefficient 1.
+    power, count : ndarray, shape (bins,)
+        Measured power of the remaining bins and its degrees of freedom.
+    """
 
     values: Array
     matrix: Array
-    low: Array  # unit densities at the ordinates, shape (ordinates, effects)
-    high: Array  # unit powers of the bins
+    low: Array
+    high: Array
     power: Array
     count: Array
 
     def posterior(self, coefficients: Array) -> tuple[Array, Array, Array]:
-        """Means, covariances and ln of the restricted likelihood at each row of coefficients."""
+        """Means and covariances of the amplitudes, and restricted logL, for each row of coefficients."""
         theta = coefficients**2
         spectrum = np.maximum(theta @ self.low.T, 1e-300)
         bins = np.maximum(theta @ self.high.T, 1e-300)
@@ -117,7 +137,10 @@ class _Record:
 
 
 def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
-    """Law of the amplitudes of each slow deterministic effect (lines, which see many ordinates, excepted)."""
+    """Distribution of the amplitudes of each slow deterministic effect, by fitted function.
+
+    Lines are excluded: their density is known from many ordinates.
+    """
     slow = [own for own in solution.functions if own.effect.low]
     law = joint_amplitudes(slow, solution, data)
     ends = np.cumsum([0, *(own.amplitudes.size for own in slow)])
@@ -128,9 +151,9 @@ def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
 
 
 def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) -> Mixture:
-    """Joint law of the amplitudes of some slow functions of time, in their order."""
-    # Bins are not cut: the single ordinates end where a bin does.
-    first = int(np.searchsorted(data.bins.edges, min(LOW, data.n), side="right")) - 1
+    """Joint distribution of the amplitudes of slow functions of time, in their order."""
+    # The single ordinates end at the edge of a bin.
+    first = int(np.searchsorted(data.bins.edges, min(SINGLE_ORDINATES, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
     seen = np.searchsorted(solution.seen, ordinates)
     matrix = np.hstack([own.matrix[seen] for own in slow])
@@ -140,7 +163,7 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
     low = np.column_stack(
         [density(data.unit_terms(solution.model, e), ordinates, data.n) for e in stochastic]
     )
-    # Where the model is wrong, ordinates scatter about the level that is seen there.
+    # With a discrepancy, ordinates scatter around the estimated level of the bin instead of the model.
     level = solution.level
     low *= np.repeat(level[:first], np.diff(data.bins.edges[: first + 1]))[:, None]
     record = _Record(
@@ -157,35 +180,43 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
 
 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
-    """Importance sample from a wide multivariate t about the fit, then twice from the smoothed last sample.
+    """Importance sample of the coefficients: means, covariances and weights of the amplitudes.
 
-    (Population Monte Carlo, Cappé et al. 2004.) Coefficients may be drawn negative: only their squares matter.
+    The first proposal is a wide multivariate t around the fit; the next two are the smoothed previous samples
+    (Population Monte Carlo, Cappé et al. 2004). Coefficients may be drawn negative: only their squares matter.
     """
     rng = np.random.default_rng(0)
     fitted = np.sqrt(solution.theta)
     root = _proposal(solution, free)
-    steps = rng.standard_normal((DRAWS, fitted.size))
-    steps *= np.sqrt(FREEDOM / rng.chisquare(FREEDOM, DRAWS))[:, None]
+    steps = rng.standard_normal((COEFFICIENT_DRAWS, fitted.size))
+    steps *= np.sqrt(PROPOSAL_FREEDOM / rng.chisquare(PROPOSAL_FREEDOM, COEFFICIENT_DRAWS))[:, None]
     drawn = np.where(free, fitted + steps @ root.T, fitted)
-    proposed = -0.5 * (FREEDOM + fitted.size) * np.log1p((steps**2).sum(axis=1) / FREEDOM)
-    means, covariances, weights = _weighed(record, drawn, proposed)
+    proposed = (
+        -0.5
+        * (PROPOSAL_FREEDOM + fitted.size)
+        * np.log1p((steps**2).sum(axis=1) / PROPOSAL_FREEDOM)
+    )
+    means, covariances, weights = _importance_weights(record, drawn, proposed)
     for _ in range(2):
-        # A few heavy draws must not shrink the next proposal to themselves.
-        share = np.minimum(weights, 4.0 / DRAWS)
+        # Limit the weights so that a few heavy draws do not make the next proposal too narrow.
+        share = np.minimum(weights, 4.0 / COEFFICIENT_DRAWS)
         share /= share.sum()
         centres = np.abs(drawn)
         away = (centres - share @ centres) * free
         root = 0.6 * _root((away * share[:, None]).T @ away, solution)
-        picked = rng.choice(DRAWS, DRAWS, p=share)
+        picked = rng.choice(COEFFICIENT_DRAWS, COEFFICIENT_DRAWS, p=share)
         drawn = centres[picked] + (rng.standard_normal(drawn.shape) @ root.T) * free
         apart = np.linalg.solve(root, (drawn[:, None] - centres).reshape(-1, fitted.size).T)
-        square = (apart**2).sum(axis=0).reshape(DRAWS, DRAWS)
+        square = (apart**2).sum(axis=0).reshape(COEFFICIENT_DRAWS, COEFFICIENT_DRAWS)
         proposed = np.log(np.maximum(np.exp(-0.5 * square) @ share, 1e-300))
-        means, covariances, weights = _weighed(record, drawn, proposed)
+        means, covariances, weights = _importance_weights(record, drawn, proposed)
     return means, covariances, weights
 
 
-def _weighed(record: _Record, drawn: Array, proposed: Array) -> tuple[Array, Array, Array]:
+def _importance_weights(
+    record: _Record, drawn: Array, proposed: Array
+) -> tuple[Array, Array, Array]:
+    """Means, covariances and normalized importance weights of draws whose log proposal density is `proposed`."""
     means, covariances, value = record.posterior(drawn)
     value -= proposed
     weights = np.exp(value - value.max())
@@ -193,12 +224,16 @@ def _weighed(record: _Record, drawn: Array, proposed: Array) -> tuple[Array, Arr
 
 
 def _root(covariance: Array, solution: Solution) -> Array:
+    """Cholesky root of a covariance of coefficients, with a floor on its diagonal."""
     floor = 1e-6 * np.maximum(np.diag(covariance), 1e-12 * float(solution.theta.max()))
     return np.asarray(np.linalg.cholesky(covariance + np.diag(floor)))
 
 
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
-    """Root of the covariance of the coefficients from the Fisher information; at zero, of its own alone."""
+    """Root of the proposal covariance of the coefficients, 1.5 times as wide as the Fisher information says.
+
+    For coefficients fitted near zero the information of the squared coefficient alone is used.
+    """
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]
     alone = 1.0 / np.sqrt(

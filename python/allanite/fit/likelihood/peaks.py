@@ -1,4 +1,4 @@
-"""Bands narrower than a bin: what single ordinates say of them."""
+"""Narrow bands: bins are too wide for them, so their densities are evaluated at single ordinates."""
 
 from __future__ import annotations
 
@@ -17,58 +17,67 @@ if TYPE_CHECKING:
     from allanite.spectrum import Bins
 
 __all__ = [
-    "FEW",
+    "MAX_MISSING_FRACTION",
     "bins_near",
-    "by_ordinates",
+    "has_all_ordinates",
+    "has_ordinates_near",
+    "is_fitted_to_ordinates",
     "is_narrow",
     "means_near",
-    "near_seen_singly",
     "nodes_of",
-    "seen_singly",
-    "within",
+    "ordinates_of_bins",
 ]
 
 Ordinates = NDArray[np.int64]
-#: Width of a band, in parts of its frequency, below which bins, which are 1.2 % wide, do not show it.
-NARROW = 0.012
-#: Bins to either side of a narrow band of which single ordinates are looked at.
-BESIDE = 3
-#: Ordinates of a band at which its density is interpolated, in half-widths from its middle.
-PLACES = np.sinh(np.linspace(-7.0, 7.0, 141))
-#: As many ordinates near a band are summed one by one; of more, these, in half-widths from its middle, between which the
-#: density is taken for a line: the sums are at most 2e-4 off.
-SINGLY, CLOSER = 1 << 13, np.sinh(np.linspace(-12.0, 12.0, 1201))
-#: Where no more than this share of the samples is missing, an ordinate shows next to nothing but itself.
-FEW = 0.1
-#: And in each bin so many.
-SPREAD = 64
+#: A band narrower than this fraction of its center frequency is fitted to single ordinates. Bins are 1.2 % wide and
+#: cannot resolve narrower bands.
+MAX_NARROW_WIDTH = 0.012
+#: Bins to either side of a narrow band in which single ordinates are used. Chosen by judgment; not measured.
+BINS_BESIDE_BAND = 3
+#: Places, in half-widths from the middle of a band, at which its density is interpolated. They are dense near the
+#: middle and reach to 548 half-widths. Chosen by judgment; not measured.
+INTERPOLATION_PLACES = np.sinh(np.linspace(-7.0, 7.0, 141))
+#: Maximum number of ordinates near a band that are summed one by one; of more, the density is interpolated.
+#: Chosen by judgment; not measured.
+MAX_SUMMED_ORDINATES = 1 << 13
+#: Places, in half-widths from the middle, between which the density is linear in sums over many ordinates.
+#: With them and `SUM_PLACES_PER_BIN` the sums are at most 2e-4 off.
+SUM_PLACES = np.sinh(np.linspace(-12.0, 12.0, 1201))
+#: Additional places of that interpolation in each bin.
+SUM_PLACES_PER_BIN = 64
+#: Maximum fraction of missing samples with which single ordinates are used: the leakage between ordinates is small.
+#: Benchmark: narrow bands with 5 % and 10 % of the samples missing (`benches/claims/narrow_bands.py`).
+MAX_MISSING_FRACTION = 0.1
 
 
 def is_narrow(effect: Effect) -> bool:
-    """Whether it is a band that bins do not show."""
+    """True if an effect is a band narrower than a bin."""
     if not isinstance(effect, Stochastic) or effect.occupies is None:
         return False
     low, high = effect.occupies
-    return 0.0 < high - low < 0.5 * NARROW * (low + high)
+    return 0.0 < high - low < 0.5 * MAX_NARROW_WIDTH * (low + high)
 
 
-def seen_singly(data: Data) -> bool:
-    """Whether every ordinate is kept (not those of a summary) and shows itself alone: next to no sample is missing."""
-    return data.ordinates.size == data.n and data.lost <= FEW
+def has_all_ordinates(data: Data) -> bool:
+    """True if all single ordinates are kept (not in a summary) and few samples are missing (`MAX_MISSING_FRACTION`)."""
+    return data.ordinates.size == data.n and data.lost <= MAX_MISSING_FRACTION
 
 
-def near_seen_singly(effect: Effect, data: Data) -> bool:
-    """Whether the ordinates about a band are: a summary has the lowest."""
-    if data.lost > FEW:
+def has_ordinates_near(effect: Effect, data: Data) -> bool:
+    """True if single ordinates near a band are kept and few samples are missing (`MAX_MISSING_FRACTION`)."""
+    if data.lost > MAX_MISSING_FRACTION:
         return False
     return bool(
         data.bins.edges[bins_near(effect, data.bins, data.rate)[-1] + 1] <= data.ordinates.size
     )
 
 
-def by_ordinates(effect: Effect, data: Data) -> bool:
-    """Whether the shapes of an effect are fitted to single ordinates: of a narrow band, where the record has them all."""
-    if not is_narrow(effect) or not near_seen_singly(effect, data):
+def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
+    """True if the shapes of an effect are fitted to single ordinates.
+
+    The effect must be a narrow band with free shapes, and the record must keep the ordinates near the band.
+    """
+    if not is_narrow(effect) or not has_ordinates_near(effect, data):
         return False
     assert isinstance(effect, Stochastic)
     free = len(effect.free_shapes) == sum(p.role == "shape" for p in effect.parameters)
@@ -76,54 +85,63 @@ def by_ordinates(effect: Effect, data: Data) -> bool:
 
 
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
-    """The bins that its bands are in, and those beside them."""
+    """Indices of the bins that contain the peaks of an effect, and of `BINS_BESIDE_BAND` bins to either side."""
     found: set[int] = set()
     for band in effect.peaks:
         middle = sum(band) * bins.n / rate
         place = int(bins.edges.searchsorted(middle, side="right")) - 1
         found.update(
-            range(max(0, place - BESIDE), min(bins.edges.size - 2, max(place, 0) + BESIDE) + 1)
+            range(
+                max(0, place - BINS_BESIDE_BAND),
+                min(bins.edges.size - 2, max(place, 0) + BINS_BESIDE_BAND) + 1,
+            )
         )
     return np.array(sorted(found), dtype=np.int64)
 
 
-def within(near: Ordinates, bins: Bins) -> Ordinates:
-    """Every ordinate of some bins."""
+def ordinates_of_bins(near: Ordinates, bins: Bins) -> Ordinates:
+    """All ordinates of the bins with indices `near`."""
     return np.concatenate([np.arange(bins.edges[b], bins.edges[b + 1]) for b in near])
 
 
 def means_near(
     effect: Effect, bins: Bins, rate: float, density: Callable[[Ordinates], NDArray[np.float64]]
 ) -> tuple[Ordinates, NDArray[np.float64]]:
-    """The bins that a narrow band is in or near, and the means of its `density` there: the nodes of a bin miss it."""
+    """Bins in or near a narrow band, and the mean of its `density` in each of these bins.
+
+    The nodes at which bins are usually evaluated would miss the band.
+    """
     near = bins_near(effect, bins, rate)
     first, end = bins.edges[near], bins.edges[near + 1]
-    if int((end - first).sum()) <= SINGLY:
+    if int((end - first).sum()) <= MAX_SUMMED_ORDINATES:
         starts = np.cumsum(end - first) - (end - first)
-        return near, np.add.reduceat(density(within(near, bins)), starts) / (end - first)
-    at = _about(effect, bins, rate, CLOSER)
-    spread = [np.linspace(a, b, SPREAD).astype(np.int64) for a, b in zip(first, end, strict=True)]
+        return near, np.add.reduceat(density(ordinates_of_bins(near, bins)), starts) / (end - first)
+    at = _about(effect, bins, rate, SUM_PLACES)
+    spread = [
+        np.linspace(a, b, SUM_PLACES_PER_BIN).astype(np.int64)
+        for a, b in zip(first, end, strict=True)
+    ]
     j = np.unique(np.concatenate([at[(at > first[0]) & (at < end[-1])], *spread]))
     known = density(j)
-    # From each of them up to the next, that left out.
+    # Trapezoid sum over all ordinates from each place up to, but excluding, the next place.
     m = np.diff(j)
     sums = np.cumsum(np.append(0.0, m * known[:-1] + 0.5 * (m - 1) * np.diff(known)))
     return near, (sums[np.searchsorted(j, end)] - sums[np.searchsorted(j, first)]) / (end - first)
 
 
 def _about(effect: Effect, bins: Bins, rate: float, places: NDArray[np.float64]) -> Ordinates:
-    """Ordinates at some places of each band, in half-widths from its middle."""
+    """Ordinates at `places`, in half-widths from the middle, of each peak of an effect."""
     low, high = np.array(effect.peaks).T[:, :, None] * 2.0 * bins.n / rate
     at = 0.5 * (low + high) + 0.5 * (high - low) * places
     return np.round(at).astype(np.int64).ravel()
 
 
 def nodes_of(model: Model, bins: Bins, rate: float) -> NDArray[np.int64]:
-    """Ordinates between which a model's density is smooth: the nodes of the bins, and more about narrow bands."""
+    """Ordinates between which a model's density can be interpolated: nodes of the bins, denser near narrow bands."""
     places = [bins.nodes]
     for effect in model:
         if is_narrow(effect):
-            at = _about(effect, bins, rate, PLACES)
+            at = _about(effect, bins, rate, INTERPOLATION_PLACES)
             owner = np.searchsorted(bins.edges, at, side="right") - 1
             places.append(at[np.isin(owner, bins_near(effect, bins, rate))])
     return bins.nodes if len(places) == 1 else np.unique(np.concatenate(places))

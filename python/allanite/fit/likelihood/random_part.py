@@ -1,4 +1,4 @@
-"""The random part of a record — power in bins — and the fit of coefficients at given shapes."""
+"""Fit of the coefficients of random effects to the bin power of a record, at given shapes."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.likelihood.discrepancy import EVIDENCE, judge
+from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, judge
 from allanite.fit.likelihood.expected import columns, columns_like
-from allanite.fit.likelihood.whittle import Maximum, climb, maximise
+from allanite.fit.likelihood.whittle import Maximum, climb, maximize
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -24,12 +24,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linear:
-    """A model at given shapes: power = columns · θ, of which the held θ are known.
+    """A model at given shapes, linear in the squared coefficients θ: power = matrix · θ.
 
     Attributes
     ----------
     matrix : ndarray, shape (bins, effects)
+        Expected bin power of each effect at coefficient 1.
     free : ndarray of bool, shape (effects,)
+        True where the coefficient is fitted, False where it is held.
     fixed : ndarray, shape (effects,)
         Squared values of the held coefficients, 0 elsewhere.
     """
@@ -46,7 +48,7 @@ class Linear:
         return self.matrix @ self.fixed
 
     def whole(self, found: Maximum) -> Maximum:
-        """A maximum over the free coefficients with the held ones put in."""
+        """A maximum over the free coefficients, with θ extended by the held ones."""
         theta = self.fixed.copy()
         theta[self.free] = found.theta
         return replace(found, theta=theta)
@@ -54,14 +56,15 @@ class Linear:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RandomPart:
-    """Bin power that a model is to explain.
+    """Bin power of a record minus its known functions of time, to be explained by random effects.
 
     Attributes
     ----------
+    data : Data
     power, count : ndarray, shape (bins,)
         Mean squared ordinate, U² per sample, and its degrees of freedom.
     true : bool
-        Whether the model is known to be the true one (a record that is expected, not measured): no discrepancy.
+        True if the power is computed from the model instead of measured; the discrepancy is then 0.
     """
 
     data: Data
@@ -72,7 +75,10 @@ class RandomPart:
     __repr__ = brief
 
     def linear(self, model: Model, like: tuple[Model, Linear] | None = None) -> Linear:
-        """Columns at the model's present shapes; of those that are at hand what did not move is not computed anew."""
+        """The linear form of a model at its present shapes.
+
+        `like` is a model with as many random effects and its linear form; unchanged columns are taken from there.
+        """
         effects = model.stochastic
         held = np.array([e.coefficient in e.held for e in effects], dtype=bool)
         known = np.array([getattr(e, e.coefficient) or 0.0 for e in effects]) ** 2
@@ -82,10 +88,10 @@ class RandomPart:
             matrix = columns_like(model, like[0], like[1].matrix, self.data)
         return Linear(matrix, ~held, np.where(held, known, 0.0))
 
-    def maximise(self, model: Model, start: Maximum | None = None) -> Maximum:
-        """Coefficients and discrepancy at the model's present shapes, θ of all random effects; held ones stay.
+    def maximize(self, model: Model, start: Maximum | None = None) -> Maximum:
+        """Maximum of the likelihood over the free coefficients and the discrepancy, at the model's present shapes.
 
-        `start` is a maximum at other shapes, or of a model with one effect fewer.
+        `start` is a maximum at other shapes, or of a model with one effect fewer. θ of the result includes held effects.
         """
         linear = self.linear(model)
         free = linear.matrix[:, linear.free]
@@ -97,10 +103,10 @@ class RandomPart:
             theta = np.zeros(linear.free.size)
             theta[: start.theta.size] = start.theta[: theta.size]
             start = replace(start, theta=theta[linear.free])
-        return linear.whole(maximise(self.power, self.count, free, start, offset))
+        return linear.whole(maximize(self.power, self.count, free, start, offset))
 
     def climb(self, linear: Linear, theta: Array, scale: int | None, rounds: int = 80) -> Maximum:
-        """The maximum uphill of θ."""
+        """Maximum of the likelihood that is reached uphill from `theta` in at most `rounds` iterations."""
         return linear.whole(
             climb(
                 self.power,
@@ -114,6 +120,6 @@ class RandomPart:
         )
 
     def judged(self, best: Maximum) -> float:
-        """Marginal logL of a maximum on this power, less the price of a discrepancy."""
-        price = EVIDENCE if best.scale is not None else 0.0
+        """Marginal logL of a maximum's spectrum on this power, less the penalty for a discrepancy δ > 0."""
+        price = MIN_DISCREPANCY_DELTA_LOGL if best.scale is not None else 0.0
         return judge(self.power, self.count, best.spectrum, best.scale).log_likelihood - price

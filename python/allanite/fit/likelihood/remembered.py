@@ -1,4 +1,4 @@
-"""Arrays that a search comes back to, as many as a number of bytes holds."""
+"""A cache of arrays with a limit in bytes, and cached sample times of a record."""
 
 from __future__ import annotations
 
@@ -13,18 +13,22 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.memory import released
 
-__all__ = ["LARGE", "Remembered", "give_back", "room_for", "times_of"]
+__all__ = ["MIN_TRIM_SAMPLES", "ArrayCache", "series_cache", "times_of", "trim_memory"]
 
-#: Bytes for series of a record, room for five of up to so many samples.
-WHOLE, LONG = 3 << 25, 10**7
-#: Samples from which arrays are large enough to be given back.
-LARGE = 1 << 17
+#: Minimum size of the cache for series of a record, bytes. Chosen by judgment; not measured.
+MIN_CACHE_BYTES = 3 << 25
+#: Samples up to which the cache grows with the record: it holds five series (8 bytes a sample) of a record.
+#: Chosen by judgment; not measured.
+MAX_CACHED_SAMPLES = 10**7
+#: Minimum samples of a record after whose search freed memory is returned to the system: 1 MB per array.
+#: Chosen by judgment; not measured.
+MIN_TRIM_SAMPLES = 1 << 17
 
 
 @released
 @lru_cache(maxsize=1)
 def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
-    """Seconds of each sample of a record, which every function of time asks for, shape (n,)."""
+    """Time of each sample of a record, s, shape (n,); cached and read-only."""
     time = np.arange(n, dtype=np.float64)
     time /= rate
     time += start
@@ -32,20 +36,20 @@ def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
     return time
 
 
-def give_back(samples: int) -> None:
-    """Between two searches of a record: what they have freed, of a long one many copies of it, goes back to the system."""
-    if samples >= LARGE:
+def trim_memory(samples: int) -> None:
+    """Return freed memory to the operating system after a search of a record of this many samples, if it is long."""
+    if samples >= MIN_TRIM_SAMPLES:
         _kernels.trim()
 
 
 @dataclass(eq=False)
-class Remembered:
-    """Arrays by key; the ones used last stay.
+class ArrayCache:
+    """Thread-safe cache of arrays by key; the least recently used arrays are dropped first.
 
     Attributes
     ----------
     most : int
-        Bytes of all of them.
+        Maximum size of all arrays, bytes.
     """
 
     most: int
@@ -54,7 +58,7 @@ class Remembered:
     _lock: Lock = field(default_factory=Lock, repr=False)
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
-        """What stands under a key, made where it does not; threads may ask at once, and then make it twice."""
+        """Array of a key, made by `make` if it is not cached; two threads may make the same array twice."""
         with self._lock:
             found = self._kept.pop(key, None)
             if found is not None:
@@ -72,20 +76,20 @@ class Remembered:
         return found
 
     def forget(self) -> None:
-        """Keep nothing; what is asked for again is made again."""
+        """Drop all arrays."""
         with self._lock:
             self._kept.clear()
             self._bytes = 0
 
-    def __reduce__(self) -> tuple[type[Remembered], tuple[int]]:
-        """What crosses to another process is found again there."""
-        return Remembered, (self.most,)
+    def __reduce__(self) -> tuple[type[ArrayCache], tuple[int]]:
+        """Pickle the cache without its arrays; another process computes them anew."""
+        return ArrayCache, (self.most,)
 
     def holds(self, size: int) -> bool:
-        """Whether something of this many bytes is worth keeping: three of it have room."""
+        """True if three arrays of this many bytes fit into the cache."""
         return 3 * size <= self.most
 
 
-def room_for(n: int) -> Remembered:
-    """Room for series as long as a record of n samples."""
-    return Remembered(max(WHOLE, 40 * min(n, LONG)))
+def series_cache(n: int) -> ArrayCache:
+    """An empty cache for series of a record of n samples."""
+    return ArrayCache(max(MIN_CACHE_BYTES, 40 * min(n, MAX_CACHED_SAMPLES)))

@@ -1,4 +1,4 @@
-"""Power in cells of frequency and equal sections of a record: where a band is at which time."""
+"""Spectrogram of a record: power in frequency cells of equal time sections, to follow bands that move."""
 
 from __future__ import annotations
 
@@ -22,14 +22,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Mean squares of the ordinates in cells, U² per sample.
+    """Mean squared ordinates in frequency cells of each section.
 
     Attributes
     ----------
-    power, count : ndarray, shape (sections, cells)
-        And how many ordinates each is the mean of.
+    power : ndarray, shape (sections, cells)
+        Mean squared ordinate, U² per sample.
+    count : ndarray, shape (sections, cells)
+        Number of ordinates in each mean.
     at : tuple of (ndarray of int64, int)
-        Middle ordinates of the cells, and of how many samples these are the ordinates: of some cells, then of others.
+        Groups of cells in order: the middle ordinates of the cells, and the number of samples whose transform these
+        ordinates belong to.
     """
 
     power: Array
@@ -39,28 +42,28 @@ class Cells:
     __repr__ = brief
 
     def expected(self, terms: tuple[Term, ...]) -> Array:
-        """What terms make of each cell, shape (cells,)."""
+        """Expected power of each cell from spectral terms, shape (cells,)."""
         if not terms:
             return np.zeros(self.power.shape[1])
         return np.concatenate([density(terms, j, n) for j, n in self.at])
 
     def log_likelihood(self, expected: Array) -> Array:
-        """Of the cells of each section, shape (sections,), where so much is expected at all times."""
+        """Whittle logL of each section, shape (sections,), if `expected` (cells,) holds at all times."""
         judged = np.log(expected) + self.power / expected
         return np.asarray(-0.5 * np.einsum("sc,sc->s", judged, self.count))
 
 
 class Sections(Protocol):
-    """Equal sections of a record, and the frequencies between which they tell anything, Hz."""
+    """Equal time sections of a record; `limits` are the lowest and highest frequency with power, Hz."""
 
     limits: tuple[float, float]
 
     def cells(self, within: tuple[float, float], step: float) -> Cells:
-        """Cells of about a `step` between two frequencies, Hz."""
+        """Power in frequency cells about `step` wide between the two frequencies `within`, Hz."""
 
 
 class SectionsOfSamples:
-    """Sections of samples, of which some at the end are left out."""
+    """`number` equal sections of samples; samples that do not fill a section at the end are excluded."""
 
     def __init__(self, samples: Array, rate: float, number: int) -> None:
         self.rate, self.limits = rate, (0.0, 0.5 * rate)
@@ -69,7 +72,7 @@ class SectionsOfSamples:
         self.squares = np.array([_kernels.cosine_transform(piece) ** 2 for piece in pieces])
 
     def cells(self, within: tuple[float, float], step: float) -> Cells:
-        """Cells of about a `step` between two frequencies, Hz."""
+        """Power in frequency cells about `step` wide between the two frequencies `within`, Hz."""
         first, last = max(within[0], step), min(within[1], 0.5 * self.rate)
         places = np.round(np.arange(first, last, step) * 2.0 * self.n / self.rate)
         edges: NDArray[np.int64] = np.unique(places.astype(np.int64).clip(1, self.n))

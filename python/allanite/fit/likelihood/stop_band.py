@@ -1,4 +1,4 @@
-"""Bins in which a filter left next to nothing: they say nothing of the noise."""
+"""Detect bins in a filter's stop band (empty bins), which contain no information about the noise."""
 
 from __future__ import annotations
 
@@ -10,66 +10,71 @@ from numpy.typing import NDArray
 from allanite.spectrum import Bins, bins_of
 
 __all__ = [
-    "NOTHING",
-    "UNSEEN",
-    "bins_seen",
-    "empty",
+    "EMPTY_BIN_DENSITY_FACTOR",
+    "EMPTY_BIN_FREEDOM",
+    "bins_with_stop_band",
     "empty_ranges",
-    "mostly_empty",
-    "without_empty",
+    "is_empty",
+    "is_mostly_empty",
+    "zero_empty_bins",
 ]
 
-#: Part of the density two octaves aside below which a bin is empty: there are the lobes of a filter's stop band, the
-#: resolution of its arithmetic and what the ends of the transform leave, never the sensor.
-DEEP = 1e-4
-#: Part of the rate above which a filter's stop band is looked for, octaves within which its pass band has to be.
-ABOVE, WITHIN = 1 / 32, 2.0
-#: Degrees of freedom of an empty bin, each of its ordinates.
-NOTHING = 1e-9
-#: Times the density that is expected of a single ordinate there, so that none stands out.
-UNSEEN = 1e12
-#: Ordinates of a bin that is not empty by chance.
-FEWEST = 16
+#: A bin is empty if its power is below this fraction of the pass-band power. So deep are only the lobes of the stop
+#: band, the rounding of the filter's arithmetic and the leakage from the ends. Chosen by judgment; not measured.
+MAX_EMPTY_POWER_RATIO = 1e-4
+#: Frequency, in parts of the sampling rate, above which stop bands are detected. Chosen by judgment; not measured.
+MIN_STOP_BAND_FREQUENCY = 1 / 32
+#: Maximum distance of the pass band from an empty bin, octaves. Chosen by judgment; not measured.
+PASS_BAND_OCTAVES = 2.0
+#: Degrees of freedom of an ordinate in an empty bin: nearly 0, without divisions by zero.
+EMPTY_BIN_FREEDOM = 1e-9
+#: Factor on the expected density of a single ordinate in an empty bin, so that no ordinate stands out there.
+EMPTY_BIN_DENSITY_FACTOR = 1e12
+#: Minimum number of ordinates of a bin that may be called empty. With 16 ordinates, power 1e-4 has no chance to be
+#: random: (e·1e-4)^8. Chosen by judgment; not measured.
+MIN_EMPTY_BIN_ORDINATES = 16
 
 
-def bins_seen(ordinates: NDArray[np.float64]) -> Bins:
-    """Bins of a record with these ordinates, those that are empty without freedom."""
+def bins_with_stop_band(ordinates: NDArray[np.float64]) -> Bins:
+    """Bins of a record with these ordinates; empty bins have (nearly) no degrees of freedom."""
     bins = bins_of(ordinates.size)
     at = np.log2(bins.frequency(1.0))
-    top = np.flatnonzero(at > np.log2(ABOVE))
+    top = np.flatnonzero(at > np.log2(MIN_STOP_BAND_FREQUENCY))
     power = bins.power(ordinates)
-    # A line raises few bins of an octave.
+    # The median of an octave is robust against lines, which raise few bins.
     usual = np.array([np.median(power[np.abs(at - here) < 0.5]) for here in at[top]])
-    passed = np.array([usual[np.abs(at[top] - here) < WITHIN].max() for here in at[top]])
-    deep = top[(power[top] < DEEP * passed) & (bins.count[top] >= FEWEST)]
+    passed = np.array([usual[np.abs(at[top] - here) < PASS_BAND_OCTAVES].max() for here in at[top]])
+    deep = top[
+        (power[top] < MAX_EMPTY_POWER_RATIO * passed) & (bins.count[top] >= MIN_EMPTY_BIN_ORDINATES)
+    ]
     if deep.size == 0:
         return bins
     count = bins.count.copy()
-    count[deep] *= NOTHING
+    count[deep] *= EMPTY_BIN_FREEDOM
     return replace(bins, count=count)
 
 
-def empty(bins: Bins) -> NDArray[np.bool_]:
-    """Whether each bin has no freedom, shape (bins,)."""
+def is_empty(bins: Bins) -> NDArray[np.bool_]:
+    """True for each empty bin (without degrees of freedom), shape (bins,)."""
     return np.asarray(bins.count < 1e-6 * np.diff(bins.edges))
 
 
 def empty_ranges(bins: Bins, rate: float) -> list[tuple[float, float]]:
-    """Lowest and highest frequency of each run of empty bins, Hz."""
+    """Frequency ranges (low, high) of consecutive empty bins, Hz."""
     low, high = bins.limits(rate)
-    gone = np.concatenate([[False], empty(bins), [False]]).astype(np.int8)
+    gone = np.concatenate([[False], is_empty(bins), [False]]).astype(np.int8)
     first, end = np.flatnonzero(np.diff(gone) == 1), np.flatnonzero(np.diff(gone) == -1)
     return [(float(low[a]), float(high[b - 1])) for a, b in zip(first, end, strict=True)]
 
 
-def mostly_empty(bins: Bins, low: int, high: int) -> bool:
-    """Whether more than half of the ordinates from `low` to before `high` are of empty bins."""
+def is_mostly_empty(bins: Bins, low: int, high: int) -> bool:
+    """True if more than half of the ordinates from `low` to before `high` are in empty bins."""
     width = np.diff(np.clip(bins.edges, low, high))
-    return 2 * int(width[empty(bins)].sum()) > high - low
+    return 2 * int(width[is_empty(bins)].sum()) > high - low
 
 
-def without_empty(ordinates: NDArray[np.float64], bins: Bins) -> NDArray[np.float64]:
-    """Ordinates, those of empty bins 0, in place."""
-    for b in np.flatnonzero(empty(bins)):
+def zero_empty_bins(ordinates: NDArray[np.float64], bins: Bins) -> NDArray[np.float64]:
+    """Ordinates with those in empty bins set to 0, in place."""
+    for b in np.flatnonzero(is_empty(bins)):
         ordinates[bins.edges[b] : bins.edges[b + 1]] = 0.0
     return ordinates

@@ -1,8 +1,8 @@
-"""The residual whitened by the model, over time: in samples, and the power of octave bands.
+"""The residual whitened by the model, over time: whitened samples and the power of octave bands.
 
-The residual ordinates, whitened by the model, are cut into octave bands; the inverse cosine transform of a band's ordinates
-alone is a series of as many values as the band has ordinates, each local in time (a Wilson basis): their squares are the
-band's power over time, χ²₁ each where the model holds.
+The whitened residual ordinates are cut into octave bands. The inverse cosine transform of a band's ordinates is a time
+series with one value per ordinate, each local in time (a Wilson basis). The squares of these values are the band's power
+over time; each is χ²₁ if the model holds.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from allanite.common.showing import brief
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Moving
 from allanite.fit.likelihood.bands_in_time import (
-    in_time,
+    band_series,
     moving_power,
+    remove_level_change,
+    remove_motion,
     share_of,
-    steady,
-    steady_course,
 )
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import nodes_of
-from allanite.fit.likelihood.stop_band import without_empty
+from allanite.fit.likelihood.stop_band import zero_empty_bins
 from allanite.recording.tails import CENSORED, coarse_step, tail_of
 
 if TYPE_CHECKING:
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 __all__ = [
     "Whitened",
     "cell_means",
-    "ends_of",
+    "end_samples",
     "expected_level",
-    "step_in",
+    "rounding_step",
     "white_power",
     "white_share",
     "whiten",
@@ -48,39 +48,49 @@ __all__ = [
     "with_normal_tails",
 ]
 
-#: Fewest values of a band.
-BAND = 256
-#: Samples at either end of a record of which the time view says nothing, at most; a sixty-fourth of a short one.
-ENDS = 64
-#: Depth (in ln of the density) to which a narrow gap of the spectrum is whitened, below what stands this far (in ln of
-#: the frequency) to both sides.
-DEEP, ASIDE = 7.0, (0.05, 0.1, 0.2, 0.35, 0.6)
-#: Share of a band's power from which on the white noise is what is seen there.
-DOMINATES = 0.5
-#: Of the octaves that it dominates those are looked at that have this part of the time resolution of the finest.
-FINEST = 8
-#: Stretches of which each has a level of its own where the tails are judged, and samples that tell them as well as all.
-STRETCHES, ENOUGH = 64, 1 << 20
-#: Samples beside which a single one stands out, by so many times what the largest of a normal record has: the median of so
-#: many is known to 0.787/(0.6745 √32) = 21 % of itself, of which three are allowed for.
-BESIDE, APART = 32, 1.7
+#: Minimum number of values of an octave band. Chosen by judgment; not measured.
+MIN_BAND_VALUES = 256
+#: Maximum number of samples at either end of a record that are excluded from the whitened samples; short records
+#: exclude 1/64. Chosen by judgment; not measured.
+MAX_END_SAMPLES = 64
+#: Maximum depth of a narrow gap of the model's spectrum that is whitened, in ln of the density (7 is 30 dB).
+#: Chosen by judgment; not measured.
+MAX_GAP_DEPTH = 7.0
+#: Distances, in ln of the frequency, at which the density to both sides of a gap is evaluated.
+#: Chosen by judgment; not measured.
+GAP_SIDE_DISTANCES = (0.05, 0.1, 0.2, 0.35, 0.6)
+#: Minimum share of white noise in a band's density with which the band shows the level of the white noise.
+#: Chosen by judgment: white noise is then the largest part.
+MIN_WHITE_SHARE = 0.5
+#: Maximum ratio of the number of values of the finest band to that of a band used for the white power over time.
+#: Chosen by judgment; not measured.
+MAX_TIME_RESOLUTION_RATIO = 8
+#: Segments, each with its own level, in which samples are tested for heavy tails. Chosen by judgment; not measured.
+TAIL_TEST_SEGMENTS = 64
+#: Maximum number of samples used to test for heavy tails; longer records are thinned. Chosen by judgment; not measured.
+MAX_TAIL_TEST_SAMPLES = 1 << 20
+#: Samples of a cell whose median is the usual size of its samples.
+OUTLIER_CELL_SAMPLES = 32
+#: A single sample stands out if it exceeds the largest sample of a normal record by this factor. The median of 32 sizes
+#: has a relative standard error of 0.787/(0.6745 √32) = 21 %; the factor allows for three of them.
+OUTLIER_FACTOR = 1.7
 
 
 @dataclass(frozen=True, eq=False)
 class Whitened:
-    """The residual over the root of the density that is probably there: the model's, corrected where it is wrong.
+    """The residual divided by the root of the model's density, corrected by the discrepancy of each bin.
 
-    White of variance 1 at all frequencies, so that what differs between times is a matter of time.
+    The result is white with variance 1 at all frequencies. What remains are differences between times.
 
     Attributes
     ----------
     samples : ndarray, shape (n,)
-        Over time. Of a summary, which keeps the lowest ordinates alone, as many as these.
+        Whitened samples. A summary keeps only the lowest ordinates; then there are as many samples as ordinates.
     bands : tuple
-        (first ordinate, end, power over time, squares in each value) of each octave from the top, while it has `BAND`
-        values, and most of its ordinates hold something.
+        Octaves from the highest down to those with `MIN_BAND_VALUES` values: (first ordinate, end ordinate, power over
+        time, number of squares averaged in each value). Octaves with mostly empty bins are skipped.
     step : float
-        To which the record is rounded, in units of the samples; 0 where it is small.
+        Rounding step of the record in units of `samples`; 0 if the step is small.
     """
 
     samples: NDArray[np.float64]
@@ -91,54 +101,55 @@ class Whitened:
 
     @cached_property
     def without_single(self) -> Whitened:
-        """The same, single samples that stand out of those beside them as large as these.
+        """The whitened residual with outliers reduced to the usual size of their neighbors.
 
-        They are outliers, whatever the level: as powerful as a stretch, they would decide when it changes.
+        A single outlier can have as much power as a segment and would imitate a level change.
         """
-        return _without_single(self)
+        return _without_outliers(self)
 
     @cached_property
-    def normalised(self) -> Whitened:
-        """`with_normal_tails` of it. Several searches of a check ask."""
-        return _normalised(self)
+    def normalized(self) -> Whitened:
+        """Cached result of `with_normal_tails`."""
+        return _normalized(self)
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
-    """The whitened residual of a solution, over time and in octaves."""
-    white = _whitening(solution, data, solution.level) * _drawn(solution, data)
+    """The whitened residual of a solution: samples and octave bands, without the model's changes over time."""
+    white = _whitening(solution, data, solution.level) * _residual_without_gaps(solution, data)
     for effect in solution.model.modifiers:
         if effect.band is not None:
-            steady(white, effect, solution, data)
+            remove_level_change(white, effect, solution, data)
     for own in solution.processes:
         if isinstance(own.effect, Moving):
-            steady_course(white, own, own.effect, solution, data)
+            remove_motion(white, own, own.effect, solution, data)
     bands = data.octaves(
         lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))),
         lambda j, times: moving_power(solution, data, j, times),
     )
-    found = _over_time(white, bands)
-    found = replace(found, step=step_in(data, found.samples))
+    found = _samples_and_bands(white, bands)
+    found = replace(found, step=rounding_step(data, found.samples))
     if not any(effect.passing for effect in solution.model.modifiers):
         return found
-    return _steadied(solution, data, found)
+    return _without_level_changes(solution, data, found)
 
 
-def _steadied(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
-    """The same where the level of the white noise changes: of one level at all times, as far as the model knows.
+def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
+    """The whitened residual without the white-noise level changes of the model.
 
-    In the bands that the white noise dominates, and in the samples, what it has is divided by what is expected at each
-    time; others stay.
+    Samples and bands are divided by the expected power at each time, weighted with the share of white noise.
     """
     _, share, _ = white_power(solution, data, whitened)
     samples = whitened.samples / np.sqrt(1.0 + share * (_relative_power(solution, data) - 1.0))
-    steady = {}
+    by_octave = {}
     if samples.size == data.n:
-        steady = {b[0]: b for b in _over_time(_kernels.cosine_transform(samples), []).bands}
+        by_octave = {
+            b[0]: b for b in _samples_and_bands(_kernels.cosine_transform(samples), []).bands
+        }
     bands = []
     for low, high, power, each in whitened.bands:
         own = white_share(solution, data, (low + high) // 2)
-        if own >= DOMINATES and low in steady:
-            bands.append(steady[low])
+        if own >= MIN_WHITE_SHARE and low in by_octave:
+            bands.append(by_octave[low])
         else:
             expected = data.as_seen(expected_level(solution.model, data, power.size), low)
             bands.append((low, high, power / (1.0 + own * (expected - 1.0)), each))
@@ -146,7 +157,7 @@ def _steadied(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
 
 
 def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Power of the white noise at each sample that is kept over the record's mean."""
+    """Expected white-noise power at each kept sample, relative to the mean of the record."""
     if solution.ordinates.size != data.n:
         return expected_level(solution.model, data, solution.ordinates.size)
     gain = np.ones(data.n)
@@ -159,71 +170,77 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def with_normal_tails(whitened: Whitened) -> Whitened:
-    """The same where its samples are normal at each time; else with normal samples in the order of these.
+    """The whitened residual with normal tails: unchanged if normal, otherwise with samples replaced by normal scores.
 
-    A few of the largest samples of heavy tails would decide when a level changes, and of a coarse step hardly any differ.
-    What changes over time is still there; single samples that stand out are not.
+    With heavy tails the few largest samples would decide when a level changes; with a coarse step most samples are equal.
+    Changes over time remain; single outliers do not.
     """
-    return whitened.normalised
+    return whitened.normalized
 
 
-def _without_single(whitened: Whitened) -> Whitened:
+def _without_outliers(whitened: Whitened) -> Whitened:
+    """The whitened residual with outliers reduced to the usual size of their cell."""
     from scipy.special import ndtri_exp
 
     samples = whitened.samples.copy()
-    cells = samples[: samples.size // BESIDE * BESIDE].reshape(-1, BESIDE)
-    if _of_segments(whitened) or whitened.step > 0.0 or not cells.size:
+    cells = samples[: samples.size // OUTLIER_CELL_SAMPLES * OUTLIER_CELL_SAMPLES].reshape(
+        -1, OUTLIER_CELL_SAMPLES
+    )
+    if _is_from_summary(whitened) or whitened.step > 0.0 or not cells.size:
         return whitened
     size = np.abs(cells)
     usual = np.median(size, axis=1, keepdims=True) / 0.6745
-    # The largest of so many normal samples, once in a hundred records.
+    # The largest of as many normal samples exceeds this limit in one of a hundred records.
     limit = -float(ndtri_exp(np.log(0.005 / samples.size)))
-    single = (size > APART * limit * usual) & (usual > 0.0)
+    single = (size > OUTLIER_FACTOR * limit * usual) & (usual > 0.0)
     if not single.any():
         return whitened
     cells[single] = np.copysign(np.broadcast_to(usual, cells.shape), cells)[single]
-    return _again(whitened, samples)
+    return _with_samples(whitened, samples)
 
 
-def _of_segments(whitened: Whitened) -> bool:
-    """Whether it is of a summary, of which there are no single samples."""
+def _is_from_summary(whitened: Whitened) -> bool:
+    """True if the whitened residual comes from a summary, which keeps no single samples."""
     return any(each != 1.0 for *_, each in whitened.bands)
 
 
-def _again(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
-    """The same with other samples, and the octaves that it has of these."""
-    found = _over_time(_kernels.cosine_transform(samples), [])
+def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
+    """The whitened residual with replaced samples, and its octave bands computed from them."""
+    found = _samples_and_bands(_kernels.cosine_transform(samples), [])
     kept = {low for low, *_ in whitened.bands}
     return replace(
         found, bands=tuple(band for band in found.bands if band[0] in kept), step=whitened.step
     )
 
 
-def _normalised(whitened: Whitened) -> Whitened:
+def _normalized(whitened: Whitened) -> Whitened:
+    """The whitened residual with normal scores as samples if they are not normal (see `with_normal_tails`)."""
     from scipy.special import ndtri
 
     samples = whitened.samples
-    if _of_segments(whitened) or _normal(whitened.without_single.samples):
+    if _is_from_summary(whitened) or _is_normal(whitened.without_single.samples):
         return whitened.without_single
     if whitened.step > 0.0:
-        # In the order of values that rounding made equal is what wanders below a step, and it would be as large as noise.
+        # Break ties of rounded values at random; their given order would carry slow drifts below a step as loud as noise.
         spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
         samples = samples + whitened.step * spread
-    # The core sorts to the end; beside it an interrupt is heard.
+    # The sort cannot be interrupted; a separate thread lets the main thread handle interrupts.
     [order] = results(side_by_side([lambda: _kernels.order(samples)]))
     scores = np.empty(samples.size)
     scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
-    return replace(_again(whitened, scores), step=0.0)
+    return replace(_with_samples(whitened, scores), step=0.0)
 
 
-def _normal(samples: NDArray[np.float64]) -> bool:
-    """Whether samples may be normal with a level of its own in each stretch."""
+def _is_normal(samples: NDArray[np.float64]) -> bool:
+    """True if samples are consistent with normal samples whose level differs between segments."""
     if coarse_step(samples) > 0.0:
         return False
-    size = np.abs(samples[:: -(-samples.size // ENOUGH)])
-    if size.size < STRETCHES:
+    size = np.abs(samples[:: -(-samples.size // MAX_TAIL_TEST_SAMPLES)])
+    if size.size < TAIL_TEST_SEGMENTS:
         return True
-    size = size[: size.size // STRETCHES * STRETCHES].reshape(STRETCHES, -1)
+    size = size[: size.size // TAIL_TEST_SEGMENTS * TAIL_TEST_SEGMENTS].reshape(
+        TAIL_TEST_SEGMENTS, -1
+    )
     usual = np.median(size, axis=1, keepdims=True)
     if not usual.all():
         return False
@@ -231,8 +248,8 @@ def _normal(samples: NDArray[np.float64]) -> bool:
     return tail is None or not tail.heavy
 
 
-def step_in(data: Data, samples: NDArray[np.float64]) -> float:
-    """Step to which a record is rounded, in units of samples made from it; 0 where it is small."""
+def rounding_step(data: Data, samples: NDArray[np.float64]) -> float:
+    """Rounding step of a record in units of its whitened `samples`; 0 if the step is small."""
     some = data.samples if data.missing is None else data.samples[~data.missing]
     step = coarse_step(some)
     if step == 0.0:
@@ -240,27 +257,27 @@ def step_in(data: Data, samples: NDArray[np.float64]) -> float:
     return step / max(float(np.std(np.diff(some))), step) * np.sqrt(2.0) * float(np.std(samples))
 
 
-def ends_of(n: int) -> int:
-    """Samples at either end of a record of n of which the whitened one says nothing."""
-    return min(ENDS, n // 64)
+def end_samples(n: int) -> int:
+    """Number of whitened samples that are excluded at either end of a record of n samples."""
+    return min(MAX_END_SAMPLES, n // 64)
 
 
-def _over_time(
+def _samples_and_bands(
     white: NDArray[np.float64], bands: list[tuple[int, int, NDArray[np.float64], float]]
 ) -> Whitened:
-    """Samples and octave bands of white ordinates, after the bands of which there are no single ones."""
+    """Whitened samples and octave bands of white ordinates; the octaves are appended to the given `bands`."""
     from scipy.fft import next_fast_len
 
-    # Behind a deep stop band the ends of the transform, not the record, stand out.
+    # With a deep stop band, leakage makes the ends loud.
     n = white.size
-    ends = ends_of(n)
+    ends = end_samples(n)
     high = n
-    # An octave and what makes its transform, of one ordinate more, quick.
-    while high - (low := high + 1 - next_fast_len(high - high // 2 + 1)) >= BAND:
+    # The octave is extended so that its transform, with one more ordinate, has a fast length.
+    while high - (low := high + 1 - next_fast_len(high - high // 2 + 1)) >= MIN_BAND_VALUES:
         own, high = white[low:high], low
         if 2 * np.count_nonzero(own) < own.size:
             continue  # mostly empty bins
-        power = in_time(own) ** 2
+        power = band_series(own) ** 2
         edge = -(-ends * power.size // n)
         power[:edge] = power[edge : 5 * edge].mean()
         power[power.size - edge :] = power[power.size - 5 * edge : power.size - edge].mean()
@@ -270,25 +287,25 @@ def _over_time(
     return Whitened(samples, tuple(bands))
 
 
-def _drawn(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Residual ordinates of a record without holes: what is missing is drawn from the model."""
+def _residual_without_gaps(solution: Solution, data: Data) -> NDArray[np.float64]:
+    """Residual ordinates of the record with missing samples replaced by draws from the model."""
     if data.gain is None:
         return solution.ordinates
     return _kernels.cosine_transform(data.residual(solution.model))
 
 
 def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> NDArray[np.float64]:
-    """One over the root of the model's density times the level of each bin, shape (n,)."""
+    """Whitening factors of the ordinates: 1/√(model density × level of the bin), shape (n,); 0 in empty bins."""
     j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
     white = _log_density(solution, data, level, np.log(j, out=j))
     white *= -0.5
-    return without_empty(np.asarray(np.exp(white, out=white)), data.bins)
+    return zero_empty_bins(np.asarray(np.exp(white, out=white)), data.bins)
 
 
 def whitened_ordinates(
     solution: Solution, data: Data, level: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Residual ordinates over the root of the model's density times the level of each bin, shape (n,)."""
+    """Residual ordinates divided by √(model density × level of the bin), shape (n,)."""
     white = _whitening(solution, data, level)
     white *= solution.ordinates
     return white
@@ -297,7 +314,7 @@ def whitened_ordinates(
 def _log_density(
     solution: Solution, data: Data, level: NDArray[np.float64], log_j: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Logarithm of the model's density times the level of each bin, at ordinates of which the logarithms are given."""
+    """ln(model density × level of the bin), interpolated at ordinates given by their logarithms."""
     bins = data.bins
     nodes = nodes_of(solution.model, bins, data.rate)
     owner = np.searchsorted(bins.edges, nodes, side="right") - 1
@@ -307,17 +324,23 @@ def _log_density(
 
 
 def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Logarithms of a density, at logarithms of frequencies, without narrow gaps.
+    """Ln density `known` at ln frequencies `at`, with narrow gaps filled up to `MAX_GAP_DEPTH` below their sides.
 
-    What a notch leaves at its centre comes from the ends of the record: whitened in full, the first and last seconds of
-    every filtered record would be loud.
+    The power at the center of a notch is leakage from the ends of the record. Full whitening would make the first and
+    last seconds of every filtered record loud.
     """
-    sides = [np.max([np.interp(at + s * apart, at, known) for apart in ASIDE], 0) for s in (-1, 1)]
-    return np.maximum(known, np.minimum(*sides) - DEEP)
+    sides = [
+        np.max([np.interp(at + s * apart, at, known) for apart in GAP_SIDE_DISTANCES], 0)
+        for s in (-1, 1)
+    ]
+    return np.maximum(known, np.minimum(*sides) - MAX_GAP_DEPTH)
 
 
 def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
-    """White power of equal stretches over the record's mean, from the level changes of a model, shape (cells,)."""
+    """Expected white-noise power of equal time segments relative to their mean, from a model's level changes.
+
+    The shape is (cells,).
+    """
     power = np.ones(cells)
     edges = np.linspace(*data.span, cells + 1)
     for effect in model.modifiers:
@@ -329,7 +352,7 @@ def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
 
 
 def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
-    """Means of equal stretches, at most as many as there are values, shape (cells,)."""
+    """Means of values in equal segments, shape (cells,); a segment without a value takes the next value."""
     edges = np.arange(cells) * values.size // cells
     sizes = np.diff(np.append(edges, values.size))
     if not sizes.all():
@@ -338,32 +361,39 @@ def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
 
 
 def white_share(solution: Solution, data: Data, ordinate: int) -> float:
-    """Part of the model's density at an ordinate that its white effect makes."""
-    white = _white(solution)
+    """Fraction of the model's density at an ordinate that its white noise makes; 0 without white noise."""
+    white = _white_process(solution)
     return 0.0 if white is None else share_of(white, solution, data, ordinate)
 
 
-def _white(solution: Solution) -> Process | None:
+def _white_process(solution: Solution) -> Process | None:
+    """The white-noise process of a solution, if the model has one."""
     return next((own for own in solution.processes if own.effect.white), None)
 
 
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[NDArray[np.float64] | None, float, float]:
-    """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
-    own = _white(solution)
+    """Power over time of the octaves that white noise dominates.
+
+    Returns
+    -------
+    tuple
+        Mean power over time (None without such octaves), mean share of white noise, and number of squares in each value.
+    """
+    own = _white_process(solution)
     if own is None:
         return None, 0.0, 0.0
     bands = []
     for low, high, power, each in whitened.bands:
         share = share_of(own, solution, data, (low + high) // 2)
-        if share >= DOMINATES:
+        if share >= MIN_WHITE_SHARE:
             bands.append((power, each, share))
     length = max((power.size for power, _, _ in bands), default=0)
     total, weight, shares = np.zeros(length), 0.0, 0.0
     for power, each, share in bands:
-        if power.size < length // FINEST:
-            continue  # what happens between its values it shows in both
+        if power.size < length // MAX_TIME_RESOLUTION_RATIO:
+            continue  # too coarse in time
         # Spread the coarser bands over the finest time axis with their own number of values.
         index = (np.arange(length) * power.size // length).astype(np.int64)
         values = each * power.size / length

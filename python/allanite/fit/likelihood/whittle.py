@@ -1,4 +1,4 @@
-"""Whittle likelihood of binned ordinates: non-negative coefficients by Fisher scoring.
+"""Maximum Whittle likelihood of binned ordinates over non-negative coefficients, by Fisher scoring.
 
 logL(θ) = −½ Σ_b n_b (ln S_b + I_b/S_b), S = Gθ, θ ≥ 0 the squared coefficients (Whittle 1953; Pawitan &
 O'Sullivan 1994). With exact columns G it is unbiased (Sykulski et al. 2019, "debiased Whittle").
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import (
-    EVIDENCE,
-    HALF_CHI2,
+    HALF_CHI2_95,
+    MIN_DISCREPANCY_DELTA_LOGL,
     best_scale,
     likelihood,
-    linearised,
+    linearized,
 )
 
 __all__ = [
@@ -27,37 +27,40 @@ __all__ = [
     "first_guess",
     "information",
     "log_likelihood",
-    "maximise",
+    "maximize",
     "normal_scores",
     "profile_interval",
 ]
 
 Array = NDArray[np.float64]
-#: Half the 95 % point of χ²₁. Limits beside 0 use it too: one-sided ones (1.3528), where the data themselves choose
-#: between limit and interval, miss 5 % above and 2.5 % below, and K of a short N+B+K would be covered by 88 %.
-LEVEL = HALF_CHI2
-#: Most degrees of freedom of a bin in the fit that gives each about one vote.
-VOTES = 10.0
-#: Degrees of freedom below which nothing was seen.
-SEEN = 0.01
+#: Fall of logL at the ends of a 95 % profile interval. Upper limits of coefficients near 0 use it too: a one-sided limit
+#: (1.3528), chosen by the data instead of an interval, would miss 5 % above and 2.5 % below. K of a short N+B+K would
+#: be covered by 88 %.
+PROFILE_DROP = HALF_CHI2_95
+#: Maximum degrees of freedom of a bin in the second start of a fit, which gives all bins a similar weight.
+#: Chosen by judgment; not measured.
+MAX_EQUAL_WEIGHT_FREEDOM = 10.0
+#: Minimum degrees of freedom of a bin whose normal score is computed; below, the bin is empty and its score is 0.
+#: Chosen by judgment; not measured.
+MIN_SCORED_FREEDOM = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Maximum:
-    """The maximum of the likelihood.
+    """A maximum of the marginal likelihood over coefficients and discrepancy.
 
     Attributes
     ----------
     theta : ndarray, shape (p,)
         Squared coefficients.
     spectrum : ndarray, shape (bins,)
-        Fitted spectrum.
+        Fitted power of each bin.
     log_likelihood : float
-        Marginal logL, less `EVIDENCE` where there is a discrepancy.
+        Marginal logL, less `MIN_DISCREPANCY_DELTA_LOGL` if there is a discrepancy.
     scale : int or None
-        Index of the discrepancy's scale in `discrepancy.SCALES`; None where the model is taken for true.
+        Index of the discrepancy δ in `discrepancy.SCALES`; None for δ = 0.
     weight : ndarray, shape (bins,)
-        Effective degrees of freedom.
+        Effective degrees of freedom of each bin.
     """
 
     theta: Array
@@ -70,7 +73,7 @@ class Maximum:
 
 
 def log_likelihood(power: Array, count: Array, spectrum: Array) -> float:
-    """−½ Σ n_b (ln S_b + I_b/S_b)."""
+    """Whittle log-likelihood −½ Σ n_b (ln S_b + I_b/S_b) of a spectrum S."""
     return float(-0.5 * (count @ (np.log(spectrum) + power / spectrum)))
 
 
@@ -83,13 +86,14 @@ def climb(
     offset: Array | None = None,
     rounds: int = 80,
 ) -> Maximum:
-    """The maximum of the likelihood that lies uphill of `theta`, θ ≥ 0; a scale of discrepancy is fitted on the way.
+    """Local maximum of the likelihood over θ ≥ 0, reached uphill from `theta` in at most `rounds` iterations.
 
-    Fisher scoring: non-negative least squares with the effective degrees of freedom, shortened until logL rises.
+    The discrepancy is fitted too, unless `scale` is None. Each Fisher-scoring step is a non-negative least-squares problem
+    with the effective degrees of freedom; the step is shortened until logL rises.
     """
     law = likelihood(count)
     found, spectrum, value, scale, weight = law.climb(power, columns, theta, scale, offset, rounds)
-    total = value - (EVIDENCE if scale is not None else 0.0)
+    total = value - (MIN_DISCREPANCY_DELTA_LOGL if scale is not None else 0.0)
     return Maximum(found, spectrum, total, scale, weight)
 
 
@@ -103,7 +107,7 @@ def climb_many(
     *,
     cells: bool = False,
 ) -> tuple[Array, Array, list[int | None]]:
-    """`climb` from many starts, each with columns of its own, on all processors.
+    """Local maxima reached by `climb` from many starts, each with its own columns, in parallel.
 
     Parameters
     ----------
@@ -114,30 +118,30 @@ def climb_many(
     thetas : ndarray, shape (m, p)
         Starts.
     scale : int or None
-        Where the scale of discrepancy begins; None: δ = 0.
+        Index at which the fit of the discrepancy starts; None for δ = 0.
     rounds : int
-        Most rounds of each.
+        Maximum iterations of each start.
     cells : bool
-        Whether the powers are those of whole cells.
+        True if each power is that of a whole cell; the discrepancy then acts on each power independently.
 
     Returns
     -------
     tuple
-        Squared coefficients (m, p); logL as `Maximum` has it, shape (m,); the index of each scale.
+        Squared coefficients, shape (m, p); logL as in `Maximum`, shape (m,); index of the discrepancy of each.
     """
     law = likelihood(count, cells=cells)
     found, values, scales = law.climb_many(power, columns, thetas, scale, rounds)
-    return found, values - (EVIDENCE if scale is not None else 0.0), scales
+    return found, values - (MIN_DISCREPANCY_DELTA_LOGL if scale is not None else 0.0), scales
 
 
-def maximise(
+def maximize(
     power: Array,
     count: Array,
     columns: Array,
     start: Maximum | None = None,
     offset: Array | None = None,
 ) -> Maximum:
-    """Maximise the likelihood over θ ≥ 0 and the scale of the discrepancy.
+    """Global maximum of the likelihood over θ ≥ 0 and the discrepancy, as the best of several starts.
 
     Parameters
     ----------
@@ -146,9 +150,9 @@ def maximise(
     columns : ndarray, shape (bins, p)
         Expected power of each effect at coefficient 1.
     start : Maximum, optional
-        Where to look first, with `theta` of shape (p,): another maximum of nearly the same columns.
+        Additional start: a maximum of nearly the same columns, with `theta` of shape (p,).
     offset : ndarray, shape (bins,), optional
-        Power that is there in any case (held effects).
+        Power of held effects.
 
     Returns
     -------
@@ -163,8 +167,8 @@ def maximise(
     scale, value = best_scale(power, count, plain.spectrum)
     found = [plain]
     if value > plain.log_likelihood:
-        # A wrong model has several maxima: near the Whittle fit, and where every bin has one vote.
-        even = plainly(np.minimum(count, VOTES))
+        # A wrong model has several maxima: near the Whittle fit, and near the fit with similar weights of all bins.
+        even = plainly(np.minimum(count, MAX_EQUAL_WEIGHT_FREEDOM))
         starts = [(plain.theta, scale), (even.theta, best_scale(power, count, even.spectrum)[0])]
         if start is not None and start.scale is not None:
             starts.append((start.theta, start.scale))
@@ -173,32 +177,31 @@ def maximise(
 
 
 def first_guess(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
-    """Least squares in units of the measured power."""
+    """Non-negative least-squares estimate of θ, relative to the measured power, shape (p,)."""
     return likelihood(count).first(power, columns, offset)
 
 
 def information(count: Array, weight: Array, slopes: Array) -> Array:
-    """Fisher information of φ from the slopes ∂lnS_b/∂φ, shape (bins, p).
+    """Fisher information matrix of parameters φ, shape (p, p), from the slopes ∂lnS_b/∂φ, shape (bins, p).
 
-    ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ where weight is count.
+    Without discrepancy (`weight` equals `count`) this is ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ.
     """
-    rows, _ = linearised(slopes, count, count, count, weight)
+    rows, _ = linearized(slopes, count, count, count, weight)
     return np.asarray(0.5 * rows.T @ rows)
 
 
 def profile_interval(
-    power: Array, count: Array, columns: Array, best: Maximum, index: int, told: float = 1.0
+    power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
-    """Profile-likelihood interval of θ_index with the other θ free.
+    """95 % profile-likelihood interval of θ_index with the other θ free.
 
-    `told` is what a unit of logL is worth where bins depend on each other: the variance of θ_index that the likelihood
-    claims over that it has (Chandler & Bate 2007).
+    `logl_scale` scales logL if bins are correlated: the variance of θ_index that the likelihood claims over its actual
+    variance (Chandler & Bate 2007).
 
     Returns
     -------
     tuple of float
-        (low, high, drop): 95 % limits of θ, low = 0 where 0 is inside; and how much logL falls when
-        θ_index = 0.
+        (low, high, drop): 95 % limits of θ, with low = 0 if 0 is inside; and the fall of logL at θ_index = 0.
     """
     others = np.delete(columns, index, axis=1)
     column = columns[:, index]
@@ -206,7 +209,7 @@ def profile_interval(
 
     def drop(theta: float) -> float:
         found = climb(power, count, others, rest, best.scale, column * theta)
-        return told * (best.log_likelihood - found.log_likelihood)
+        return logl_scale * (best.log_likelihood - found.log_likelihood)
 
     def search(inside: float, outside: float, level: float) -> float:
         # Bisection in the square root, where the profile is nearly a parabola.
@@ -221,24 +224,24 @@ def profile_interval(
 
     centre = float(best.theta[index])
     at_zero = drop(0.0) if others.shape[1] else np.inf
-    low = search(centre, 0.0, LEVEL) if at_zero > LEVEL else 0.0
-    # The scale of one coefficient alone: as if every bin were its own.
+    low = search(centre, 0.0, PROFILE_DROP) if at_zero > PROFILE_DROP else 0.0
+    # Start the search for the upper end at twice the standard error with all other coefficients fixed.
     slopes = column / best.spectrum
-    known = told * float(information(count, best.weight, slopes[:, None])[0, 0])
+    known = logl_scale * float(information(count, best.weight, slopes[:, None])[0, 0])
     step = 1.0 / np.sqrt(max(known, 1e-300))
     outside = centre + 2.0 * step
     for _ in range(60):
-        if drop(outside) > LEVEL:
+        if drop(outside) > PROFILE_DROP:
             break
         outside = centre + 2.0 * (outside - centre)
-    return low, search(centre, outside, LEVEL), float(max(at_zero, 0.0))
+    return low, search(centre, outside, PROFILE_DROP), float(max(at_zero, 0.0))
 
 
 def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:
-    """Standard normal score of each bin under I/S ~ χ²_n/n.
+    """Standard normal scores of the bins under I/S ~ χ²_n/n, shape (bins,).
 
-    Signed root of the deviance with its higher-order correction (Barndorff-Nielsen's r*), accurate to 0.03 for
-    one degree of freedom and without an end in the far tails.
+    Signed root of the deviance with its higher-order correction (Barndorff-Nielsen's r*). The error is at most 0.03 for one
+    degree of freedom, and the score stays finite in the far tails.
     """
     nu = count / 2.0
     ratio = np.maximum(power / spectrum, 1e-300)
@@ -248,4 +251,6 @@ def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:
     near = np.abs(w) < 1e-3
     safe = np.where(near, 1.0, w)
     corrected = w + np.log(np.where(near, 1.0, np.abs(u)) / np.abs(safe)) / safe
-    return np.where(count < SEEN, 0.0, np.where(near, w + 1.0 / (3.0 * np.sqrt(nu)), corrected))
+    return np.where(
+        count < MIN_SCORED_FREEDOM, 0.0, np.where(near, w + 1.0 / (3.0 * np.sqrt(nu)), corrected)
+    )

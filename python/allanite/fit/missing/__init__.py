@@ -1,1 +1,1 @@
-"""Missing samples: the record completed under the fitted model, and what holes leave of each ordinate and bin."""
+"""Fits to records with missing samples: complete the record under the model, and correct ordinates and bins for gaps."""

@@ -1,16 +1,16 @@
-"""Missing samples: the record completed under the fitted model, and what that leaves each ordinate to say.
+"""Complete a record with missing samples under the fitted model, and iterate the fit and the completion.
 
-With x the samples that are there, m = E(record | x) and e a draw of what is not known of the rest, m + e is a record of
-the model wherever the model is true (conditional simulation, Durbin & Koopman 2002). It is what the views over time and
-over τ look at. The fit takes the ordinates of m alone, divided by √(1 − r), r the share of the power of e in the model's:
-their variance is again S, whatever is missing, and known functions of time are seen in them with the gain √(1 − r).
+Let x be the present samples, m = E(record | x) the conditional mean of the record, and e a draw of the unknown part.
+If the model is true, m + e is a record of the model (conditional simulation, Durbin & Koopman 2002). The checks over time
+and over τ use m + e. The fit uses only the ordinates of m, divided by √(1 − r), where r is the share of the power of e
+in the model's power. Their variance is again S for any gaps. Known functions of time appear in them with gain √(1 − r).
 
-A model that another filled the holes for would find itself confirmed (Dempster, Laird & Rubin 1977 climb so, slowly, and
-to the maximum that is nearest). So what a model is to expect of m is not its own spectrum but that of its samples through
-the same filling: the power in an ordinate is partly that of those it is mixed with by the holes (`mixing.py`).
+A model would confirm itself if the gaps were filled under it (Dempster, Laird & Rubin 1977 converge in this way: slowly,
+and to the nearest maximum). Therefore a model is compared with its spectrum after the same filling: gaps mix the power
+of ordinates (`mixing.py`).
 
-In the ordinates the model's covariance is diagonal (rust/spectrum.rs), so that m needs no more than cosine transforms: the
-missing samples solve Q_mm x_m = −Q_mo x_o, Q = Cᵀ S⁻¹ C, by conjugate gradients (Stroud, Stein & Lysen 2017).
+The model's covariance is diagonal in the ordinates (rust/spectrum.rs), so that m needs only cosine transforms. The missing
+samples solve Q_mm x_m = −Q_mo x_o, Q = Cᵀ S⁻¹ C, by conjugate gradients (Stroud, Stein & Lysen 2017).
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.threads import go_on
-from allanite.fit.likelihood.data import LOWEST
+from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST
 from allanite.fit.likelihood.expected import column, density
 from allanite.fit.likelihood.peaks import nodes_of
-from allanite.fit.likelihood.remembered import Remembered
-from allanite.fit.likelihood.stop_band import NOTHING, empty
-from allanite.fit.missing.mixing import mixing_of, seen_of
-from allanite.fit.missing.shares import CELLS, share_of
+from allanite.fit.likelihood.remembered import ArrayCache
+from allanite.fit.likelihood.stop_band import EMPTY_BIN_FREEDOM, is_empty
+from allanite.fit.missing.mixing import known_ordinates, mixing_of
+from allanite.fit.missing.shares import MAX_CELLS, unknown_share
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -42,22 +42,33 @@ __all__ = ["complete", "settle"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Rounds of completion and fit at most; the fit has settled where its logL would change by less than this.
-ROUNDS, SETTLED = 8, 0.02
-#: Draws of the unknown part, from which its share in each ordinate is found: of a short record more; samples drawn in all.
-DRAWS, FEWEST_DRAWS, DRAWN = 8, 2, 200_000
-#: As many missing samples are solved for at once.
-FEW = 2048
-#: Where the holes change what is seen of every bin by less than this part of its scatter each shows itself alone.
-UNNOTICED = 0.01
-#: What rounding may take from their matrix, of its diagonal.
-ROUNDED = (1e-12, 1e-10, 1e-8)
-#: Relative residual at which conjugate gradients stop, and their most steps.
-PRECISE, STEPS = 1e-5, 400
+#: Maximum rounds of completion and fit. Chosen by judgment; not measured.
+MAX_ROUNDS = 8
+#: Maximum change of logL between rounds at which the iteration ends. Chosen by judgment; not measured.
+MAX_SETTLED_DELTA_LOGL = 0.02
+#: Maximum draws of the unknown part, from which its share in each ordinate is estimated. Chosen by judgment; not measured.
+MAX_DRAWS = 8
+#: Minimum draws of a long record. Chosen by judgment; not measured.
+MIN_DRAWS = 2
+#: Total samples in all draws, which sets the number of draws between the two limits. Chosen by judgment; not measured.
+DRAWN_SAMPLES = 200_000
+#: Maximum number of missing samples that are solved for directly (Cholesky); more use conjugate gradients.
+#: Chosen by judgment; not measured.
+MAX_DIRECT_MISSING = 2048
+#: Mixing between bins is neglected if gaps change the power of every bin by less than this fraction of its standard
+#: error. Chosen by judgment; not measured.
+MAX_NEGLECTED_MIXING = 0.01
+#: Relative increases of the diagonal that are tried if rounding makes the matrix of missing samples indefinite.
+#: Chosen by judgment; not measured.
+DIAGONAL_INCREASES = (1e-12, 1e-10, 1e-8)
+#: Relative residual at which conjugate gradients stop. Chosen by judgment; not measured.
+GRADIENT_TOLERANCE = 1e-5
+#: Maximum steps of conjugate gradients. Chosen by judgment; not measured.
+MAX_GRADIENT_STEPS = 400
 
 
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
-    """Expected squared ordinates of the random part, shape (n,); the mean, j = 0, is free."""
+    """Expected squared ordinates of the model's noise times the level of each bin, shape (n,)."""
     bins = data.bins
     nodes = nodes_of(model, bins, data.rate)
     known = density(data.terms(model), nodes, data.n)
@@ -67,8 +78,8 @@ def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
     return np.asarray(np.exp(np.interp(np.log(j), np.log(nodes), np.log(known))))
 
 
-class _Bridge:
-    """Conditional means of missing samples under a spectrum."""
+class _ConditionalMean:
+    """Solver for the conditional mean of missing samples under a spectrum."""
 
     def __init__(self, missing: Mask, spectrum: Array) -> None:
         self.missing = missing
@@ -78,7 +89,7 @@ class _Bridge:
         self.exact = _factor(missing, self.precision)
         if self.exact is not None:
             return
-        # Inside a gap of L samples nothing slower than 2L samples is seen: there Σ is nearly the inverse of Q.
+        # Inside a gap of L samples only periods below 2L matter; there S is a good preconditioner for Q.
         change = np.diff(np.concatenate([[0], missing.astype(np.int8), [0]]))
         lengths = (np.flatnonzero(change == -1) - np.flatnonzero(change == 1)).astype(float)
         typical = float((lengths**2).sum() / lengths.sum())
@@ -86,18 +97,20 @@ class _Bridge:
         self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
 
     def _apply(self, values: Array, weight: Array) -> Array:
+        """Matrix Cᵀ diag(weight) C, restricted to missing samples, times values at the missing samples."""
         whole = np.zeros(self.missing.size)
         whole[self.missing] = values
         return self._weighted(whole, weight)
 
     def _weighted(self, whole: Array, weight: Array) -> Array:
+        """Cᵀ diag(weight) C times a whole record, at the missing samples."""
         go_on()
         ordinates = _kernels.cosine_transform(whole)
         ordinates *= weight
         return _kernels.inverse_cosine_transform(ordinates)[self.missing]
 
     def mean(self, samples: Array) -> Array:
-        """Samples with the missing ones replaced by their mean given the others (and what stands there as a start)."""
+        """Samples with the missing ones replaced by their conditional mean; their present values start the iteration."""
         residual = -self._weighted(samples, self.precision)
         out = samples.copy()
         if self.exact is not None:
@@ -108,8 +121,8 @@ class _Bridge:
         step = np.zeros(residual.size)
         searched = rough = self._apply(residual, self.rough)
         size = first = float(residual @ rough)
-        for _ in range(STEPS):
-            if size <= PRECISE**2 * first:
+        for _ in range(MAX_GRADIENT_STEPS):
+            if size <= GRADIENT_TOLERANCE**2 * first:
                 break
             self.steps += 1
             changed = self._apply(searched, self.precision)
@@ -124,14 +137,14 @@ class _Bridge:
 
 
 def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
-    """The Cholesky factor of Q_mm, where few samples are missing.
+    """Cholesky factor of Q_mm if few samples are missing, else None.
 
     Σ_j p_j φ_j(i) φ_j(k) depends on i − k and on i + k + 1.
     """
     from scipy.linalg import LinAlgError, cho_factor
 
     at = np.flatnonzero(missing)
-    if at.size > FEW:
+    if at.size > MAX_DIRECT_MISSING:
         return None
     n = missing.size
     waves = np.fft.rfft(np.concatenate([precision, [0.0], precision[:0:-1]])).real / (2 * n)
@@ -141,8 +154,8 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
 
     matrix = of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1)
     own = matrix.diagonal().copy()
-    for more in (0.0, *ROUNDED):
-        # Positive definite, though the precision of the mean is 0: never are all samples missing. But for rounding.
+    for more in (0.0, *DIAGONAL_INCREASES):
+        # The matrix is positive definite except for rounding: some samples are present, which fixes the mean.
         np.fill_diagonal(matrix, own * (1.0 + more))
         with suppress(LinAlgError):
             return cho_factor(matrix, lower=True)
@@ -155,23 +168,24 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     Parameters
     ----------
     data : Data
-        With `missing`; what stands in the missing samples is replaced.
+        With `missing`; values at missing samples are replaced.
     model : Model
     level : ndarray, shape (bins,), optional
-        By how much the power of each bin probably differs from the model (`Solution.level`), so that what the model lacks
-        is not missing from the completed record either.
+        Estimated ratio of true to modeled power in each bin (`Solution.level`), so that the completed record contains
+        effects that the model lacks.
     seed : int
-        Of the draws.
+        Seed of the draws.
 
     Returns
     -------
     Data
-        Samples with one draw; ordinates, their gain, and bins with their degrees of freedom as the module says.
+        Samples with one draw of the unknown part; ordinates, gain, mixing, and degrees of freedom of the bins as
+        described in the module.
     """
     missing = data.missing
     assert missing is not None
     spectrum = _spectrum(data, model, level)
-    bridge = _Bridge(missing, spectrum)
+    bridge = _ConditionalMean(missing, spectrum)
     signal = data.signal(model.deterministic) if model.deterministic else None
     noise = data.samples if signal is None else data.samples - signal
     mean = bridge.mean(noise)
@@ -179,8 +193,8 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     root = np.sqrt(spectrum)
     root[0] = 0.0
     unseen, seen = np.zeros(data.n), np.zeros(data.n)
-    solved = data.n <= CELLS
-    draws = 1 if solved else min(DRAWS, max(FEWEST_DRAWS, DRAWN // data.n))
+    solved = data.n <= MAX_CELLS
+    draws = 1 if solved else min(MAX_DRAWS, max(MIN_DRAWS, DRAWN_SAMPLES // data.n))
     for _ in range(draws):
         drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(data.n))
         start = drawn.copy()
@@ -189,7 +203,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         unknown = drawn - known
         unseen += _kernels.cosine_transform(unknown) ** 2 / draws
         seen += _kernels.cosine_transform(known) ** 2 / draws
-    share = share_of(missing, spectrum, None if solved else (unseen, seen), data.bins)
+    share = unknown_share(missing, spectrum, None if solved else (unseen, seen), data.bins)
     gain = np.sqrt(1.0 - share)
     ordinates = _kernels.cosine_transform(mean) / gain
     samples = mean + unknown
@@ -197,14 +211,14 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         ordinates += gain * _kernels.cosine_transform(signal)
         samples += signal
     mixing = mixing_of(missing, share, data.bins)
-    # What all bins tell of the power in one is worth Σ (δ − c)² = seen × mixing: bins that show the same share it.
-    count = seen_of(share, data.bins) * mixing.diagonal() / (mixing**2).sum(axis=0)
+    # The information of all bins about the power in one is Σ (δ − c)² = seen × mixing; bins with common power share it.
+    count = known_ordinates(share, data.bins) * mixing.diagonal() / (mixing**2).sum(axis=0)
     power = column(data.terms(model), replace(data, mixing=None))
     mixing *= np.outer(power, 1.0 / power)
     number = np.diff(data.bins.edges)
-    unknown = 1.0 - seen_of(share, data.bins) / number
-    few = bool((unknown * np.sqrt(0.5 * number) < UNNOTICED).all())
-    bins = replace(data.bins, count=np.where(empty(data.bins), NOTHING * count, count))
+    unknown = 1.0 - known_ordinates(share, data.bins) / number
+    few = bool((unknown * np.sqrt(0.5 * number) < MAX_NEGLECTED_MIXING).all())
+    bins = replace(data.bins, count=np.where(is_empty(data.bins), EMPTY_BIN_FREEDOM * count, count))
     return replace(
         data,
         samples=samples,
@@ -212,12 +226,12 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         bins=bins,
         gain=gain,
         mixing=None if few else mixing,
-        mixed=Remembered(LOWEST),
+        mixed=ArrayCache(CACHE_BYTES_LOWEST),
     )
 
 
-def _apart(one: Data, other: Data) -> float:
-    """How far two completions of a record are apart: by so much of logL in all bins at most."""
+def _logl_difference(one: Data, other: Data) -> float:
+    """Upper bound of the difference in logL between two completions of a record."""
     first, second = (
         np.add.reduceat(data.ordinates**2, data.bins.edges[:-1]) for data in (one, other)
     )
@@ -225,14 +239,18 @@ def _apart(one: Data, other: Data) -> float:
 
 
 def settle(data: Data, model: Model) -> tuple[Data, Solution]:
-    """The record completed under the model that is fitted to it, and that fit.
+    """The record completed under the model fitted to it, and the fit, iterated until both agree.
 
     Parameters
     ----------
     data : Data
         With missing samples bridged.
     model : Model
-        As for `solve`.
+        As for `fit.engine.solve`.
+
+    Returns
+    -------
+    tuple of (Data, Solution)
     """
     from allanite.fit.engine import solve, with_coefficients
 
@@ -245,25 +263,25 @@ def settle(data: Data, model: Model) -> tuple[Data, Solution]:
     if known and model.stochastic:
         data = complete(data, model)
     solution = solve(data, model)
-    # What the model lacks is looked for where the holes are filled by the model alone: filled with what was seen before,
-    # every first guess would confirm itself where frequencies are aliased.
+    # First complete by the model alone, then with the estimated level of each bin. If the levels were used from the
+    # start, every first guess would confirm itself where regular gaps alias frequencies.
     for trusting in (True, False):
         last = np.inf
         theta = solution.theta
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ROUNDS):
             level = None if trusting else solution.level
             before = solution.spectrum if level is None else solution.spectrum * level
             completed = complete(data, with_coefficients(solution.model, theta), level)
-            if data.gain is not None and _apart(data, completed) < SETTLED:
+            if data.gain is not None and _logl_difference(data, completed) < MAX_SETTLED_DELTA_LOGL:
                 break
             data = completed
-            # Shapes without a value are looked for anew: in a bridged record they may be the bridges'.
+            # Search free shapes again: their first values may describe the bridged gaps.
             solution = solve(data, model if trusting else solution.model)
             after = solution.spectrum if level is None else solution.spectrum * solution.level
             moved = 0.5 * float(data.bins.count @ np.log(after / before) ** 2)
-            if moved < SETTLED:
+            if moved < MAX_SETTLED_DELTA_LOGL:
                 break
-            # Two models that lead to each other: the one between them leads to itself.
+            # If two models alternate, continue from their mean.
             theta = solution.theta if moved < 0.5 * last else 0.5 * (theta + solution.theta)
             last = moved
         if not solution.discrepancy:

@@ -1,10 +1,10 @@
-"""The two ends of a record of differences: two numbers that every ordinate shows.
+"""Mask the first and last sample of records of differences, whose ends leak into every ordinate.
 
-A counter hands out differences x_k = p_{k+1} − p_k of a phase with white noise. In each of their ordinates there are
-±p_n − p_0 beside what the phase between them does, which falls with the frequency. Where nothing else is above them,
-hundreds of the lowest ordinates show these two numbers and little else: as many independent ones would scatter far less,
-and whatever fits two large or small numbers looks like an effect. The two are in the first and in the last sample alone.
-Without these the other ordinates are independent, exactly, and show again what is below the ends.
+A counter outputs differences x_k = p_{k+1} − p_k of a phase with white noise. Each ordinate contains ±p_n − p_0, in
+addition to the differenced phase noise, which falls toward low frequencies. If nothing else exceeds them, hundreds of the
+lowest ordinates show only these two random numbers. The ordinates are then not independent, and two large or small
+numbers can imitate an effect. The two numbers affect only the first and the last sample. Without these samples the
+ordinates are exactly independent, and weaker low-frequency noise becomes visible.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
 
 __all__ = ["without_ends"]
 
-#: Variance that the ends may add to that of a fit. The mean square of p_n − p_0 and p_n + p_0 has a relative variance of
-#: 1, by which all ordinates move together, each by the share s of the ends in it; of independent ones that mean would
-#: have 1/(½ Σ n s²). A tenth widens what is told there by 5 %.
-NOTICED = 0.1
+#: Maximum relative variance that the ends may add to a fit before they are masked. The mean square of p_n − p_0 and
+#: p_n + p_0 has a relative variance of 1, by which all ordinates change together, each in proportion to the share s of the
+#: ends in it. Independent ordinates would give this mean the variance 1/(½ Σ n s²). The value widens intervals by 5 %.
+MAX_ADDED_VARIANCE = 0.1
 
 
 def without_ends(data: Data, solution: Solution) -> Data | None:
-    """The record without its first and last sample where, under the model, what the ends add matters; else None."""
+    """The record with its first and last sample masked if the leakage of the ends matters under the model, else None."""
     if data.ends_out or data.ordinates.size != data.n:
         return None
     if all(term.inside is term for term in data.terms(solution.model)):
         return None
     whole, inside = (means(solution.model, data, ends_out) for ends_out in (False, True))
     share = 1.0 - inside / np.maximum(whole, 1e-300)
-    if 0.5 * float(data.bins.count @ share**2) <= NOTICED:
+    if 0.5 * float(data.bins.count @ share**2) <= MAX_ADDED_VARIANCE:
         return None
     ends = np.zeros(data.n, dtype=bool)
     ends[[0, -1]] = True

@@ -1,4 +1,4 @@
-"""What holes do to the power of bins: how much is seen of each, and how they come to depend on each other."""
+"""Effect of missing samples on bin power: information left in each bin, and leakage between bins."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from allanite.common.memory import released
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
 
-__all__ = ["mixing_of", "seen_of"]
+__all__ = ["known_ordinates", "mixing_of"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Squared correlation that the holes make between ordinates h apart, h = 0…2n−1; 0 of an ordinate with itself.
+    """Squared correlation that gaps cause between ordinates at distance h, for h = 0…2n−1; 0 for h = 0.
 
-    The cosine transform of the mask itself: what is missing of white noise is the mask times the noise.
+    It is the squared cosine transform of the mask, because the missing part of white noise is the mask times the noise.
     """
     n = missing.size
-    # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats with the other sign and backwards.
+    # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats backwards with the opposite sign.
     transform = _kernels.cosine_transform(missing.astype(np.float64)) * np.sqrt(0.5 / n)
     transform[0] = 0.0
     return np.asarray(np.concatenate([transform, [0.0], transform[:0:-1]]) ** 2)
@@ -34,17 +34,17 @@ def _coupling(missing: Mask) -> Array:
 
 @released
 @lru_cache(maxsize=4)
-def _pairs_of(packed: bytes, n: int, edges: bytes) -> Array:
-    """`_pairs` of a mask of n samples, packed: the same for every model."""
+def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
+    """`_squared_correlations` for a mask of n samples packed into bytes; cached, since models do not change the result."""
     missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
-    return _pairs(missing, np.frombuffer(edges, dtype=np.int64))
+    return _squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
 
 
-def _pairs(missing: Mask, edges: NDArray[np.int64]) -> Array:
-    """Σ over ordinates j, i of two bins of their squared correlation by the holes, shape (bins, bins)."""
+def _squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
+    """Sum over all pairs of ordinates of two bins of their squared correlation due to gaps, shape (bins, bins)."""
     squared = _coupling(missing)
     n = missing.size
-    # Twice summed, a sum over a rectangle of j − i or of j + i is four values.
+    # With a double cumulative sum, the sum of a function of j − i or j + i over a rectangle takes four values.
     both = np.cumsum(np.cumsum(np.concatenate([squared[n - 1 : 0 : -1], squared])))
 
     def corner(at: NDArray[np.int64]) -> Array:
@@ -60,23 +60,28 @@ def _pairs(missing: Mask, edges: NDArray[np.int64]) -> Array:
     return np.asarray(apart + total)
 
 
-def seen_of(share: Array, bins: Bins) -> Array:
-    """Samples' worth of each bin; their sum is the number of samples that are there, without the mean."""
+def known_ordinates(share: Array, bins: Bins) -> Array:
+    """Effective number of ordinates in each bin, Σ (1 − share), shape (bins,).
+
+    The sum over all bins is the number of samples present, minus one for the mean.
+    """
     return np.asarray(np.add.reduceat(1.0 - share, bins.edges[:-1]))
 
 
 def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
-    """How the power that is seen in a bin (rows) changes with that of each, both relative; rows sum to 1.
+    """Relative change of the observed power of each bin (rows) per relative change of the true power of each bin (columns).
 
-    e over the root of S is a projection: with c its correlations, Σ_i c_ji² = c_jj = r_j, and the ordinates of m answer to
-    S as (δ_ji − c_ji)²/(1 − r_j). What a hole takes from i it shows in j; where r_i is 0 it takes nothing, and where it
-    is 1 there is nothing to show.
+    The shape is (bins, bins) and rows sum to 1. The unknown part e divided by √S is a projection with correlations c,
+    Σ_i c_ji² = c_jj = r_j. The ordinates of the conditional mean m respond to S as (δ_ji − c_ji)²/(1 − r_j). A gap moves
+    power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
     """
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number
     source = np.add.reduceat(share * (1.0 - share), bins.edges[:-1]) / number
     edges = np.ascontiguousarray(bins.edges, dtype=np.int64)
-    pairs = _pairs_of(np.packbits(missing).tobytes(), missing.size, edges.tobytes())
+    pairs = _squared_correlations_cached(
+        np.packbits(missing).tobytes(), missing.size, edges.tobytes()
+    )
     coupled = np.maximum(pairs, 0.0) * source
     total = coupled.sum(axis=1)
     out = coupled * (unknown / np.maximum(total, 1e-300))[:, None]

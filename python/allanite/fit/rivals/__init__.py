@@ -1,1 +1,1 @@
-"""What may stand in the place of an effect, and how much evidence there is for it."""
+"""Alternative explanations of an effect, and their evidence."""

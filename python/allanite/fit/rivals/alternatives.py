@@ -1,4 +1,4 @@
-"""What else might stand where an effect of a model stands, and explains the record as well."""
+"""Fits in which another kind of effect replaces an effect of the model."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.rivals.columns import consistent
-from allanite.fit.rivals.evidence import RIVAL, gained
+from allanite.fit.rivals.columns import follow_columns_consistently
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import added, simplest, worth_polishing
@@ -26,31 +26,33 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = [
-    "POLISH",
+    "MAX_POLISH_DELTA_LOGL",
     "Alternative",
     "alternatives",
     "best_slow",
-    "instead",
-    "may_leave",
-    "shown",
+    "fit_replacement",
+    "is_detected",
+    "is_removable",
     "slow_scans",
 ]
 
-#: What a polish of shapes may add to the best point of a scan.
-POLISH = 25.0
+#: Assumed maximum ΔlogL that the optimization of shapes adds to the best grid point. Candidates that would need more are
+#: dropped. Chosen by judgment; not measured.
+MAX_POLISH_DELTA_LOGL = 25.0
 
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """A model in which another kind stands where an effect stood.
+    """A fitted model in which one effect was replaced by an effect of another kind.
 
     Attributes
     ----------
     effect : Effect
-        What stands there now, with values.
+        The replacing effect, with values.
     solution : Solution
+        Fit of the model with the replacement.
     evidence : float
-        ln of its evidence over that of the model it was made from.
+        ln evidence of this model minus that of the original model.
     """
 
     effect: Effect
@@ -58,46 +60,53 @@ class Alternative:
     evidence: float
 
 
-def may_leave(effect: Effect) -> bool:
-    """Whether a search may take an effect out: not the white one, what takes samples out, what the user holds or limits."""
+def is_removable(effect: Effect) -> bool:
+    """True if a search may remove an effect: not white noise, excluded samples, or effects held or limited by the user."""
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
-    # Not a shape that is only at the end of its own range.
+    # Held by the user, not by the fit because a shape is at the end of its range.
     asked = effect.held & {*effect.hold, *effect.limits}
     return not (white or removes or asked)
 
 
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
-    """What else might stand where an effect stands: every kind that is its declared rival, fitted anew.
+    """Fits in which the effect at index `place` is replaced by each kind that is declared as its alternative.
 
-    Nothing for the white effect, for what happens at one time and for what is held.
+    Yields nothing for white noise, one-time events and held effects.
     """
     effects = fit.model.effects
     out = effects[place]
-    if not may_leave(out) or out.screened not in {"spectral", "slow"}:
+    if not is_removable(out) or out.screened not in {"spectral", "slow"}:
         return
     less = Model(effects[:place] + effects[place + 1 :])
     if not len(less):
         return
-    # Shapes of the others stay as they are: what takes the place is fitted wholly before it is believed.
+    # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
     base = solve(fit.data, less, like=fit.solution, polish=False)
     part = RandomPart(fit.data, base.power, base.count)
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
-        solution = instead(cls, base, part, fit.solution.log_likelihood - RIVAL - POLISH)
+        solution = fit_replacement(
+            cls,
+            base,
+            part,
+            fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL,
+        )
         if solution is None:
             continue
         effect = solution.model.effects[-1]
-        if not consistent((effect,), solution, fit.data):
+        if not follow_columns_consistently((effect,), solution, fit.data):
             continue
-        yield Alternative(effect, solution, gained(solution, fit.solution, fit.data))
+        yield Alternative(effect, solution, evidence_gain(solution, fit.solution, fit.data))
 
 
-def instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -> Solution | None:
-    """The base, of which `part` is the random part, with an effect of this kind.
+def fit_replacement(
+    cls: type[Effect], base: Solution, part: RandomPart, least: float
+) -> Solution | None:
+    """Fit of the base model plus an effect of kind `cls`; None if the best grid point stays below `least` in logL.
 
-    None where the best point of its grid stays below `least` in logL.
+    `part` is the random part of the base fit.
     """
     data = part.data
     if cls.screened == "spectral":
@@ -106,7 +115,7 @@ def instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -
             return None
         place = len(base.model)
         points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
-        # Power and count are those without known functions of time: as much is lost beside the whole record.
+        # logL of `part` differs from that of the base by a constant, since known functions are removed from the power.
         scanned = added(base.model, points, base.best, part)
         below = base.log_likelihood - part.judged(base.best)
         if scanned[0][0].log_likelihood + below < least:
@@ -131,7 +140,11 @@ def instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -
 def slow_scans(
     base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
 ) -> Iterator[tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]]:
-    """Slow functions that may be missing: the points of the grid of each, their gains and directions beside a model."""
+    """Grid scans of slow functions of time added to a model.
+
+    Yields for each wanted function: its grid points, their ΔlogL, and their normalized directions in the whitened
+    ordinates.
+    """
     noise = base.noise(data)
     for blanks in slow_families(base.model, data.covariates).values():
         for blank in filter(wanted, blanks):
@@ -145,7 +158,7 @@ def slow_scans(
 def best_slow(
     base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
 ) -> dict[str, tuple[float, Deterministic]]:
-    """The best point of every kind of slow function beside a model, with its gain."""
+    """Best grid point of each kind of slow function added to a model: (ΔlogL, effect) by kind."""
     best: dict[str, tuple[float, Deterministic]] = {}
     for points, gains, _ in slow_scans(base, data, wanted):
         top = int(np.argmax(gains))
@@ -155,8 +168,8 @@ def best_slow(
     return best
 
 
-def shown(fit: Fit, place: int) -> bool:
-    """Whether the record distinguished the coefficient of an effect from 0."""
+def is_detected(fit: Fit, place: int) -> bool:
+    """True if all coefficients of the effect at index `place` are detected."""
     effect = fit.model.effects[place]
     values = fit.estimates[place]
     return all(

@@ -1,4 +1,4 @@
-"""Whether a column explains the samples, or is like them by chance."""
+"""Test whether a logged column explains the samples, or only resembles them at slow time scales by chance."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["column_slopes", "consistent"]
+__all__ = ["column_slopes", "follow_columns_consistently"]
 
 
-def consistent(effects: Iterable[Effect], solution: Solution, data: Data) -> bool:
-    """Whether those of some effects that follow a column do so with one sign at slow and at fast time scales.
+def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, data: Data) -> bool:
+    """True if every effect that follows a column has the same sign at slow and at fast time scales.
 
-    A chance likeness of two slow series explains the slow half only, and has any sign in the other.
+    A chance resemblance of two slow series explains only the slow half, and has a random sign in the fast half. Two
+    values closer than three standard errors count as equal.
     """
     following = (e for e in effects if isinstance(e, Deterministic) and e.follows is not None)
     found = [column_slopes(effect, solution, data) for effect in following]
@@ -32,9 +33,14 @@ def consistent(effects: Iterable[Effect], solution: Solution, data: Data) -> boo
 def column_slopes(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[tuple[float, float], float] | None:
-    """Size of an effect at slow and at fast time scales over the fitted one, and the error of their difference.
+    """Coefficient of an effect estimated at slow and at fast time scales, relative to the fitted one.
 
-    The ordinates are split where half the information on the coefficient lies below. None where one half has none.
+    The ordinates are split so that each half has half of the information on the coefficient.
+
+    Returns
+    -------
+    tuple or None
+        ((slow, fast), standard error of their difference); None if one half has no information.
     """
     series = effect.signal(data.time, data.covariates)
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)

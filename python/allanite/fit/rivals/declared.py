@@ -1,12 +1,12 @@
-"""What a record cannot tell from an effect of its model: other effects, and two together."""
+"""Alternative explanations of an effect that the record cannot exclude: single effects, and pairs of effects."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from allanite.fit.rivals.alternatives import shown
-from allanite.fit.rivals.evidence import RIVAL
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -16,21 +16,21 @@ __all__ = ["Rivals", "rivals"]
 
 @dataclass(frozen=True, slots=True)
 class Rivals:
-    """Kinds by which the record may be explained as well.
+    """Alternative explanations of one effect.
 
     Attributes
     ----------
     alone : tuple of str
-        Kinds that explain the record as well in the place of an effect.
+        Kinds that explain the record equally well if they replace the effect.
     pairs : tuple of (str, str)
-        Kinds that do so together, the best first.
+        Pairs of kinds that explain the record equally well if they replace the effect, best first.
     """
 
     alone: tuple[str, ...] = ()
     pairs: tuple[tuple[str, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Of the contract: every kind that is in one of them, and the pairs."""
+        """JSON form: ``rivals`` with every kind, and ``rival_pairs``."""
         every = (*self.alone, *(kind for pair in self.pairs for kind in pair))
         return {
             "rivals": list(dict.fromkeys(every)),
@@ -39,8 +39,8 @@ class Rivals:
 
 
 def rivals(fit: Fit, place: int) -> Rivals:
-    """What explains the record as well as an effect of the model that the record shows."""
-    if not shown(fit, place):
+    """Alternative explanations of the effect at index `place`; empty if the effect is not detected."""
+    if not is_detected(fit, place):
         return Rivals()
-    alone = [a.effect.kind for a in fit.alternatives(place) if a.evidence > -RIVAL]
+    alone = [a.effect.kind for a in fit.alternatives(place) if a.evidence > -MAX_RIVAL_LOG_EVIDENCE]
     return Rivals(tuple(alone), tuple(pair.kinds for pair in fit.together(place)))

@@ -1,4 +1,4 @@
-"""The evidence of a fitted model: its log-likelihood less what its numbers cost."""
+"""Log-evidence of a fitted model: its log-likelihood minus a cost for each parameter."""
 
 from __future__ import annotations
 
@@ -13,30 +13,39 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Fitted, Solution
 
-__all__ = ["RIVAL", "cost", "evidence", "gained", "of_number", "over_true", "price"]
+__all__ = [
+    "MAX_RIVAL_LOG_EVIDENCE",
+    "bic_cost",
+    "discrepancy_gain",
+    "evidence",
+    "evidence_gain",
+    "parameter_cost",
+    "parameters_cost",
+]
 
-#: ln(evidence) within which two models cannot be told apart (20 : 1).
-RIVAL = 3.0
-#: A number may lie anywhere in so many natural logarithms before the record is seen: three decades.
-RANGE = float(np.log(1e3))
+#: Maximum difference in ln evidence of two models that the record cannot distinguish: odds of 20 : 1, "strong" evidence
+#: in Kass & Raftery (1995).
+MAX_RIVAL_LOG_EVIDENCE = 3.0
+#: Width of the prior of the logarithm of a parameter: three decades. Chosen by judgment; not measured.
+PRIOR_LOG_RANGE = float(np.log(1e3))
 
 
-def price(solution: Solution) -> float:
-    """½ ln n of the effective observations: what a number costs in BIC (Schwarz 1978)."""
+def bic_cost(solution: Solution) -> float:
+    """Cost of a parameter in BIC, ½ ln n with the effective number n of observations (Schwarz 1978)."""
     return 0.5 * float(np.log(max(solution.weight.sum(), 2.0)))
 
 
-def cost(own: Fitted, solution: Solution) -> float:
-    """What the numbers of a fitted effect cost in ln of the evidence.
+def parameters_cost(own: Fitted, solution: Solution) -> float:
+    """Cost of the parameters of a fitted effect in ln evidence.
 
-    A strength or a time constant that the record knows to a share of 1/z costs ln(range · z/√2π), Laplace's approximation
-    (Kass & Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) for a logarithm that is equally likely over `RANGE`: few ordinates
-    speak of a drift, whatever the length of the record. What has a
-    place among all ordinates or times pays ½ ln n.
+    A strength or time constant with relative error 1/z costs ln(range · z/√2π). This is Laplace's approximation (Kass &
+    Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a logarithm uniform over `PRIOR_LOG_RANGE`. It suits slow effects,
+    which only few ordinates determine, however long the record is. Effects with a place among all frequencies or times
+    cost ½ ln n for each parameter.
     """
     effect = own.effect
     if effect.occupies is not None:
-        return effect.numbers * price(solution)
+        return effect.numbers * bic_cost(solution)
     if effect.screened == "spectral" and isinstance(own, Process):
         share = own.power / solution.spectrum
         square = 2.0 * float(solution.weight @ share**2)
@@ -44,22 +53,22 @@ def cost(own: Fitted, solution: Solution) -> float:
         inverse = np.linalg.pinv(own.covariance, hermitian=True)
         square = float(own.amplitudes @ inverse @ own.amplitudes)
     else:
-        return effect.numbers * price(solution)
-    return effect.numbers * of_number(square)
+        return effect.numbers * bic_cost(solution)
+    return effect.numbers * parameter_cost(square)
 
 
-def of_number(square: float) -> float:
-    """Cost of a number with relative error 1/√square."""
-    return float(np.log(RANGE * np.sqrt(max(square, 1.0) / (2.0 * np.pi))))
+def parameter_cost(square: float) -> float:
+    """Cost in ln evidence of a parameter with relative error 1/√square."""
+    return float(np.log(PRIOR_LOG_RANGE * np.sqrt(max(square, 1.0) / (2.0 * np.pi))))
 
 
 def evidence(solution: Solution) -> float:
-    """Ln of the evidence of a fitted model, up to what all models of a record share."""
-    return solution.log_likelihood - sum(cost(own, solution) for own in solution.effects)
+    """Log-evidence of a fitted model, up to a constant common to all models of a record."""
+    return solution.log_likelihood - sum(parameters_cost(own, solution) for own in solution.effects)
 
 
-def over_true(solution: Solution, data: Data) -> float:
-    """By how much logL with a fitted discrepancy exceeds that of the model taken for true."""
+def discrepancy_gain(solution: Solution, data: Data) -> float:
+    """ΔlogL of the fit with a discrepancy over the fit without one (δ = 0)."""
     if solution.best.scale is None:
         return 0.0
     part = RandomPart(data, solution.power, solution.count)
@@ -67,7 +76,7 @@ def over_true(solution: Solution, data: Data) -> float:
     return max(part.judged(solution.best) - plain.log_likelihood, 0.0)
 
 
-def gained(after: Solution, before: Solution, data: Data) -> float:
-    """Ln of the evidence of one model over that of another; what a larger discrepancy brings explains nothing."""
-    more = max(0.0, over_true(after, data) - over_true(before, data))
+def evidence_gain(after: Solution, before: Solution, data: Data) -> float:
+    """Difference in ln evidence between two fits, without the part that a larger discrepancy contributes."""
+    more = max(0.0, discrepancy_gain(after, data) - discrepancy_gain(before, data))
     return evidence(after) - evidence(before) - more

@@ -1,4 +1,4 @@
-"""Two effects where one stands: a ramp and a step for a random walk, a lag beside a temperature for flicker."""
+"""Replace one effect by two, e.g. a random walk by a ramp and a step, or flicker by a lag and a temperature effect."""
 
 from __future__ import annotations
 
@@ -11,8 +11,14 @@ import numpy as np
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.rivals.alternatives import POLISH, best_slow, instead, may_leave, slow_scans
-from allanite.fit.rivals.evidence import RIVAL, evidence, of_number
+from allanite.fit.rivals.alternatives import (
+    MAX_POLISH_DELTA_LOGL,
+    best_slow,
+    fit_replacement,
+    is_removable,
+    slow_scans,
+)
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence, parameter_cost
 from allanite.fit.shapes.matched import lowest
 
 if TYPE_CHECKING:
@@ -20,24 +26,27 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.solution import Solution
 
-__all__ = ["Pair", "splits", "together"]
+__all__ = ["Pair", "can_be_split", "together"]
 
-#: Slow functions beside which a process is looked for, and pairs of slow functions that are fitted.
-BESIDE, FITTED = 3, 6
-#: Slow functions of which so little is left beside another are that other.
-SAME = 1e-3
+#: Number of best slow functions to which a second effect is added. Chosen by judgment; not measured.
+MAX_FIRST_FUNCTIONS = 3
+#: Number of best pairs of slow functions that are fitted. Chosen by judgment; not measured.
+MAX_FITTED_PAIRS = 6
+#: Two slow functions count as equal if this fraction or less of the energy of one is orthogonal to the other.
+#: Chosen by judgment; not measured.
+MIN_ORTHOGONAL_ENERGY = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two effects in the place of one.
+    """A model in which two effects replace one.
 
     Attributes
     ----------
     evidence : float
-        ln of its evidence over that of the model with the one, at the shapes of a scan.
+        ln evidence of this model minus that of the original model, at shapes from a grid.
     model : Model
-        The pair stands last.
+        The model; its last two effects are the pair.
     """
 
     evidence: float
@@ -45,14 +54,14 @@ class Pair:
 
     @property
     def kinds(self) -> tuple[str, str]:
-        """Of the two."""
+        """Kinds of the two effects."""
         one, other = self.model.effects[-2:]
         return one.kind, other.kind
 
 
-def splits(effect: Effect) -> bool:
-    """Whether an effect may stand for two: what is slow, and what only describes."""
-    if not may_leave(effect):
+def can_be_split(effect: Effect) -> bool:
+    """True if an effect may be replaced by two: slow effects, and effects that only describe a spectrum."""
+    if not is_removable(effect):
         return False
     if isinstance(effect, Stochastic):
         return effect.wanders or effect.last_resort
@@ -60,29 +69,43 @@ def splits(effect: Effect) -> bool:
 
 
 def together(fit: Fit, place: int) -> list[Pair]:
-    """Pairs of effects that may stand where one does, the one with the most evidence first.
+    """Pairs of effects that may replace the effect at index `place`, the pair with the most evidence first.
 
-    One of the two at least is a declared rival of what stands there. A pair that is clearly behind is not listed.
+    At least one of the two is a declared alternative of the replaced effect. Pairs are not listed if their ln evidence is
+    lower by more than `MAX_RIVAL_LOG_EVIDENCE`.
     """
     effects = fit.model.effects
     out = effects[place]
     less = Model(effects[:place] + effects[place + 1 :])
-    if not splits(out) or not len(less):
+    if not can_be_split(out) or not len(less):
         return []
     base = solve(fit.data, less, like=fit.solution, polish=False)
     had = evidence(fit.solution)
     best: dict[frozenset[str], Pair] = {}
-    for found, model in _Search(fit.data, out, base, had - RIVAL).pairs():
+    for found, model in _PairSearch(fit.data, out, base, had - MAX_RIVAL_LOG_EVIDENCE).pairs():
         pair = Pair(found - had, model)
         key = frozenset(pair.kinds)
-        if pair.evidence > -RIVAL and (key not in best or pair.evidence > best[key].evidence):
+        if pair.evidence > -MAX_RIVAL_LOG_EVIDENCE and (
+            key not in best or pair.evidence > best[key].evidence
+        ):
             best[key] = pair
     return sorted(best.values(), key=lambda pair: -pair.evidence)
 
 
 @dataclass(frozen=True, slots=True)
-class _Search:
-    """Pairs for an effect that was taken out, and what their evidence may be."""
+class _PairSearch:
+    """Search of pairs that replace a removed effect.
+
+    Attributes
+    ----------
+    data : Data
+    out : Effect
+        The removed effect.
+    base : Solution
+        Fit without the removed effect.
+    least : float
+        Minimum ln evidence of a pair.
+    """
 
     data: Data
     out: Effect
@@ -90,9 +113,11 @@ class _Search:
     least: float
 
     def pairs(self) -> list[tuple[float, Model]]:
-        """Every pair worth a look, with its evidence at the shapes of a scan."""
+        """Candidate pairs: ln evidence at shapes from a grid, and model."""
         found = self._functions()
-        slow = sorted(self._slow(self.base).values(), key=lambda each: -each[0])[:BESIDE]
+        slow = sorted(self._slow(self.base).values(), key=lambda each: -each[0])[
+            :MAX_FIRST_FUNCTIONS
+        ]
         starts = [
             solve(self.data, self.base.model + e, like=self.base, rounds=3, polish=False)
             for _, e in slow
@@ -104,12 +129,12 @@ class _Search:
             first = one.model.effects[-1]
             for gain, other in self._slow(one).values():
                 if self._reads(first, other):
-                    cost = other.numbers * of_number(2.0 * gain)
+                    cost = other.numbers * parameter_cost(2.0 * gain)
                     found.append((evidence(one) + gain - cost, one.model + other))
         for one in [*starts, *processes]:
             first = one.model.effects[-1]
-            # Its numbers have to be paid as well.
-            hopeless = self.least + one.log_likelihood - evidence(one) - POLISH
+            # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
+            hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
             for cls in self._kinds():
                 if cls.kind != first.kind and self._reads(first, cls):
                     both = self._process(cls, one, hopeless)
@@ -118,11 +143,11 @@ class _Search:
         return found
 
     def _reads(self, *pair: Effect | type[Effect]) -> bool:
-        """Whether one of a pair is a rival of what was taken out."""
+        """True if one of a pair is a declared alternative of the removed effect."""
         return any(one.may_be(self.out) for one in pair)
 
     def _kinds(self) -> list[type[Effect]]:
-        """Processes that a pair may hold."""
+        """Kinds of random processes that a pair may contain."""
         return [
             cls
             for cls in CATALOGUE
@@ -136,20 +161,23 @@ class _Search:
     def _process(
         self, cls: type[Effect], base: Solution, least: float = -np.inf
     ) -> Solution | None:
+        """Fit of a base model plus a process of kind `cls`; None if its logL stays below `least`."""
         part = RandomPart(self.data, base.power, base.count)
-        return instead(cls, base, part, least)
+        return fit_replacement(cls, base, part, least)
 
     def _slow(self, base: Solution) -> dict[str, tuple[float, Deterministic]]:
+        """Best grid point of each kind of slow function added to a base fit, with its ΔlogL."""
         return best_slow(base, self.data, self._another)
 
     def _another(self, blank: Deterministic) -> bool:
-        # A refined form is looked for behind the plain one, not beside something else.
+        """True if a slow function may be part of a pair."""
+        # Refined forms are considered only as extensions of the plain form.
         return blank.kind != self.out.kind and not blank.refined
 
     def _functions(self) -> list[tuple[float, Model]]:
-        """The best pair of slow functions of every two kinds: all points of their grids beside each other.
+        """Best pairs of slow functions: ln evidence and model.
 
-        What they leave behind is not known before: the most promising are fitted.
+        All combinations of grid points of two kinds are compared by their joint ΔlogL; the best pairs are then fitted.
         """
         base = self.base
         j = lowest(self.data)
@@ -161,13 +189,15 @@ class _Search:
             if ones[0].kind == others[0].kind or not self._reads(ones[0], others[0]):
                 continue
             shared = u @ v.T
-            free = np.maximum(1.0 - shared**2, SAME)
+            free = np.maximum(1.0 - shared**2, MIN_ORTHOGONAL_ENERGY)
             twice = (z[:, None] ** 2 + w**2 - 2.0 * shared * z[:, None] * w) / free
-            twice[1.0 - shared**2 <= SAME] = 0.0
+            twice[1.0 - shared**2 <= MIN_ORTHOGONAL_ENERGY] = 0.0
             i, k = np.unravel_index(int(np.argmax(twice)), twice.shape)
             gain = 0.5 * float(twice[i, k])
-            cost = (ones[i].numbers + others[k].numbers) * of_number(gain)
+            cost = (ones[i].numbers + others[k].numbers) * parameter_cost(gain)
             found.append((gain - cost, base.model + ones[i] + others[k]))
         found.sort(key=lambda each: -each[0])
-        solved = [solve(self.data, model, polish=False, rounds=4) for _, model in found[:FITTED]]
+        solved = [
+            solve(self.data, model, polish=False, rounds=4) for _, model in found[:MAX_FITTED_PAIRS]
+        ]
         return [(evidence(s), s.model) for s in solved]

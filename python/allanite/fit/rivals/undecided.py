@@ -1,4 +1,4 @@
-"""Intervals over all models that a record cannot tell from the one that was chosen."""
+"""Intervals averaged over all models that a record cannot distinguish from the chosen one."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from allanite.common.parameters import NORMAL, Estimate
 from allanite.effects import Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.estimates import estimates
-from allanite.fit.rivals.alternatives import shown
-from allanite.fit.rivals.evidence import RIVAL, gained
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,26 +24,26 @@ if TYPE_CHECKING:
 
 __all__ = ["Undecided", "undecided"]
 
-#: Shares of the law below the ends of a 95 % interval.
-ENDS = (0.025, 0.975)
-#: Halvings that find an end.
-HALVINGS = 60
+#: Probabilities below the ends of a central 95 % interval.
+INTERVAL_PROBABILITIES = (0.025, 0.975)
+#: Bisections that find an end: more than the 53 bits of a double.
+BISECTIONS = 60
 
 
 @dataclass(frozen=True, slots=True)
 class Undecided:
-    """What models that a record cannot tell apart say together.
+    """Models that a record cannot distinguish, and intervals averaged over them.
 
     Attributes
     ----------
     models : tuple of (str, float)
-        Their names and probabilities, the chosen one first.
+        Names and probabilities of the models, the chosen one first.
     intervals : tuple of dict of str to (float, float)
-        Of every effect of the chosen model the 95 % intervals of its coefficients over all of them, by parameter, in the
-        units of the estimates. An effect that a model does not have is 0 there.
+        For each effect of the chosen model: 95 % intervals of its coefficients over all models, by parameter, in the units
+        of the estimates. In a model without the effect, the coefficient is 0.
     instead : tuple of (tuple of Effect, float) or None
-        Of every effect of the chosen model what the likeliest model without it has instead, and the probability of all
-        models without it; None where every model has it.
+        For each effect of the chosen model: the effects that replace it in the most likely model without it, and the total
+        probability of the models without it. None if every model has the effect.
     """
 
     models: tuple[tuple[str, float], ...]
@@ -52,23 +52,26 @@ class Undecided:
 
 
 @dataclass(frozen=True, slots=True)
-class _Law:
-    """What one model says of a number: its value alone, an upper limit, or two half normal laws that meet at the value."""
+class _Distribution:
+    """Distribution of a parameter under one model: a fixed value, an upper limit, or two half normals joined at the value.
+
+    `low` and `high` are the ends of the 95 % interval. With `ratio`, the parameter has no sign, and its logarithm has this
+    distribution.
+    """
 
     value: float = 0.0
     low: float = 0.0
     high: float = 0.0
-    #: Whether the number has no sign: its logarithm has the law.
     ratio: bool = False
 
     def below(self, x: float) -> float:
-        """Probability of a number of at most x."""
+        """Cumulative probability at x."""
         from scipy.special import ndtr
 
         if self.high == self.low:
             return float(x >= self.value)
         if self.ratio and self.low <= 0.0:
-            # A limit: as likely absent as not.
+            # An upper limit: probability ½ at 0, otherwise half normal.
             return float(ndtr(NORMAL * x / self.high)) if x >= 0.0 else 0.0
         if not self.ratio:
             end = self.low if x < self.value else self.high
@@ -81,15 +84,15 @@ class _Law:
 
 
 def undecided(fit: Fit) -> Undecided | None:
-    """The models within 3 of the evidence of a fit, by their declared rivals, and what they say together.
+    """Models whose ln evidence is within 3 of a fit's, and intervals averaged over them.
 
-    The probability of a model is in proportion to its evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2).
-    None where the fit is the only one, or was not made by likelihood.
+    The models replace effects by their declared alternatives. The probability of a model is proportional to its evidence
+    (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit not by likelihood.
     """
     if fit.method != "whittle":
         return None
     found = {_kinds(fit.model): (0.0, fit.solution)}
-    for score, solution in _within(fit):
+    for score, solution in _models_within_evidence(fit):
         name = _kinds(solution.model)
         if name not in found or found[name][0] < score:
             found[name] = score, solution
@@ -99,28 +102,29 @@ def undecided(fit: Fit) -> Undecided | None:
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     unit, units = fit.recording.unit, fit.recording.covariate_units
-    said = [_numbered(fit.model, fit.estimates)]
+    said = [_coefficients_by_kind(fit.model, fit.estimates)]
     said += [
-        _numbered(s.model, estimates(s, fit.data, unit, units)) for _, s in list(found.values())[1:]
+        _coefficients_by_kind(s.model, estimates(s, fit.data, unit, units))
+        for _, s in list(found.values())[1:]
     ]
     intervals = []
     for key, values in said[0].items():
         own = {}
         for name, estimate in values.items():
-            laws = [_law(each.get(key, {}).get(name)) for each in said]
-            if _counts(estimate):
+            laws = [_distribution(each.get(key, {}).get(name)) for each in said]
+            if _has_interval(estimate):
                 own[name] = _interval(laws, weights)
         intervals.append(own)
     names = (solution.model.name for _, solution in found.values())
     models = tuple(zip(names, map(float, weights), strict=True))
     likely = list(zip((s.model for _, s in found.values()), map(float, weights), strict=True))
-    return Undecided(models, tuple(intervals), _instead(fit.model, likely[1:]))
+    return Undecided(models, tuple(intervals), _replacements(fit.model, likely[1:]))
 
 
-def _instead(
+def _replacements(
     chosen: Model, others: list[tuple[Model, float]]
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
-    """`Undecided.instead` of every effect of the chosen model."""
+    """`Undecided.instead` for the effects of the chosen model; `others` are the other models and probabilities."""
     own = Counter(e.kind for e in chosen)
     found: list[tuple[tuple[Effect, ...], float] | None] = []
     for effect in chosen:
@@ -139,34 +143,39 @@ def _instead(
 
 
 def _kinds(model: Model) -> tuple[str, ...]:
+    """Sorted kinds of the effects of a model."""
     return tuple(sorted(effect.kind for effect in model))
 
 
-def _within(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Other models of the record within `RIVAL` of the fit's evidence: another effect, or two, in the place of one.
+def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
+    """Other models within `MAX_RIVAL_LOG_EVIDENCE` of the fit's ln evidence, with one effect replaced by one or two others.
 
-    What happens once is no rival by its evidence alone: that does not pay for the times that were tried.
+    Yields the difference in ln evidence and the fit. One-time events are excluded, since their evidence does not pay for
+    the many times that were tried.
     """
     for place in range(len(fit.model)):
-        if not shown(fit, place):
+        if not is_detected(fit, place):
             continue
         for other in fit.alternatives(place):
-            if other.evidence > -RIVAL and not _once(other.effect):
+            if other.evidence > -MAX_RIVAL_LOG_EVIDENCE and not _is_one_time(other.effect):
                 yield other.evidence, other.solution
         for pair in fit.together(place):
-            if not any(map(_once, pair.model.effects[-2:])):
+            if not any(map(_is_one_time, pair.model.effects[-2:])):
                 solution = solve(fit.data, pair.model, like=fit.solution)
-                more = gained(solution, fit.solution, fit.data)
-                if more > -RIVAL:
+                more = evidence_gain(solution, fit.solution, fit.data)
+                if more > -MAX_RIVAL_LOG_EVIDENCE:
                     yield more, solution
 
 
-def _once(effect: Effect) -> bool:
+def _is_one_time(effect: Effect) -> bool:
+    """True if an effect is a one-time event."""
     return isinstance(effect, Deterministic) and effect.happens_once
 
 
-def _numbered(model: Model, values: tuple[dict[str, Any], ...]) -> dict[tuple[str, int], Any]:
-    """Values of effects by their kind and number among those of that kind."""
+def _coefficients_by_kind(
+    model: Model, values: tuple[dict[str, Any], ...]
+) -> dict[tuple[str, int], Any]:
+    """Coefficients of the effects by kind and running number within the kind."""
     seen: Counter[str] = Counter()
     out = {}
     for effect, own in zip(model, values, strict=True):
@@ -177,33 +186,35 @@ def _numbered(model: Model, values: tuple[dict[str, Any], ...]) -> dict[tuple[st
     return out
 
 
-def _counts(value: Any) -> bool:
+def _has_interval(value: Any) -> bool:
+    """True if a value is an estimate with an interval."""
     return isinstance(value, Estimate) and value.interval is not None
 
 
-def _law(value: Any) -> _Law:
+def _distribution(value: Any) -> _Distribution:
+    """Distribution of an estimate; 0 with certainty if there is none."""
     if not isinstance(value, Estimate):
-        return _Law()
+        return _Distribution()
     if value.interval is None:
-        return _Law(float(value), float(value), float(value))
+        return _Distribution(float(value), float(value), float(value))
     low, high = value.interval
     ratio = low >= 0.0 and float(value) >= 0.0
-    return _Law(float(value), low, high, ratio)
+    return _Distribution(float(value), low, high, ratio)
 
 
 def _interval(
-    laws: list[_Law], weights: np.ndarray[Any, np.dtype[np.float64]]
+    laws: list[_Distribution], weights: np.ndarray[Any, np.dtype[np.float64]]
 ) -> tuple[float, float]:
-    """The ends of the mixture of the laws, by halving."""
+    """Central 95 % interval of a weighted mixture of distributions, by bisection."""
     reach = max(max(abs(law.low), abs(law.high), abs(law.value)) for law in laws)
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0
 
     def end(share: float) -> float:
         low, high = least, 4.0 * reach
-        for _ in range(HALVINGS):
+        for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             below = sum(w * law.below(middle) for law, w in zip(laws, weights, strict=True))
             low, high = (low, middle) if below >= share else (middle, high)
         return 0.0 if abs(high) < 1e-12 * reach else high
 
-    return end(ENDS[0]), end(ENDS[1])
+    return end(INTERVAL_PROBABILITIES[0]), end(INTERVAL_PROBABILITIES[1])

@@ -1,1 +1,1 @@
-"""Several recordings in one fit, several columns in one object."""
+"""Fits of one model to several recordings or several columns, and tests whether they agree."""

@@ -1,4 +1,4 @@
-"""Fits of one model to several columns of a recording, as one object."""
+"""Fits of one model to several columns of a recording."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Fits"]
 
 
 class Fits(Several[Fit]):
-    """A fit of each column, by its name.
+    """Fits of one model to several columns, by column name.
 
     Examples
     --------
@@ -35,7 +35,7 @@ class Fits(Several[Fit]):
 
     @cached_property
     def together(self) -> tuple[ManyFits, ...]:
-        """Columns of one unit and model pooled, and whether they agree."""
+        """Pooled coefficients of columns with the same unit and model, and whether the columns agree."""
         from allanite.fit.several.many import of_fits
 
         groups: dict[tuple[str, str], list[Fit]] = {}
@@ -44,10 +44,11 @@ class Fits(Several[Fit]):
         return tuple(of_fits(group) for group in groups.values() if len(group) > 1)
 
     def check(self) -> Several[Check]:
-        """Where each column's model fails and what it lacks."""
+        """Check of each column's model, by column name."""
         return Several({name: fit.check() for name, fit in self.items()})
 
     def _missing(self, name: str) -> str:
+        """Message for an unknown column; it explains how to access a parameter."""
         first = next(iter(self))
         try:
             self[first][name]
@@ -56,11 +57,11 @@ class Fits(Several[Fit]):
         return f"{len(self)} columns were fitted; use fit[{first!r}][{name!r}]"
 
     def to_dict(self) -> dict[str, Any]:
-        """``columns`` of the contract, and ``pooled``, one entry a unit."""
+        """JSON form with ``columns``, and ``pooled`` with one entry for each unit."""
         return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.together]}
 
     def save(self, path: str | Path) -> None:
-        """Write the fits to `path` as JSON, which ``--model``, `allanite simulate`, `compare` and `export` read back."""
+        """Write the fits to `path` as JSON, which ``--model``, `allanite simulate`, `compare` and `export` can read."""
         with whole_file(path) as draft:
             draft.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
 

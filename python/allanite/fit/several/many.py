@@ -1,8 +1,8 @@
-"""Several recordings of one sensor, or several axes: one model, fitted to each; what they have in common; do they agree?
+"""Fit one model to several recordings or axes, pool the coefficients, and test whether the recordings agree.
 
-Coefficients of random processes are compared by likelihood, which needs no normal errors and no coefficient above zero:
-with one coefficient common to all recordings and the rest free in each, twice the loss of logL against free fits follows
-χ² with one degree of freedom a recording less one. Everything else is compared by its standard errors.
+Coefficients of random processes are compared by likelihood, which allows non-normal errors and coefficients at zero. One
+coefficient is made common to all recordings, and the others stay free. Twice the loss of logL against free fits follows χ²
+with one degree of freedom fewer than recordings. All other parameters are compared by their standard errors.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import NORMAL
 from allanite.common.validation import recorded
 from allanite.effects import Stochastic
-from allanite.fit.likelihood.whittle import LEVEL, climb
+from allanite.fit.likelihood.whittle import PROFILE_DROP, climb
 from allanite.fit.several.many_table import aligned, many_table
 
 if TYPE_CHECKING:
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-__all__ = ["ManyFits", "Pooled", "by_errors", "fit_many", "of_fits"]
+__all__ = ["ManyFits", "Pooled", "fit_many", "of_fits", "pooled_by_errors"]
 
-#: Below this p-value recordings are inconsistent, and a random-effects mean is reported.
-DIFFER = 0.05
+#: p-value below which recordings disagree, and a random-effects mean is reported: the usual 5 % level.
+MIN_AGREEMENT_P = 0.05
 
 
 @dataclass(frozen=True, slots=True)
 class Pooled:
-    """One number over all recordings.
+    """One parameter pooled over all recordings.
 
     Attributes
     ----------
@@ -45,15 +45,15 @@ class Pooled:
         ``N``, ``GM.q_c``, …
     unit : str
     value : float
-        The common value where the recordings agree, else their mean, weighted by precision (in logarithms).
+        Common value if the recordings agree, otherwise the mean of logarithms weighted by precision.
     interval : (float, float)
-        95 %, of that.
+        95 % interval of `value`.
     spread : float or None
-        Standard deviation between recordings beyond what chance gives, relative; None where it cannot be told.
+        Relative standard deviation between recordings in addition to their errors; None if it cannot be estimated.
     p_value : float
-        Of recordings as different as these if the true values are one.
+        Probability of recordings at least as different as these if the true values are equal.
     agree : bool
-        Whether `p_value` is at least 5 %.
+        True if `p_value` is at least 5 %.
     """
 
     name: str
@@ -77,8 +77,9 @@ class ManyFits:
     ----------
     fits : tuple of Fit
     labels : tuple of str
-        File and column of each.
+        File and column of each recording.
     pooled : tuple of Pooled
+        Pooled parameters.
 
     Examples
     --------
@@ -103,18 +104,20 @@ class ManyFits:
 
     @property
     def agree(self) -> bool:
-        """Whether no number differs between recordings at 5 %, divided by how many there are (Holm's first step)."""
-        return min((r.p_value for r in self.pooled), default=1.0) * len(self.pooled) >= DIFFER
+        """True if no parameter differs between recordings at the level 5 % / number of parameters (Holm's first step)."""
+        return (
+            min((r.p_value for r in self.pooled), default=1.0) * len(self.pooled) >= MIN_AGREEMENT_P
+        )
 
     @property
     def of(self) -> str:
-        """What was fitted, in the plural: ``columns`` of one recording, or ``recordings``."""
+        """The word for the fitted records: ``columns`` if they belong to one recording, else ``recordings``."""
         columns = [fit.recording for fit in self.fits]
         one = len({c.path for c in columns}) == 1
         return "columns" if one and len({c.columns[0] for c in columns}) > 1 else "recordings"
 
     def to_dict(self) -> dict[str, Any]:
-        """``columns`` of the contract, and ``pooled``, one entry a unit."""
+        """JSON form with ``columns``, and ``pooled`` with one entry."""
         return {
             "schema": "allanite/fit/1",
             "columns": [fit.to_dict() for fit in self.fits],
@@ -122,7 +125,7 @@ class ManyFits:
         }
 
     def pooled_dict(self) -> dict[str, Any]:
-        """JSON form of what the recordings have in common."""
+        """JSON form of the pooled parameters."""
         return {
             "recordings": list(self.labels),
             "agree": self.agree,
@@ -143,7 +146,7 @@ def fit_many(
     Parameters
     ----------
     recordings : sequence of Recording, or Recording of several columns
-        Every column is a recording of its own. All in one unit.
+        Every column counts as a recording. All must have the same unit.
     model : Model, Effect or str
     method : {"whittle", "gls", "lines"}
 
@@ -154,7 +157,7 @@ def fit_many(
     Raises
     ------
     InputError
-        No recordings, or of different units.
+        No recordings, or recordings of different units.
 
     References
     ----------
@@ -183,7 +186,7 @@ def fit_many(
 
 
 def of_fits(fits: Sequence[Fit]) -> ManyFits:
-    """Fits of one model, pooled.
+    """Several fits of one model with pooled parameters.
 
     Raises
     ------
@@ -194,7 +197,7 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
     units = sorted({c.unit for c in columns})
     if len(units) > 1:
         raise InputError(
-            f"the recordings are in {' and '.join(units)}: bring them to one",
+            f"the recordings are in {' and '.join(units)}; convert them to one unit",
             remedy=" by {to}",
         )
     labels: list[str] = []
@@ -205,6 +208,7 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
 
 
 def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
+    """Pooled parameters that all fits have, by likelihood if possible, else by standard errors."""
     tables = aligned(fits)
     by_likelihood = _coefficient_places(fits)
     out = []
@@ -214,14 +218,17 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
         estimates = [table[name] for table in tables]
         place = by_likelihood.get(name)
         if place is not None:
-            out.append(_common(name, estimates, fits, place))
+            out.append(_pooled_by_likelihood(name, estimates, fits, place))
         elif all(e.std_error is not None for e in estimates):
-            out.append(by_errors(name, first.unit, estimates))
+            out.append(pooled_by_errors(name, first.unit, estimates))
     return tuple(out)
 
 
 def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
-    """Column of each coefficient that the likelihood knows: all fits of one form, shapes fixed, nothing held."""
+    """Index among the random effects of each coefficient that can be pooled by likelihood, by name.
+
+    All fits must be Whittle fits, and the effects must have no free shapes and no held parameters.
+    """
     out: dict[str, int] = {}
     if any(fit.method != "whittle" for fit in fits):
         return out
@@ -235,8 +242,8 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
     return {} if held else out
 
 
-def _loss(fit: Fit, place: int) -> Callable[[float], float]:
-    """Fall of logL of one fit when a squared coefficient is given and the rest is free."""
+def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
+    """Function that returns the loss of logL of a fit if one squared coefficient is fixed and the others are free."""
     s = fit.solution
     others = np.delete(s.columns, place, axis=1)
     rest = np.delete(s.theta, place)
@@ -250,11 +257,14 @@ def _loss(fit: Fit, place: int) -> Callable[[float], float]:
     return loss
 
 
-def _common(name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: int) -> Pooled:
+def _pooled_by_likelihood(
+    name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: int
+) -> Pooled:
+    """A coefficient pooled by likelihood: common value, profile interval, and likelihood-ratio test of agreement."""
     from scipy.optimize import brentq, minimize_scalar
     from scipy.special import chdtrc
 
-    losses = [_loss(fit, place) for fit in fits]
+    losses = [_loss_function(fit, place) for fit in fits]
 
     def total(root: float) -> float:
         return sum(loss(root * root) for loss in losses)
@@ -273,7 +283,7 @@ def _common(name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: 
     p_value = float(chdtrc(len(fits) - 1, max(2.0 * least, 0.0)))
 
     def over(root: float) -> float:
-        return total(root) - least - LEVEL
+        return total(root) - least - PROFILE_DROP
 
     outside = 2.0 * top
     while over(outside) < 0.0:
@@ -281,13 +291,15 @@ def _common(name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: 
     high = float(brentq(over, value, outside, xtol=1e-6 * top))
     low = float(brentq(over, 0.0, value, xtol=1e-6 * top)) if over(0.0) > 0.0 else 0.0
     spread = _spread(estimates)
-    if p_value < DIFFER and spread is not None:
-        value, (low, high) = _population(estimates, spread)
-    return Pooled(name, estimates[0].unit, value, (low, high), spread, p_value, p_value >= DIFFER)
+    if p_value < MIN_AGREEMENT_P and spread is not None:
+        value, (low, high) = _random_effects_mean(estimates, spread)
+    return Pooled(
+        name, estimates[0].unit, value, (low, high), spread, p_value, p_value >= MIN_AGREEMENT_P
+    )
 
 
 def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Logarithms and their standard errors, if every recording shows the number."""
+    """Logarithms of estimates and their standard errors; None unless all are detected and positive."""
     if not all(e.detected and e.std_error and float(e) > 0.0 for e in estimates):
         return None
     values = np.array([float(e) for e in estimates])
@@ -295,7 +307,7 @@ def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.fl
 
 
 def _spread(estimates: list[Estimate]) -> float | None:
-    """Standard deviation of the logarithms between recordings: Paule & Mandel (1982)."""
+    """Standard deviation of the logarithms between recordings (Paule & Mandel 1982); None without logarithms."""
     from scipy.optimize import brentq
 
     logs = _logs(estimates)
@@ -313,8 +325,10 @@ def _spread(estimates: list[Estimate]) -> float | None:
     return float(np.sqrt(brentq(excess, 0.0, y.size * float(np.var(y)) + 1e-12)))
 
 
-def _population(estimates: list[Estimate], spread: float) -> tuple[float, tuple[float, float]]:
-    """Mean over recordings and its interval: Hartung & Knapp (2001), with Student's t."""
+def _random_effects_mean(
+    estimates: list[Estimate], spread: float
+) -> tuple[float, tuple[float, float]]:
+    """Random-effects mean over recordings and its 95 % interval (Hartung & Knapp 2001, with Student's t)."""
     from scipy.special import stdtrit
 
     logs = _logs(estimates)
@@ -327,8 +341,8 @@ def _population(estimates: list[Estimate], spread: float) -> tuple[float, tuple[
     return float(np.exp(mean)), (float(np.exp(mean - half)), float(np.exp(mean + half)))
 
 
-def by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
-    """Numbers known by their standard errors: in logarithms where all are positive and found."""
+def pooled_by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
+    """A parameter pooled by standard errors, in logarithms if all estimates are detected and positive."""
     from scipy.special import chdtrc
 
     logs = _logs(estimates)
@@ -345,6 +359,6 @@ def by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
     if logs is not None:
         value, low, high = (float(np.exp(v)) for v in (value, low, high))
         spread = _spread(estimates)
-        if p_value < DIFFER and spread is not None:
-            value, (low, high) = _population(estimates, spread)
-    return Pooled(name, unit, value, (low, high), spread, p_value, p_value >= DIFFER)
+        if p_value < MIN_AGREEMENT_P and spread is not None:
+            value, (low, high) = _random_effects_mean(estimates, spread)
+    return Pooled(name, unit, value, (low, high), spread, p_value, p_value >= MIN_AGREEMENT_P)

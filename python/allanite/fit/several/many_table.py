@@ -1,4 +1,4 @@
-"""Several fits of one model as a table for people, in data-sheet units."""
+"""Text table of several fits of one model, in data-sheet units."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["aligned", "many_table"]
 
 
 def many_table(many: ManyFits) -> str:
-    """A row a column, then what they have in common and whether they agree."""
+    """Text table with a row for each column, then the pooled values and the test whether the columns agree."""
     fit = many.fits[0]
     pooled = [_pooled_in_table(fit, row) for row in many.pooled]
     table = [["", *(row.name for row in pooled)]]
@@ -31,22 +31,22 @@ def many_table(many: ManyFits) -> str:
     table.append(["all", *(_pooled_cell(row) for row in pooled)])
     spreads = ("?" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
     table.append([f"between {many.of}", *spreads])
-    table.append(["they agree, p", *(f"{row.p_value:.2g}" for row in pooled)])
+    table.append(["p-value of agreement", *(f"{row.p_value:.2g}" for row in pooled)])
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
     units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))
     verdict = (
-        f"the {many.of} agree: the last value of each number is common to all"
+        f"the {many.of} agree: the values of row 'all' are common to all"
         if many.agree
         else f"the {many.of} differ: "
         + ", ".join(row.name for row in pooled if not row.agree)
-        + f" (there the last value is a mean over {many.of}, weighted by precision)"
+        + f" (for these, row 'all' is a mean over {many.of}, weighted by precision)"
     )
     return "\n".join([f"model {fit.model.name}, {units}", "", *lines, "", verdict])
 
 
 def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
-    """A number in the unit in which tables print it, by its name in `aligned`."""
+    """A value in the unit in which tables print it; `name` is its key in `aligned`."""
     label, _, parameter = name.rpartition(".")
     effect = fit.model.effects[fit.model.labels.index(label or name)]
     declared = effect.parameter(parameter)
@@ -54,12 +54,14 @@ def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
 
 
 def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:
+    """A pooled value in the unit in which tables print it."""
     value = _in_table(fit, row.name, Estimate(row.value, None, row.interval, row.unit))
     assert value.interval is not None
     return replace(row, unit=value.unit, value=float(value), interval=value.interval)
 
 
 def _cell(estimate: Estimate) -> str:
+    """Table cell of an estimate: value with interval, upper limit, or "not detected"."""
     if not estimate.detected:
         return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
     if estimate.interval is None:
@@ -68,6 +70,7 @@ def _cell(estimate: Estimate) -> str:
 
 
 def _pooled_cell(row: Pooled) -> str:
+    """Table cell of a pooled value: value with interval, or upper limit."""
     low, high = row.interval
     return (
         f"< {number(high)}" if low <= 0.0 <= row.value else with_interval(row.value, row.interval)
@@ -75,10 +78,10 @@ def _pooled_cell(row: Pooled) -> str:
 
 
 def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
-    """Numbers of each fit that have an interval and say something of the sensor, by the names of the first fit.
+    """Comparable parameters of each fit with an interval, by the names of the first fit.
 
-    Neither what happened once nor the phase of a line: they belong to one record. Of several lines (or lags) those of one
-    rank in frequency (or time) are taken for the same, since a fit puts the strongest first.
+    One-time events and phases of lines are excluded: they belong to one record. Several lines (or lags) are matched by
+    their order in frequency (or time constant), because a fit puts the strongest first.
     """
     labels, order = fits[0].model.labels, _ranked(fits[0].model)
     out = []
@@ -99,9 +102,10 @@ def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
 
 
 def _ranked(model: Model) -> list[int]:
-    """Places of the effects by kind and, within a kind, by their first fitted shape."""
+    """Indices of the effects sorted by kind and, within a kind, by their first free shape."""
 
     def rank(place: int) -> tuple[str, float]:
+        """Sort key of an effect: kind and first free shape."""
         effect = model.effects[place]
         shapes = [effect.values[name] for name in effect.free_shapes]
         number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0

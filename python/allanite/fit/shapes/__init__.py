@@ -1,1 +1,1 @@
-"""Shapes: searched on an effect's grid, climbed together with the coefficients; regression on known functions of time."""
+"""Fit of shape parameters (grid search, then joint optimization), and regression on known functions of time."""

@@ -1,7 +1,7 @@
-"""Known functions of time: generalised least squares on the cosine ordinates.
+"""Generalized least squares of known functions of time on the cosine ordinates.
 
-In the ordinates the noise is uncorrelated with variance S_j, so GLS is a weighted regression. Slow functions are seen
-in the lowest ordinates and lines in a window about their frequency; nothing else is looked at.
+In the ordinates the noise is uncorrelated with variance S_j, so that GLS is a weighted regression. Slow functions use only
+the lowest ordinates, and lines only a window around their frequency.
 """
 
 from __future__ import annotations
@@ -36,23 +36,27 @@ __all__ = [
     "without_at",
 ]
 
-#: Ordinates in which slow functions are regressed, and half the window about a line.
-LOW, WINDOW = 8192, 512
-#: Part of the largest eigenvalue of normal equations below which regressors are each other's.
+#: Number of lowest ordinates in which slow functions are regressed. Chosen by judgment; not measured.
+LOW = 8192
+#: Ordinates to each side of a line in which the line is regressed. Chosen by judgment; not measured.
+WINDOW = 512
+#: Minimum eigenvalue of the normal equations, relative to the largest; below, regressors are linearly dependent.
+#: Chosen by judgment; not measured.
 INDEPENDENT = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """Regressors of all deterministic effects on the ordinates that matter.
+    """Regressors of all deterministic effects at the ordinates that contain them.
 
     Attributes
     ----------
     ordinates : ndarray of int64, shape (k,)
-        The ordinates j looked at.
+        Indices j of the ordinates used.
     matrix : ndarray, shape (k, p)
+        Regressors at these ordinates.
     parts : tuple of slice
-        The columns of each effect.
+        Columns of `matrix` of each effect.
     """
 
     ordinates: NDArray[np.int64]
@@ -64,7 +68,18 @@ class Design:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Regression:
-    """Amplitudes (p,), their covariance (p, p), leverage of each ordinate (k,), and gain in logL."""
+    """Result of a weighted regression.
+
+    Attributes
+    ----------
+    amplitudes : ndarray, shape (p,)
+    covariance : ndarray, shape (p, p)
+        Covariance of `amplitudes`.
+    leverage : ndarray, shape (k,)
+        Leverage of each ordinate.
+    gain : float
+        Rise of logL by the regression.
+    """
 
     amplitudes: NDArray[np.float64]
     covariance: NDArray[np.float64]
@@ -75,7 +90,7 @@ class Regression:
 
 
 def window(frequency: float, data: Data, half: int = WINDOW) -> NDArray[np.int64]:
-    """Ordinates about a frequency in Hz."""
+    """Ordinates within `half` of a frequency in Hz."""
     centre = round(2.0 * data.n * frequency / data.rate)
     return np.arange(
         max(1, centre - half), min(data.ordinates.size, centre + half + 1), dtype=np.int64
@@ -85,7 +100,7 @@ def window(frequency: float, data: Data, half: int = WINDOW) -> NDArray[np.int64
 def line_ordinates(
     frequency: float | NDArray[np.float64], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Cosine transform of sin and cos of 2πft at ordinates j, shape (…, k, 2); closed form.
+    """Cosine transform of sin 2πft and cos 2πft at ordinates j, in closed form, shape (…, k, 2).
 
     Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n; `frequency` has shape (…).
     """
@@ -113,7 +128,7 @@ def comb_ordinates(
     j: NDArray[np.int64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """`line_ordinates` of a line and its harmonics, shape (…, k, 2·lines)."""
+    """Cosine transform of the sines and cosines of a line and its harmonics at ordinates j, shape (…, k, 2·lines)."""
     parts = [line_ordinates(m * np.asarray(frequency), j, data) for m in multiples]
     return np.concatenate(parts, axis=-1)
 
@@ -126,7 +141,7 @@ def comb_gains(
     variance: NDArray[np.float64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """What a line with its harmonics would add to logL at each of many frequencies (f,), as `regress` has it."""
+    """Rise of logL by a line with its harmonics at each of many frequencies, shape (f,); see `regress`."""
     root = 1.0 / np.sqrt(variance)
     white = comb_ordinates(frequency, multiples, j, data) * root[:, None]
     norm = np.linalg.norm(white, axis=1, keepdims=True)
@@ -139,14 +154,14 @@ def comb_gains(
 def comb_window(
     frequency: float, multiples: Sequence[float], data: Data, half: int = WINDOW
 ) -> NDArray[np.int64]:
-    """Ordinates about a line and its harmonics."""
+    """Ordinates within `half` of a line and its harmonics."""
     return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))
 
 
 def design_of(
     effects: tuple[Deterministic, ...], data: Data, at: NDArray[np.int64] | None = None
 ) -> Design:
-    """Regressors of the effects at their present shapes, in the ordinates that matter to them or in those given."""
+    """Regressors of the effects at their present shapes, at the ordinates `at` or at those that contain the effects."""
     lines = {i: e for i, e in enumerate(effects) if isinstance(e, Periodic)}
     slow = [i for i, e in enumerate(effects) if e.low]
     combs = {i: (e.frequency or 0.0, [m for m, _, _ in e.lines]) for i, e in lines.items()}
@@ -171,7 +186,7 @@ def design_of(
 def without_at(
     effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """`data.without` at ordinates j alone."""
+    """Ordinates j of the record minus those of known functions of time."""
     left = data.ordinates[j]
     for effect in effects:
         if isinstance(effect, Periodic):
@@ -185,17 +200,14 @@ def without_at(
 def regress(
     matrix: NDArray[np.float64], values: NDArray[np.float64], variance: NDArray[np.float64]
 ) -> Regression:
-    """Weighted regression of ordinates on regressors.
-
-    The gain is ½ bᵀA⁻¹b, the rise of logL at this spectrum.
-    """
+    """Weighted regression of ordinates on regressors; the gain is ½ bᵀA⁻¹b, the rise of logL at this spectrum."""
     root = 1.0 / np.sqrt(variance)
     white = matrix * root[:, None]
     norm = np.sqrt((white**2).sum(axis=0))
     norm[norm == 0.0] = 1.0
     unit = white / norm
     normal = unit.T @ unit
-    # What others do as well has no part of its own.
+    # Drop directions that other regressors already span.
     strength, axes = np.linalg.eigh(normal)
     own = strength > INDEPENDENT * strength.max(initial=0.0)
     inverse = (axes[:, own] / strength[own]) @ axes[:, own].T

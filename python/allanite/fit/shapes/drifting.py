@@ -1,11 +1,11 @@
-"""Lines whose frequency drifts: a band about them turned back at every rate of drift.
+"""Fit lines whose frequency drifts: demodulate a band around them at every drift rate.
 
-The whitened ordinates of the band become a complex series of as many values as the band has frequencies; multiplied by
-e^{−iπdt²} a line that drifts by d is a line again, whose Fourier power is the rise of logL that it brings.
+The whitened ordinates of the band are converted into a complex time series. Multiplied by e^{−iπdt²}, a line that drifts by
+d becomes a steady line, whose Fourier power is its rise of logL.
 
-Of a wide band that would take as long as its square. There the powers of sections of the record, in each of which the line
-is nearly one, are summed along all straight courses first (the Hough transform of a spectrogram); about the best courses a
-narrow band, turned back along each, is searched as any other.
+For a wide band the cost of this search grows with the square of its width. There the powers of sections of the record are
+first summed along all straight frequency courses (the Hough transform of a spectrogram). Within a section the line is
+nearly steady. Around each of the best courses, a demodulated narrow band is then searched as above.
 """
 
 from __future__ import annotations
@@ -35,32 +35,45 @@ __all__ = [
     "seen_at",
 ]
 
-#: Ordinates beside the frequencies that a line passes, in its regression; frequencies of a band that is searched at every
-#: rate of drift, and of the widest.
-BESIDE, LEAST_WIDTH, MOST_WIDTH, WIDEST = 512, 1024, 4096, 65536
-#: Values of a section of a wide band at most, and fewest sections; as many of the best courses are looked at closely, each
-#: in a band of so many frequencies.
-SECTION, SECTIONS, COURSES, ABOUT = 1024, 16, 8, 512
-#: Step of the drift in a search, in cycles of the record squared.
+#: Ordinates to each side of the frequencies that a line passes, in its regression. Chosen by judgment; not measured.
+BESIDE = 512
+#: Minimum number of frequencies of a searched band. Chosen by judgment; not measured.
+LEAST_WIDTH = 1024
+#: Maximum number of frequencies of a band that is searched at every drift rate. Chosen by judgment; not measured.
+MOST_WIDTH = 4096
+#: Maximum number of frequencies of a band; lines that drift further are not searched. Chosen by judgment; not measured.
+WIDEST = 65536
+#: Maximum number of values of a section of a wide band. Chosen by judgment; not measured.
+SECTION = 1024
+#: Minimum number of sections of a wide band. Chosen by judgment; not measured.
+SECTIONS = 16
+#: Number of best courses of a wide band that are searched closely. Chosen by judgment; not measured.
+COURSES = 8
+#: Number of frequencies of the narrow band around a course. Chosen by judgment; not measured.
+ABOUT = 512
+#: Step of the drift in a search, in cycles per record duration squared. Chosen by judgment; not measured.
 STEP = 2.0
-#: Part of the rough height of the best from which another may be the best, with room; and so many are looked at closely.
-ROUGH, MAY_BE = 0.6, 128
-#: A change of the shapes that gains less of logL stays where it is.
+#: Minimum rough height, relative to the highest, of drift rates that are evaluated exactly. Chosen by judgment; not
+#: measured.
+ROUGH = 0.6
+#: Maximum number of drift rates that are evaluated exactly. Chosen by judgment; not measured.
+MAY_BE = 128
+#: Minimum ΔlogL of changed shapes; it corresponds to 0.045 standard errors, see `shape.SAME`.
 SAME = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
-    """A complex series of a narrow band of the whitened record.
+    """Complex time series of a band of the whitened record.
 
     Attributes
     ----------
     series : ndarray of complex, shape (k,)
-        |Fourier sum|² is a rise of logL.
+        Time series, scaled so that |Fourier sum|² is the rise of logL by a line.
     first : int
-        Its frequency 0, in cycles of the record.
+        Frequency of the record at frequency 0 of the series, in cycles per record.
     duration : float
-        Of the record, s.
+        Duration of the record, s.
     """
 
     series: NDArray[np.complex128]
@@ -69,22 +82,22 @@ class Band:
 
     @property
     def trials(self) -> int:
-        """Rates of drift that a search tries."""
+        """Number of drift rates that a search tries."""
         return 2 * int(0.8 * self.series.size / STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
-        """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line tried."""
+        """Best drifting line on a grid: mid-record frequency (cycles per record), drift over the record, and ΔlogL."""
         if self.series.size > MOST_WIDTH:
             found = [self._about(*course) for course in self._courses()]
             return max(found, key=lambda one: one[2])
         return self._turned_back(self.trials // 2)
 
     def _turned_back(self, most: int) -> tuple[float, float, float]:
-        """What `search` finds at so many rates of drift to either side of none."""
+        """Best line, as `search` returns it, among `most` drift rates to each side of 0."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         drifts = STEP * np.arange(-most, most + 1, dtype=np.float64)
-        # All of them roughly; then those that may be the highest.
+        # Evaluate all roughly, then the promising ones exactly.
         heights = _kernels.chirp_heights(
             self.series.view(np.float64), float(drifts[0]), STEP, drifts.size
         )
@@ -100,40 +113,39 @@ class Band:
 
     @property
     def _sections(self) -> int:
-        """Into how many its record is cut where it is wide."""
+        """Number of sections into which the record of a wide band is cut."""
         return max(SECTIONS, 1 << (self.series.size // SECTION - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
-        """The best straight courses: frequency in the middle of the record, less `first`, and drift."""
+        """Best straight courses of a wide band: mid-record frequency minus `first`, and drift over the record."""
         number = self._sections
-        # So that a course is at most a quarter of a section's frequency off at either end; within a section a drift is its
-        # square root's part of that of the record.
+        # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.
         most = int(0.5 * STEP * self.trials / number)
         places, heights = _kernels.best_courses(self.series.view(np.float64), number, STEP, most)
         best = np.argsort(-heights, kind="stable")[:COURSES]
-        # Frequencies of a section are half a cycle of it apart.
+        # Frequencies of a section are half a cycle per section apart.
         return [(int(places[at]) * number // 2, float(number * (at - most))) for at in best]
 
     def _about(self, place: int, drift: float) -> tuple[float, float, float]:
-        """What `search` finds about a course: in a narrow band turned back along it."""
+        """Best line, as `search` returns it, in a narrow band demodulated along a course."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
         low = min(max(place - ABOUT // 2, 0), k - ABOUT)
         near = Band(np.fft.ifft(spectrum[low : low + ABOUT]), self.first + low, self.duration)
-        # As far as the second course to either side.
+        # Search drift rates up to the second neighboring course.
         frequency, more, gain = near._turned_back(int(2.0 * self._sections / STEP))
         return frequency, drift + more, gain
 
     def gain(self, frequency: float, drift: float) -> float:
-        """Rise of logL by a line of this frequency in the middle and this drift."""
+        """Rise of logL by a line with this mid-record frequency and drift."""
         go_on()
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
         return float(abs(turn @ self.series) ** 2)
 
     def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:
-        """The maximum of the gain near a frequency and a drift."""
+        """Local maximum of the gain near a line, by the simplex method: frequency, drift and ΔlogL."""
         from scipy.optimize import minimize
 
         first = [(frequency, drift), (frequency + 0.2, drift), (frequency, drift + 0.7)]
@@ -152,7 +164,7 @@ class Band:
 
 
 def seen_at(effect: Deterministic, data: Data) -> NDArray[np.int64]:
-    """Ordinates in which a line that drifts is regressed."""
+    """Ordinates in which a drifting line is regressed."""
     low, high = effect.seen_between(data.start, data.start + data.duration) or (0.0, 0.0)
     first, last = (round(2.0 * f * data.duration) for f in (low, high))
     first = min(max(1, first - BESIDE), data.ordinates.size - 1)
@@ -167,9 +179,10 @@ def band_about(
     data: Data,
     least: int = LEAST_WIDTH,
 ) -> Band:
-    """The band of these frequencies (Hz), and as much again to either side, of a wide one half as much, of ordinates (n,).
+    """Band around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,).
 
-    Its series has `least` values or more, where the record has as many frequencies.
+    The band extends beyond them by their width to each side, or half of it for wide bands. Its series has at least `least`
+    values if the record has as many frequencies.
     """
     middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
     half = int(np.clip(1.5 * width, 0.5 * least, 0.5 * max(least, MOST_WIDTH)))
@@ -184,11 +197,12 @@ def band_about(
 def fourier_sums(
     ordinates: NDArray[np.float64], start: int, first: int, count: int, n: int
 ) -> NDArray[np.complex128]:
-    """Σ x_t e^{−2πikt/n}, k = first … first + count − 1 ≤ n/2, of n samples that have no others than these ordinates.
+    """Fourier sums of n samples given by a few consecutive cosine ordinates, shape (count,).
 
-    They begin with `start`. Of an even ordinate j the sum is at k = j/2; of an odd one it is ½ √(2/n) e^{±iπj/2n}
-    Σ_t e^{±iπ(j ∓ 2k)t/n}, which depends on j − 2k and on j + 2k alone: two convolutions, as long as the band and not as
-    the record.
+    The sums are Σ x_t e^{−2πikt/n} for k = first … first + count − 1 ≤ n/2. The given ordinates start at index `start`; all
+    others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes
+    ½ √(2/n) e^{±iπj/2n} Σ_t e^{±iπ(j ∓ 2k)t/n}, which depends only on j − 2k and j + 2k. The sums are therefore two
+    convolutions of the length of the band, not of the record.
     """
     from scipy.fft import fft, ifft, next_fast_len
 
@@ -203,12 +217,13 @@ def fourier_sums(
     length = next_fast_len(size)
 
     def sums(u: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Σ_t e^{2πiut/n} of half an odd number u."""
+        """Σ_t e^{2πiut/n} for half-integers u."""
         return 1j * np.exp(-1j * np.pi * u / n) / np.sin(np.pi * u / n)
 
     def convolved(
         values: NDArray[np.complex128], kernel: NDArray[np.complex128]
     ) -> NDArray[np.complex128]:
+        """Valid part of a convolution by FFT."""
         product = fft(values, length) * fft(kernel, length)
         return np.asarray(ifft(product)[odd.size - 1 : size])
 
@@ -227,7 +242,7 @@ def loudest(
     if "frequency" in effect.limits:
         low, high = effect.limits["frequency"]
         near = (j >= 2.0 * low * data.duration) & (j <= 2.0 * high * data.duration)
-        # Limits closer than two ordinates have none between them.
+        # Limits closer together than two ordinates may contain none.
         j = j[near] if near.any() else j
     ratio = ordinates[j] ** 2 / noise.variance(j)
     found = float(j[int(np.argmax(ratio))] / (2.0 * data.duration))
@@ -237,9 +252,9 @@ def loudest(
 def polish_drifting(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """The line with the frequency and the drift that explain most of the ordinates (n,) without it.
+    """The line with frequency and drift that explain most of residual ordinates, shape (n,).
 
-    Without values, the strongest anywhere near the largest ordinate.
+    Without start values, the strongest line near the largest ordinate is searched.
     """
     values, T = effect.values, data.duration
     f, d = values["frequency"], values["drift"]

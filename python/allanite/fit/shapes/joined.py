@@ -1,4 +1,4 @@
-"""An effect without a form of its own: the pieces that explain more than they cost, made one."""
+"""Build an effect of free form (unexplained noise) from spectral pieces that explain more than they cost."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 __all__ = ["put_together", "unformed"]
 
-#: Most pieces: with more, a shape is better looked at than described.
+#: Maximum number of pieces of an effect of free form. Chosen by judgment; not measured.
 MOST = 6
-#: Pieces that are tried without, of the ones that are known worst.
+#: Number of least significant pieces whose removal is tried in each round. Chosen by judgment; not measured.
 TRIED = 4
 
 
 def unformed(model: Model, part: RandomPart) -> list[int]:
-    """Places of effects that are still to be put together."""
+    """Indices of effects of free form that have no pieces yet."""
     return [
         place
         for place, effect in enumerate(model.effects)
@@ -33,11 +33,11 @@ def unformed(model: Model, part: RandomPart) -> list[int]:
 
 
 def put_together(model: Model, place: int, part: RandomPart) -> Model:
-    """The model with the effect at `place` made of the pieces that describe what the others leave.
+    """The model with the effect at index `place` built from the pieces that describe the power left by other effects.
 
-    All pieces are fitted at once; then the least is taken out while that loses less of logL than it is expected to lose on
-    unseen data, two for its numbers (Akaike 1974), and what choosing it among all gives by chance, or there are more than
-    `MOST`.
+    All pieces are fitted at once. Then the least useful piece is removed repeatedly, as long as there are more than `MOST`
+    or the loss of logL stays below a price. The price is 2 for two parameters (Akaike 1974) plus ln of the number of pieces
+    to choose from.
     """
     effect = model.effects[place]
     assert isinstance(effect, Stochastic)
@@ -48,7 +48,7 @@ def put_together(model: Model, place: int, part: RandomPart) -> Model:
     if others.stochastic:
         linear = part.linear(Model((*others.effects, *pieces)))
         first = linear.matrix.shape[1] - len(pieces)
-        found = part.maximise(Model((*others.effects, *pieces)))
+        found = part.maximize(Model((*others.effects, *pieces)))
         kept, price = np.arange(len(pieces)), 2.0 + np.log(len(pieces))
         while kept.size:
             theta = found.theta[first:]
@@ -76,7 +76,7 @@ def put_together(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _weakest(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """The pieces known worst, θ over its standard error: one of them is missed least."""
+    """Indices of the least significant pieces, by θ over its standard error."""
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]
@@ -85,7 +85,7 @@ def _weakest(linear: Linear, first: int, found: Maximum, part: RandomPart) -> li
 
 
 def _taken_out(linear: Linear, place: int) -> Linear:
-    """Without a column."""
+    """The linear problem without the effect at index `place`."""
     return Linear(
         np.delete(linear.matrix, place, axis=1),
         np.delete(linear.free, place),
@@ -94,5 +94,5 @@ def _taken_out(linear: Linear, place: int) -> Linear:
 
 
 def _without(linear: Linear, place: int, found: Maximum, part: RandomPart) -> Maximum:
-    """The maximum without a column, uphill of where the others are."""
+    """Maximum without the effect at index `place`, started from the other coefficients."""
     return part.climb(_taken_out(linear, place), np.delete(found.theta, place), found.scale)

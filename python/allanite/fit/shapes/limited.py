@@ -1,8 +1,8 @@
-"""Numbers that must stay within limits, given ones or those of the range of a shape: an active set.
+"""Fit parameters within limits (given by the user or the range of a shape) by an active-set method.
 
-All are fitted freely; those beyond their limits are held at the nearer one and the rest is fitted again, until none is
-beyond. Then each is let go again where that raises logL and leaves it, and all others, within their limits (Gill, Murray &
-Wright 1981, section 5.2).
+All parameters are fitted freely. Parameters beyond a limit are then held at the limit, and the others are fitted again,
+until none is beyond. Finally each is released if that raises logL and keeps all parameters within their limits (Gill,
+Murray & Wright 1981, section 5.2).
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 
 __all__ = ["within_limits"]
 
-#: What of logL letting a number go must gain.
+#: Minimum ΔlogL to release a parameter from its limit. Chosen by judgment; not measured.
 GAIN = 1e-3
 
-#: Numbers held at a limit, and at which: (place in the model, name) → value.
+#: Parameters held at a limit: (index of the effect, name) → limit.
 Held = dict[tuple[int, str], float]
 
 
 def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
-    """The fit whose numbers are all within the limits of the model; `fit` is one that does not look at them.
+    """Fit of a model with all parameters within its limits; `fit` is a function that fits without limits.
 
-    Numbers at a limit are told by `Effect.at_limit`.
+    `Effect.at_limit` of the result names the parameters at a limit.
     """
     model = Model(tuple(_moved_in(effect) for effect in model))
     found = fit(model)
     held, found = _all_in(model, {}, found, fit)
-    # What was held alone was beyond its limit with all others free.
+    # A single held parameter was beyond its limit with all others free; releasing it would not help.
     while len(held) > 1:
         tries = (_let_go(model, held, key, found, fit) for key in held)
         better = next((one for one in tries if one is not None), None)
@@ -49,7 +49,7 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
 def _all_in(
     model: Model, held: Held, found: Solution, fit: Callable[[Model], Solution]
 ) -> tuple[Held, Solution]:
-    """With ever more numbers held, until none is beyond its limits."""
+    """Held parameters and fit after holding more parameters until none is beyond its limits."""
     while beyond := _beyond(found.model, held):
         held = {**held, **beyond}
         found = fit(_holding(model, found.model, held))
@@ -63,7 +63,7 @@ def _let_go(
     found: Solution,
     fit: Callable[[Model], Solution],
 ) -> tuple[Held, Solution] | None:
-    """The fit without one of the numbers held; None where it is none, or no better."""
+    """Held parameters and fit after releasing one; None if limits are then violated or logL does not rise."""
     rest = {k: value for k, value in held.items() if k != key}
     tried = fit(_holding(model, found.model, rest))
     if _beyond(tried.model, rest) or tried.log_likelihood < found.log_likelihood + GAIN:
@@ -72,7 +72,10 @@ def _let_go(
 
 
 def _exactly(found: Solution, held: Held) -> Solution:
-    """With the numbers held at just their limits: an amplitude that was a sine and a cosine is off by a rounding."""
+    """The fit with held parameters set exactly to their limits.
+
+    An amplitude computed from a sine and a cosine part differs from its limit by rounding.
+    """
     effects = list(found.effects)
     for (place, name), value in held.items():
         own = effects[place]
@@ -82,7 +85,7 @@ def _exactly(found: Solution, held: Held) -> Solution:
 
 
 def _beyond(model: Model, held: Held) -> Held:
-    """Numbers at or beyond a limit that are not held, and the limit."""
+    """Parameters at or beyond a limit that are not held yet, with that limit."""
     out = {}
     for place, effect in enumerate(model):
         for name in {*effect.limits, *_ranged(effect)}:
@@ -99,12 +102,12 @@ def _beyond(model: Model, held: Held) -> Held:
 
 
 def _ranged(effect: Effect) -> tuple[str, ...]:
-    """Shapes of the random part that a fit may move: what is at the end of its range is no maximum, as at a limit."""
+    """Names of shapes whose declared range acts as limits: free shapes of random effects and modifiers."""
     return () if isinstance(effect, Deterministic) else effect.free_shapes
 
 
 def _moved_in(effect: Effect) -> Effect:
-    """With starting values within the limits, and nothing held at them yet."""
+    """The effect with start values moved into the limits and nothing held at a limit."""
     if not effect.limits and not effect.at_limit:
         return effect
     values = {
@@ -116,16 +119,16 @@ def _moved_in(effect: Effect) -> Effect:
 
 
 def _holding(model: Model, found: Model, held: Held) -> Model:
-    """The model with numbers held at their limits.
+    """The model with parameters held at their limits.
 
-    A known function of time is as it was found otherwise, and so is what is at the end of its own range: nothing was beyond
-    it, and with one shape given a search for the others may end elsewhere.
+    Deterministic effects, and effects at the end of their own range, keep their other fitted values. With one shape
+    given, a new search of the other shapes could end elsewhere.
     """
     effects = list(model.effects)
     for place, effect in enumerate(effects):
         values = {name: value for (at, name), value in held.items() if at == place}
         if values:
-            # Amplitudes and phase are held together: those not at a limit need their values.
+            # Amplitudes and phase are held together, so that those not at a limit need values.
             asked = not isinstance(effect, Deterministic) and values.keys() & effect.limits
             base = effect if asked else found.effects[place]
             effects[place] = base.with_values(**values, at_limit=tuple(values))

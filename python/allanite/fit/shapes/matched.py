@@ -1,4 +1,4 @@
-"""Matched filters: how much logL a slow effect would explain, at every point of its shape grid at once."""
+"""Matched filters: rise of logL by a slow effect at every point of its shape grid."""
 
 from __future__ import annotations
 
@@ -26,20 +26,22 @@ __all__ = [
     "slow_families",
 ]
 
-#: Ordinates of the filter; a step has all but 1/4096 of its weight there.
+#: Number of lowest ordinates used by the filter; they hold all but 1/4096 of the weight of a step.
 LOW = 4096
-#: Ordinates of a function of time that are remembered.
+#: Number of lowest ordinates of a function of time that are cached. Chosen by judgment; not measured.
 KEPT = 8192
-#: A column of a longer record is looked at by so many means: many to each of the ordinates that are kept.
+#: Number of means into which a logged column of a long record is averaged first. With 16 means per cached ordinate, the
+#: averaging attenuates by at most 0.6 %, which is corrected.
 MEANS = 16 * KEPT
-#: A direction of which so little is left beside others is one of theirs.
+#: A direction counts as linearly dependent if its remainder orthogonal to others is below this fraction of its norm.
+#: Chosen by judgment; not measured.
 SAME = 1e-3
 
 
 def regressor_ordinates(
     points: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Every regressor of every point in the ordinates j, as `data` shows them, shape (regressors, ordinates)."""
+    """Regressors of all points at ordinates j of the record, shape (points · regressors, ordinates)."""
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
         return data.seen(closed, j)
@@ -49,7 +51,7 @@ def regressor_ordinates(
 
 
 def _lowest(effect: Deterministic, data: Data) -> NDArray[np.float64]:
-    """The first `KEPT` ordinates of every regressor of an effect; a search comes back to the same shapes."""
+    """The first `KEPT` ordinates of every regressor of an effect; cached."""
 
     def made() -> NDArray[np.float64]:
         series = effect.regressors(data.time, data.covariates).T
@@ -61,9 +63,9 @@ def _lowest(effect: Deterministic, data: Data) -> NDArray[np.float64]:
 
 
 def _of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
-    """The lowest ordinates of a slow series, from its means over a share of the record.
+    """The first `KEPT` ordinates of a slow series, computed from `MEANS` means.
 
-    What a mean loses at ordinate j is given back: sin(x)/x, x = πj/(2·`MEANS`), at least 0.994.
+    The attenuation of the means, sin(x)/x with x = πj/(2·`MEANS`), at least 0.994, is corrected.
     """
     edges = np.arange(MEANS + 1, dtype=np.int64) * series.size // MEANS
     means = np.add.reduceat(series, edges[:-1]) / np.diff(edges)
@@ -73,7 +75,7 @@ def _of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
-    """The effect at every point of the grid of its shapes that have no value."""
+    """The effect at every point of the grid of those shapes that have no value."""
     shapes = [
         p.name for p in blank.parameters if p.role == "shape" and blank.values[p.name] is None
     ]
@@ -82,17 +84,17 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
 
 
 def lowest(data: Data) -> NDArray[np.int64]:
-    """Ordinates that the filter looks at."""
+    """Indices of the lowest ordinates, which the matched filter uses."""
     return np.arange(1, min(data.n, LOW), dtype=np.int64)
 
 
 def slow_families(
     model: Model, columns: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, tuple[Deterministic, ...]]:
-    """What may be missing of the slow functions of time, family by family, in the order of the catalogue."""
+    """Slow functions of time that may be added to a model, by family, in the order of the catalog."""
     out: dict[str, tuple[Deterministic, ...]] = {}
     if any(filtering.blocks for filtering in model.filters):
-        # No drift passes; what the ends of a record leave in its empty lowest ordinates would be called one.
+        # A high-pass blocks drifts; leakage of the ends into the empty lowest ordinates would imitate a drift.
         return out
     for cls in CATALOGUE:
         if cls.screened == "slow" and issubclass(cls, Deterministic):
@@ -109,9 +111,10 @@ def matched_gains(
     data: Data,
     beside: Sequence[Deterministic] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gain ½z² of each point on residual ordinates (n,), and the whitened unit directions (points, ordinates).
+    """Rise of logL (½z²) by each point, and its normalized whitened direction, shape (points, ordinates).
 
-    What the slow functions `beside` it can do themselves is taken out of each: their amplitudes move with it.
+    `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `beside` are fitted together with
+    each point, so that only the orthogonal part of the point counts.
     """
     j = lowest(data)
     root = 1.0 / np.sqrt(noise.variance(j))
@@ -127,7 +130,7 @@ def matched_gains(
     unit /= _lengths(unit)  # of many points, in place
     gain = 0.5 * (unit @ target) ** 2
     if whole.shape[1] > 1:
-        # Further regressors by what they add; the direction is that of all at their best.
+        # Each further regressor adds its orthogonal part; the direction is that of the best combination.
         axes: list[NDArray[np.float64]] = [unit]
         for k in range(1, whole.shape[1]):
             more = whole[:, k]
@@ -146,7 +149,10 @@ def best_spans(
     data: Data,
     beside: Sequence[Deterministic] = (),
 ) -> list[tuple[Deterministic, float]]:
-    """What is there from one time of an effect to another, each with its arc (`Deterministic.best_spans`)."""
+    """Best instances of an effect between two times, each with its angle in the space of ordinates.
+
+    See `Deterministic.best_spans`.
+    """
     j = lowest(data)
     root = 1.0 / np.sqrt(noise.variance(j))
     basis = _beside(beside, j, root, data)
@@ -155,7 +161,7 @@ def best_spans(
 
 
 def _later(effect: Deterministic, start: float) -> Deterministic:
-    """The effect with its times counted from the first sample of the recording."""
+    """The effect with all times shifted by `start`, so that they count from the first sample of the recording."""
     times = {p.name: effect.values[p.name] for p in effect.parameters if p.unit == "s"}
     return effect.with_values(**{name: time + start for name, time in times.items()})
 
@@ -166,36 +172,37 @@ def _beside(
     root: NDArray[np.float64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Orthonormal columns of whitened ordinates that slow functions can do themselves, shape (ordinates, columns)."""
+    """Orthonormal basis of the whitened ordinates that slow functions span, shape (ordinates, columns)."""
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 
 
 def left_by(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What orthonormal columns (ordinates, k) leave of rows (r, ordinates)."""
+    """Parts of rows (r, ordinates) orthogonal to a basis (ordinates, k); nearly dependent rows become 0."""
     left = (rows @ basis) @ basis.T
     np.subtract(rows, left, out=left)  # of many rows, in place
-    # One of them in other words: what is left of it is rounding.
+    # A nearly dependent row would leave only rounding errors.
     left[_squares(left) < SAME**2 * _squares(rows)] = 0.0
     return np.asarray(left)
 
 
 def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Orthonormal columns that span the rows, shape (ordinates, at most rows)."""
+    """Orthonormal basis that spans the rows, shape (ordinates, at most rows)."""
     left, singular, _ = np.linalg.svd(_units(rows).T, full_matrices=False)
     return np.asarray(left[:, singular > SAME])
 
 
 def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows divided by their Euclidean norms; zero rows stay zero."""
     return rows / _lengths(rows)
 
 
 def _lengths(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Euclidean norms, 1 of nothing, shape (rows, 1)."""
+    """Euclidean norms of rows, 1 for zero rows, shape (rows, 1)."""
     norm = np.sqrt(_squares(rows))
     return np.where(norm > 0.0, norm, 1.0)[:, None]
 
 
 def _squares(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Squared norms, shape (rows,)."""
+    """Squared Euclidean norms of rows, shape (rows,)."""
     return np.asarray(np.einsum("ij,ij->i", rows, rows))

@@ -1,4 +1,4 @@
-"""Bands narrower than a bin: frequency and width from single ordinates, strength from the bins."""
+"""Fit bands narrower than a bin: frequency and width from single ordinates, strength from the bins."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from allanite.common.threads import go_on
 from allanite.effects import Effect, Model, Stochastic
 from allanite.fit.likelihood.expected import density, means
 from allanite.fit.likelihood.peaks import (
-    NARROW,
+    MAX_NARROW_WIDTH,
     bins_near,
-    by_ordinates,
+    has_ordinates_near,
+    is_fitted_to_ordinates,
     is_narrow,
-    near_seen_singly,
-    within,
+    ordinates_of_bins,
 )
 
 if TYPE_CHECKING:
@@ -28,35 +28,47 @@ if TYPE_CHECKING:
 __all__ = ["Window", "flat_about", "narrowed", "within_bins"]
 
 Array = NDArray[np.float64]
-#: Half-widths of the bands that are tried, each this much of the next.
+#: Ratio of successive half-widths that are tried. Chosen by judgment; not measured.
 RATIO = 2.0
-#: Least half-width, in ordinates: narrower is a line.
+#: Minimum half-width of a band, in ordinates: the resolution of the spectrum; a narrower band is a line.
 LEAST = 1.0
-#: Most steps of a climb, and what one must gain of logL.
-MOST, SAME = 40, 1e-3
-#: Step of a difference in the coordinates of a band.
+#: Maximum steps of the optimization. Chosen by judgment; not measured.
+MOST = 40
+#: Minimum rise of logL of a step; smaller rises end the optimization. Chosen by judgment; not measured.
+SAME = 1e-3
+#: Step of numerical derivatives, in units of `Window.scales`. Chosen by judgment; not measured.
 STEP = 1e-4
-#: Least change of ln of the density over a bin that is no longer that of a flat one.
+#: Maximum change of ln density of the rest of the model within a bin, for the bin to count as flat.
+#: Chosen by judgment; not measured.
 STEEP = 0.5
-#: From this many times the width of a narrow band on the ordinates of a bin say nothing of a band.
+#: Width of a band, relative to the maximum width of narrow bands, from which single ordinates no longer count.
+#: Chosen by judgment; not measured.
 BROAD = 4.0
-#: A band this near to the widest half-width, in ln, comes from the bins.
+#: A band whose ln half-width is within this distance of the maximum was placed by the bins; then all widths are tried.
+#: Chosen by judgment; not measured.
 ENTERED = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Window:
-    """Ordinates about a narrow band.
+    """Ordinates near a narrow band of a model, and the likelihood of the band there.
 
-    A band has four coordinates: ln of its power, its middle and ln of its half-width, both in ordinates, and ln of what
-    the rest of the model is to be multiplied with there, so that what is amiss about the band does not bend it; and ln of
-    every shape that says where its companions are and how strong.
+    A band has four coordinates: ln power, middle in ordinates, ln half-width in ordinates, and ln of a factor on the rest
+    of the model. The factor keeps errors of the rest from distorting the band. Further coordinates are ln of the shapes
+    that place companions (sidebands, harmonics) and set their strength.
 
     Attributes
     ----------
+    model : Model
+    place : int
+        Index of the band in the model.
+    data : Data
     j : ndarray of int64, shape (k,)
-    power, rest : ndarray, shape (k,)
-        Squared ordinates, and what the model without the band expects of them.
+        Indices of the ordinates.
+    power : ndarray, shape (k,)
+        Squared ordinates.
+    rest : ndarray, shape (k,)
+        Expected squared ordinates of the model without the band.
     """
 
     model: Model
@@ -68,28 +80,28 @@ class Window:
 
     @classmethod
     def of(cls, model: Model, place: int, data: Data, ordinates: Array) -> Window:
-        """About the effect at a place of a model with values."""
+        """Window around the effect at index `place` of a model with values."""
         effect = model.effects[place]
         near = bins_near(effect, data.bins, data.rate)
         others = Model((*model.effects[:place], *model.effects[place + 1 :]))
-        j = within(near, data.bins)
+        j = ordinates_of_bins(near, data.bins)
         return cls(model, place, data, j, ordinates[j] ** 2, _rest(others, near, data))
 
     @property
     def own(self) -> Stochastic:
-        """The band that the model has."""
+        """The band with the model's present values."""
         effect = self.model.effects[self.place]
         assert isinstance(effect, Stochastic)
         return effect
 
     @property
     def hertz(self) -> float:
-        """From one ordinate to the next."""
+        """Distance between two ordinates, Hz."""
         return self.data.rate / (2.0 * self.data.n)
 
     @property
     def more(self) -> tuple[str, ...]:
-        """Shapes that its place and width do not decide."""
+        """Names of the free shapes that describe companions of the band."""
         return tuple(n for n in self.own.free_shapes if n in self.own.companions)
 
     def effect(self, x: Array) -> Stochastic:
@@ -101,7 +113,7 @@ class Window:
         return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))}, **shapes)
 
     def start(self) -> Array:
-        """Coordinates of the band that the model has."""
+        """Coordinates of the band with the model's present values."""
         own = self.own
         assert own.occupies is not None
         low, high = np.array(own.occupies) / self.hertz
@@ -110,7 +122,7 @@ class Window:
         return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
 
     def scales(self, x: Array) -> Array:
-        """What moves the spectrum by its own size: a band is no farther from another than it is wide."""
+        """Change of each coordinate that changes the spectrum substantially, e.g. the middle by the half-width."""
         half = float(np.exp(x[2]))
         units = [self.own.parameter(name).unit for name in self.more]
         shapes = [
@@ -120,7 +132,7 @@ class Window:
         return np.array([1.0, half, 1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
-        """Expected squared ordinates, shape (k,)."""
+        """Expected squared ordinates with the band at coordinates x, shape (k,)."""
         effect = self.effect(x)
         effects = (*self.model.effects[: self.place], effect, *self.model.effects[self.place + 1 :])
         model = Model(effects)
@@ -128,20 +140,21 @@ class Window:
         return np.exp(x[3]) * self.rest + density(tuple(terms), self.j, self.data.n)
 
     def log_likelihood(self, x: Array) -> float:
-        """Whittle's, of the ordinates."""
+        """Whittle logL of the ordinates with the band at coordinates x."""
         go_on()
         return self._judged(self.spectrum(x))
 
     def _judged(self, expected: Array) -> float:
+        """Whittle logL of the ordinates for expected squares, shape (k,)."""
         return -0.5 * float(np.sum(np.log(expected) + self.power / expected))
 
     @property
     def widest(self) -> float:
-        """Ln of the widest half-width that is narrow."""
-        return float(np.log(0.5 * NARROW * np.mean(self.j)))
+        """Ln of the maximum half-width of a narrow band here, in ordinates."""
+        return float(np.log(0.5 * MAX_NARROW_WIDTH * np.mean(self.j)))
 
     def inside(self, x: Array) -> bool:
-        """Whether coordinates are those of a narrow band here."""
+        """True if coordinates describe an admissible narrow band in this window."""
         return bool(
             np.log(LEAST) <= x[2] <= self.widest + 0.7
             and self.j[0] < x[1] < self.j[-1]
@@ -150,7 +163,7 @@ class Window:
         )
 
     def _apart(self, x: Array) -> bool:
-        """Whether no companion has a value that it may not have, or lies on another."""
+        """True if the shapes of companions are in their ranges and no two peaks overlap."""
         if not self.more:
             return True
         declared = [self.own.parameter(name) for name in self.more]
@@ -162,8 +175,8 @@ class Window:
         )
 
     def scanned(self) -> Array:
-        """The best of bands of all widths, each where most stands out over so many ordinates."""
-        if not np.all(self.rest > 0.0):  # beside nothing nothing stands out
+        """Coordinates of the best band of several widths, each placed at the largest excess over its width."""
+        if not np.all(self.rest > 0.0):  # without other noise, no excess is defined
             return self.start()
         excess = self.power / self.rest
         total = np.concatenate([[0.0], np.cumsum(excess - np.median(excess) / 0.4549)])
@@ -176,7 +189,7 @@ class Window:
                 top = int(np.argmax(sums))
                 middle = float(self.j[top]) + 0.5 * (width - 1.0)
                 at = self.rest[top : top + width].mean()
-                # Half of its power is within its half-widths; that of all ordinates is twice the variance's mean.
+                # Half of the band's power lies within its half-widths; all ordinates sum to twice the variance's mean.
                 power = max(2.0 * float(sums[top]) * float(at), 1e-300) / self.data.n
                 x = np.array([np.log(power), middle, np.log(half), 0.0, *best[4:]])
                 found = self.log_likelihood(x)
@@ -186,7 +199,7 @@ class Window:
         return best
 
     def climbed(self, x: Array) -> Array:
-        """The maximum uphill of coordinates by Fisher's scoring."""
+        """Coordinates of the local maximum of logL, by Fisher scoring from x."""
         for _ in range(MOST):
             slopes, now = self._slopes(x)
             value = self._judged(now)
@@ -194,7 +207,7 @@ class Window:
             step = _inverse(slopes) @ gradient
             if float(gradient @ step) < 2.0 * SAME:
                 break
-            # No farther at a time than a band is wide.
+            # Limit a step to the width of the band.
             step /= max(1.0, float(np.max(np.abs(step) / self.scales(x))))
             share = 1.0
             while share > 1e-3:
@@ -211,19 +224,19 @@ class Window:
         return x
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
-        """Change of ln of the spectrum with the coordinates, shape (k, coordinates), and the spectrum."""
+        """Derivatives of ln spectrum by the coordinates, shape (k, coordinates), and the spectrum."""
         now = self.spectrum(x)
         steps = STEP * self.scales(x)
         slopes = [(self.spectrum(x + s) - now) / (s.sum() * now) for s in np.diag(steps)]
         return np.column_stack(slopes), now
 
     def covariance(self, x: Array) -> Array:
-        """Of the coordinates, the inverse of their Fisher information."""
+        """Covariance of the coordinates: the inverse of their Fisher information."""
         slopes, _ = self._slopes(x)
         return _inverse(slopes)
 
     def errors(self) -> dict[str, float]:
-        """Standard errors of ln of the coefficient and of every shape of the band that the model has."""
+        """Standard errors of ln coefficient and ln of every shape of the band, by name."""
         x = self.start()
         covariance, effect = self.covariance(x), self.effect(x)
         out = {effect.coefficient: 0.5 * float(np.sqrt(covariance[0, 0]))}
@@ -240,19 +253,20 @@ class Window:
 
 
 def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> float:
-    """What logL of the power of bins leaves out where a model has narrow bands: that of the ordinates given their sums.
+    """Additional logL from the single ordinates near narrow bands, given the power of their bins.
 
-    The rest of the model is as flat within a bin as it is for other models: next to the empty end of a filtered spectrum a
-    band would else be worth thousands for what the filter does.
+    The rest of the model counts as flat within a bin. Otherwise a band next to the empty end of a filtered spectrum would
+    get credit for the slope of the filter.
 
     Parameters
     ----------
     model : Model
-        With values.
+        Model with values.
+    data : Data
     ordinates : ndarray, shape (n,)
-        Without known functions of time.
+        Ordinates minus known functions of time.
     count : ndarray, shape (bins,)
-        Degrees of freedom of the bins: fewer than their ordinates where neighbours share what they show.
+        Degrees of freedom of the bins: fewer than their ordinates if neighboring ordinates are correlated.
     """
     narrow = [e for e in model.stochastic if _share(e, data)]
     if not narrow:
@@ -262,7 +276,7 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
         own = bins_near(effect, data.bins, data.rate)
         share[own] = np.maximum(share[own], _share(effect, data))
     near = np.flatnonzero(share)
-    j = within(near, data.bins)
+    j = ordinates_of_bins(near, data.bins)
     power = ordinates[j] ** 2
     expected = _rest(Model(tuple(e for e in model if e not in narrow)), near, data)
     for effect in narrow:
@@ -276,25 +290,25 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
 
 
 def _share(effect: Stochastic, data: Data) -> float:
-    """How much counts what single ordinates say of a band: all where it is narrow, then less and less.
+    """Weight of single ordinates for a band: 1 if it is narrow, falling to 0 for wider bands.
 
-    A band that is a little too wide to be fitted to them has shown them as much as one that is not.
+    The gradual fall avoids a jump of logL when a band becomes slightly too wide to be fitted to ordinates.
     """
-    if by_ordinates(effect, data):
+    if is_fitted_to_ordinates(effect, data):
         return 1.0
     if effect.occupies is None or effect.banded(1.0, 1.001) is None:
         return 0.0
-    if not near_seen_singly(effect, data):
+    if not has_ordinates_near(effect, data):
         return 0.0
     low, high = effect.occupies
     width = 2.0 * (high - low) / (high + low) if high > low else np.inf
-    return float(np.clip(np.log(BROAD * NARROW / width) / np.log(BROAD), 0.0, 1.0))
+    return float(np.clip(np.log(BROAD * MAX_NARROW_WIDTH / width) / np.log(BROAD), 0.0, 1.0))
 
 
 def flat_about(model: Model, place: int, data: Data) -> bool:
-    """Whether a model without its narrow bands hardly changes within the bins near one of them.
+    """True if the model without narrow bands is nearly constant within the bins near the band at index `place`.
 
-    Where a filter leaves next to nothing of a part of a bin, single ordinates would speak of the filter.
+    If a filter attenuates part of a bin strongly, single ordinates would describe the filter instead of the band.
     """
     near = bins_near(model.effects[place], data.bins, data.rate)
     terms = data.terms(Model(tuple(e for e in model if not is_narrow(e))))
@@ -306,20 +320,22 @@ def flat_about(model: Model, place: int, data: Data) -> bool:
 
 
 def _rest(model: Model, near: NDArray[np.int64], data: Data) -> Array:
-    """The mean density of each of some bins, at each of their ordinates."""
+    """Mean density of the bin of each ordinate, for all ordinates of the bins `near`."""
     return np.repeat(means(model, data, data.ends_out)[near], _sizes(near, data))
 
 
 def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
+    """Number of ordinates of each of the bins `near`."""
     return np.diff(data.bins.edges)[near]
 
 
 def _means(values: Array, sizes: NDArray[np.int64]) -> Array:
+    """Means of consecutive groups of values with the given sizes."""
     return np.asarray(np.add.reduceat(values, np.cumsum(sizes) - sizes) / sizes)
 
 
 def _inverse(slopes: Array) -> Array:
-    """Of the Fisher information of coordinates whose units differ."""
+    """Inverse of the Fisher information ½ slopesᵀ·slopes, robust against different units of the coordinates."""
     fisher = 0.5 * slopes.T @ slopes
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
@@ -327,7 +343,7 @@ def _inverse(slopes: Array) -> Array:
 
 
 def _touch(one: Effect, other: Effect, data: Data) -> bool:
-    """Whether two effects have bands or lines that overlap, or ordinates that a fit of either looks at."""
+    """True if the peaks of two effects overlap, or if their fits use common bins."""
     if any(a[0] <= b[1] and b[0] <= a[1] for a in one.peaks for b in other.peaks):
         return True
     near, beside = (bins_near(e, data.bins, data.rate) for e in (one, other))
@@ -337,20 +353,23 @@ def _touch(one: Effect, other: Effect, data: Data) -> bool:
 def narrowed(
     model: Model, best: Maximum, part: RandomPart, ordinates: Array, settled: int = 0
 ) -> tuple[Model, Maximum]:
-    """The model with every narrow band where single ordinates have it, and the maximum of the coefficients there.
+    """The model with every narrow band fitted to single ordinates, and the maximum over the coefficients.
 
     Parameters
     ----------
     model : Model
-        With values of its coefficients.
+        Model with values of its coefficients.
+    best : Maximum
+        Maximum of the model.
+    part : RandomPart
     ordinates : ndarray, shape (n,)
-        Without known functions of time.
+        Ordinates minus known functions of time.
     settled : int
-        Bands among so many effects, from the first, stay where they are if none behind these touches them.
+        Bands among the first `settled` effects are kept unless a later effect overlaps them.
     """
     data, moved = part.data, False
     for place, effect in enumerate(model.effects):
-        if not by_ordinates(effect, data):
+        if not is_fitted_to_ordinates(effect, data):
             continue
         if place < settled and not any(_touch(effect, e, data) for e in model.effects[settled:]):
             continue
@@ -359,13 +378,13 @@ def narrowed(
             continue
         window = Window.of(model, place, data, ordinates)
         start = window.start()
-        # Where bins put it, it may be anywhere near and of any width.
+        # If the bins placed the band, its frequency and width are only rough.
         at = window.scanned() if start[2] > window.widest - ENTERED else start
         x = window.climbed(at)
         if x is start:
             continue
-        # The strength is that of the bins, or held.
+        # The strength comes from the bins, or is held.
         found = window.effect(x)
         model = model.replaced(place, **{n: found.values[n] for n in effect.free_shapes})
         moved = True
-    return (model, part.maximise(model, best)) if moved else (model, best)
+    return (model, part.maximize(model, best)) if moved else (model, best)

@@ -1,8 +1,8 @@
-"""Coefficients, shapes and the scale of the discrepancy climbed together.
+"""Joint optimization of coefficients, shapes and discrepancy from start values.
 
-Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative,
-changes of the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part
-Lawson & Hanson 1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
+Each step solves a linear least-squares problem with the effective degrees of freedom: coefficients are non-negative, and
+changes of shapes stay within a trust region. The step is shortened until the likelihood rises (Levenberg 1944; non-negative
+least squares: Lawson & Hanson 1974). Only columns whose shapes change are recomputed.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fit.likelihood.discrepancy import (
-    EVIDENCE,
+    MIN_DISCREPANCY_DELTA_LOGL,
     best_scale,
-    better_scale,
+    climb_scale,
     judge,
-    linearised,
+    linearized,
 )
-from allanite.fit.likelihood.peaks import by_ordinates
+from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,21 +32,40 @@ if TYPE_CHECKING:
 __all__ = ["polish"]
 
 Array = NDArray[np.float64]
-#: Widest first step of a shape (in ln; of a signed one, itself) and narrowest that is still tried.
-TRUST, NARROWEST = 0.5, 1e-5
-#: Less than tells a number from its limit.
+#: Initial trust radius of a shape: in ln for positive shapes, in its unit for signed ones. Chosen by judgment; not
+#: measured.
+TRUST = 0.5
+#: Trust radius below which the optimization ends. Chosen by judgment; not measured.
+NARROWEST = 1e-5
+#: Distance kept from the limits of a logarithm, so that rounding cannot exceed a limit.
 ROUNDING = 1e-12
-#: Most steps; a rise below ENOUGH ends the climb.
-STEPS, ENOUGH = 60, 1e-4
-#: The same for candidates, which are only compared.
-ROUGH_STEPS, ROUGH_ENOUGH = 15, 0.03
-#: A discrepancy worth less than this much more than its price may vanish at the next shapes.
+#: Maximum number of steps. Chosen by judgment; not measured.
+STEPS = 60
+#: Minimum rise of logL in a step; smaller rises end the optimization. Chosen by judgment; not measured.
+ENOUGH = 1e-4
+#: Maximum number of steps for candidates, which are only compared. Chosen by judgment; not measured.
+ROUGH_STEPS = 15
+#: Minimum rise of logL in a step for candidates. Chosen by judgment; not measured.
+ROUGH_ENOUGH = 0.03
+#: Maximum ΔlogL of a discrepancy over δ = 0 up to which the optimization is repeated without discrepancy, since other
+#: shapes may make it vanish. Chosen by judgment; not measured.
 NEAR = 30.0
 
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Free shapes of a model as coordinates: logarithms of positive ones, signed ones as they are."""
+    """Free shapes of a model as coordinates of an optimization: logarithms of positive shapes, signed shapes unchanged.
+
+    Attributes
+    ----------
+    model : Model
+    places : tuple of (int, str)
+        Index of the effect and name of each shape.
+    signed : tuple of bool
+        True for shapes that may be negative.
+    limits : ndarray, shape (shapes, 2)
+        Lowest and highest value of each coordinate.
+    """
 
     model: Model
     places: tuple[tuple[int, str], ...]
@@ -55,6 +74,7 @@ class _Shapes:
 
     @classmethod
     def of(cls, model: Model, places: list[tuple[int, str]], part: RandomPart) -> _Shapes:
+        """Coordinates of the shapes at `places` with their limits."""
         signed, limits = [], []
         for place, name in places:
             effect = model.effects[place]
@@ -66,21 +86,23 @@ class _Shapes:
                 continue
             least, most = effect.search_ends(name, part.data.n, part.data.rate)
             low = max(low, least, 1e-300)
-            # The exponential of a logarithm may be off by a rounding: none is beyond the range of its number.
+            # exp(ln x) may differ from x by rounding; keep it within the limits.
             ends = np.log(low), np.log(max(low, min(high, most)))
             limits.append((ends[0] + ROUNDING, max(ends[0] + ROUNDING, ends[1] - ROUNDING)))
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def start(self) -> Array:
+        """Coordinates of the model's present shapes."""
         values = [self.model.effects[p].values[n] for p, n in self.places]
         at = [v if s else np.log(v) for v, s in zip(values, self.signed, strict=True)]
         return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
+        """The model with shapes at the coordinates of a point."""
         return self.beside(self.model, point, range(point.size))
 
     def beside(self, model: Model, point: Array, which: Iterable[int]) -> Model:
-        """The model with these of its coordinates at the point's."""
+        """A model with the shapes of the indices `which` at the coordinates of a point."""
         moved: dict[int, dict[str, float]] = {}
         for i in which:
             place, name = self.places[i]
@@ -99,11 +121,11 @@ def polish(
     *,
     roughly: bool = False,
 ) -> tuple[Model, Maximum]:
-    """The model with the shapes at `places` (place in the model, name) uphill of their values, and its maximum.
+    """The model with locally optimized shapes at `places` (index of the effect, name), and its maximum.
 
-    With and without a discrepancy where both may be the better one.
+    If a discrepancy is nearly decisive, the optimization runs with and without it. With `roughly`, it ends early.
     """
-    places = [p for p in places if not by_ordinates(model.effects[p[0]], part.data)]
+    places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:
         return model, best
     shapes = _Shapes.of(model, places, part)
@@ -113,7 +135,7 @@ def polish(
         pass
     elif found.scale is None:
         scale, value = best_scale(part.power, part.count, found.spectrum)
-        if value - EVIDENCE > found.log_likelihood - 1.0:
+        if value - MIN_DISCREPANCY_DELTA_LOGL > found.log_likelihood - 1.0:
             ends.append(_climb(shapes, point, replace(found, scale=scale), part, roughly))
     else:
         linear = part.linear(shapes.at(point))
@@ -127,6 +149,7 @@ def polish(
 def _climb(
     shapes: _Shapes, point: Array, best: Maximum, part: RandomPart, roughly: bool
 ) -> tuple[Array, Maximum]:
+    """Local maximum over shapes and coefficients: coordinates of the shapes, and the maximum."""
     power, count = part.power, part.count
     here = shapes.at(point)
     linear = part.linear(here)
@@ -162,7 +185,7 @@ def _climb(
         trust = np.minimum(trust * (1.6 if step == 1.0 else max(step, 0.3)), 1.5)
         before = judged.log_likelihood
         if scale is not None:
-            scale, judged = better_scale(power, count, spectrum, scale, judged)
+            scale, judged = climb_scale(power, count, spectrum, scale, judged)
         if risen + judged.log_likelihood - before < enough and (short or roughly):
             break
     return point, part.climb(linear, theta, scale)
@@ -171,7 +194,7 @@ def _climb(
 def _slopes(
     shapes: _Shapes, point: Array, here: Model, linear: Linear, theta: Array, part: RandomPart
 ) -> Array:
-    """Change of the spectrum with each shape at a point, shape (bins, shapes)."""
+    """Derivative of the spectrum by each shape coordinate at a point, shape (bins, shapes)."""
     now = linear.matrix @ theta
     slopes = np.empty((now.size, point.size))
     for i in range(point.size):
@@ -193,15 +216,15 @@ def _step(
     weight: Array,
     part: RandomPart,
 ) -> tuple[Array, Array]:
-    """Where the linearised problem puts θ and the shapes, within the trust region."""
+    """θ and shape coordinates that solve the linearized problem within the trust region."""
     from scipy.optimize import nnls
 
     free = linear.matrix[:, linear.free]
-    # The mean of a term that is not zero is not zero, where rounding made some of it negative as well.
+    # Mean of absolute values: rounding can make parts of a column negative.
     units = 1.0 / np.maximum(np.mean(np.abs(free) / spectrum[:, None], axis=0), 1e-300)
     # A change u of a shape is −trust + v with v ≥ 0.
     scaled = np.hstack([free * units, slopes * trust]) / spectrum[:, None]
-    matrix, target = linearised(scaled, part.power, part.count, spectrum, weight)
+    matrix, target = linearized(scaled, part.power, part.count, spectrum, weight)
     start = np.concatenate([theta[linear.free] / units, np.ones(point.size)])
     target = target + matrix @ start
     size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)

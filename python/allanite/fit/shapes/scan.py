@@ -1,8 +1,9 @@
-"""One more random effect or filter, at every point of its shape grid: where the likelihood has a maximum uphill.
+"""Add a random effect or filter to a model at every point of its shape grid, and find the likelihood maxima.
 
-A model that lacks an effect has others standing for it, or has lost the bins where it acts to the discrepancy. So each
-point is climbed from where the effect explains the excess at the bin in which it stands out most, beside the model as it
-is; and those in the running also from the fit of everything anew in which each bin has about one vote.
+If a model lacks an effect, other effects imitate it, or the discrepancy discounts the bins where it acts. Each grid
+point is therefore optimized from two starts. The first start adds to the model as it is the power that explains the
+excess in the bin where the effect stands out most. The second start, for the best points only, fits all coefficients
+anew with similar weights of all bins.
 """
 
 from __future__ import annotations
@@ -14,7 +15,12 @@ from numpy.typing import NDArray
 
 from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.expected import column_of
-from allanite.fit.likelihood.whittle import VOTES, Maximum, climb_many, first_guess
+from allanite.fit.likelihood.whittle import (
+    MAX_EQUAL_WEIGHT_FREEDOM,
+    Maximum,
+    climb_many,
+    first_guess,
+)
 from allanite.fit.shapes.polish import polish
 from allanite.spectrum.spectrum import cells_of
 
@@ -26,33 +32,37 @@ __all__ = ["added", "other_form", "simplest", "worth_polishing"]
 
 Array = NDArray[np.float64]
 
-#: Points of one design from which shapes are polished.
+#: Minimum number of grid points whose shapes are optimized further. Chosen by judgment; not measured.
 POLISHED = 2
-#: Fisher steps of a scan: enough to tell which starts are in the running, and to rank these.
-FIRST, ROUNDS = 3, 12
-#: Part of the points that is climbed on, beside the best of every design.
+#: Fisher-scoring steps at every grid point, to select the best. Chosen by judgment; not measured.
+FIRST = 3
+#: Fisher-scoring steps at the selected grid points, to rank them. Chosen by judgment; not measured.
+ROUNDS = 12
+#: Fraction of the grid points that are selected, in addition to the best of every design. Chosen by judgment; not measured.
 RUNNING = 0.2
-#: Of these so many at least are climbed in the bins.
+#: Minimum number of ranked points that are finally optimized with all bins instead of cells.
+#: Chosen by judgment; not measured.
 LEADING = 10
-#: Designs of an effect whose logL differ by less say the same.
+#: Maximum difference in logL with which a simpler design of an effect is preferred: the expected gain of 2 by 4 useless
+#: parameters, or AIC with two parameters. Chosen by judgment; not measured.
 ALIKE = 2.0
 
 
 def added(
     model: Model, points: list[Effect], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
-    """The model with each point of an effect added, and its maximum; best first.
+    """Maxima and models with each grid point of an effect added to a model, best first.
 
-    `base` is the maximum of the model without it.
+    `base` is the maximum of the model without the effect. Only the selected points are returned.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
     before = part.linear(model)
     held = (p.coefficient in p.held for p in points if isinstance(p, Stochastic))
     if before.fixed.any() or any(held):
-        # Held coefficients: the whole problem of each point by itself.
+        # With held coefficients, solve the complete problem of each point.
         return _one_by_one([model + point for point in points], base, part)
     bins, known = before.matrix.shape
-    # A thousand points of a thousand bins: one array.
+    # One array for all points (about a thousand) and bins (about a thousand).
     effects = known + isinstance(points[0], Stochastic)
     matrices, starts = np.empty((len(points), bins, effects)), np.empty((len(points), effects))
     for point, matrix, start in zip(points, matrices, starts, strict=True):
@@ -77,9 +87,9 @@ def _climbed(
     base: Maximum,
     part: RandomPart,
 ) -> dict[int, Maximum]:
-    """Where the points end that are in the running after a few steps, by their places.
+    """Maxima of the selected grid points, by index of the point.
 
-    Which those are the cells tell, which are fewer than the bins; not for effects that are narrower.
+    The selection uses the power of cells, which are fewer than bins, unless the effect is narrower than a cell.
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]
@@ -88,7 +98,7 @@ def _climbed(
         columns, power, count = _in_cells(columns, part)
 
     def ahead(which: NDArray[np.intp], values: Array, least: int) -> NDArray[np.intp]:
-        """The best of every design among the points of these values, and so many at least of all."""
+        """Indices of the best point of every design and of at least `least` best points overall."""
         order = which[np.argsort(-values, kind="stable")]
         seen: dict[tuple[object, ...], int] = {}
         for k in map(int, order):
@@ -98,6 +108,7 @@ def _climbed(
     def climbed(
         which: NDArray[np.intp], thetas: Array, rounds: int
     ) -> tuple[Array, Array, list[int | None]]:
+        """Maxima of the points `which` after some Fisher-scoring steps from `thetas`."""
         return climb_many(
             power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )
@@ -106,8 +117,8 @@ def _climbed(
     kept = ahead(np.arange(values.size), values, int(RUNNING * values.size))
     thetas, values, scales = climbed(kept, thetas[kept], ROUNDS)
     if base.scale is not None:
-        # With a discrepancy there are several maxima.
-        votes = np.minimum(part.count, VOTES)
+        # With a discrepancy the likelihood has several maxima.
+        votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
         even = np.stack([first_guess(part.power, votes, matrices[k], None) for k in kept])
         others, heights, rough = climbed(kept, even, ROUNDS)
         higher = heights > values
@@ -133,7 +144,7 @@ def _climbed(
 
 
 def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
-    """Columns (m, cells, p), power and degrees of freedom of the cells, of columns (m, bins, p)."""
+    """Columns, shape (m, cells, p), power and degrees of freedom of cells, from columns of shape (m, bins, p)."""
     first = cells_of(part.count.size)
     count = np.add.reduceat(part.count, first)
     share = part.count / np.repeat(count, np.diff([*first, part.count.size]))
@@ -144,12 +155,13 @@ def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
 def _one_by_one(
     models: list[Model], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
-    found = [(part.maximise(model, base), model) for model in models]
+    """Maxima of models, each fitted completely, best first."""
+    found = [(part.maximize(model, base), model) for model in models]
     return sorted(found, key=lambda pair: -pair[0].log_likelihood)
 
 
 def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean over five bins, so that no single low or high ordinate sets a scale."""
+    """Weighted mean over five bins, so that no single bin determines the start value."""
     window = np.ones(5)
     total = np.convolve(excess * count, window, mode="same")
     return np.asarray(total / np.convolve(count, window, mode="same"))
@@ -158,10 +170,11 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
 def worth_polishing(
     scanned: list[tuple[Maximum, Model]], place: int = -1
 ) -> list[tuple[Maximum, Model]]:
-    """Of a scan of one effect, best first: the best point of every design, and `POLISHED` that differ otherwise.
+    """Scanned points whose shapes should be optimized: the best of every design, and at least `POLISHED` in total.
 
-    Neighbours on the grid of the first shape end in the same place. But the grid is coarse beside what a long record
-    tells: a design whose best cutoff lies between two points would lose to a worse one that has a point at its own.
+    `scanned` is sorted, best first. Points that differ only in the first shape count once, since they lead to the same
+    maximum. Every design is kept, because the grid is coarse for long records: a design whose best cutoff lies between two
+    grid points would lose to a worse design with a grid point at its best cutoff.
     """
     seen: set[tuple[object, ...]] = set()
     designs: set[tuple[object, ...]] = set()
@@ -180,29 +193,31 @@ def worth_polishing(
 
 
 def simplest(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
-    """Of models that differ in the effect at `place`: the best, or a simpler design of it that says the same."""
+    """The model with the simplest design of the effect at index `place` whose logL is within `ALIKE` of the best."""
     top = max(found.log_likelihood for _, found in ends)
     alike = [end for end in ends if end[1].log_likelihood >= top - ALIKE]
     first = type(alike[0][0].effects[place])()
     ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
 
     def order(end: tuple[Model, Maximum]) -> tuple[int, float]:
+        """Sort key: complexity of the design, then logL."""
         return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
 
     return min(alike, key=order)
 
 
 def other_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """The model with another form of the effect at `place` (`Effect.otherwise`), where that explains more than it."""
+    """The model with an alternative form of the effect at index `place` (`Effect.otherwise`) if logL rises by `ALIKE`."""
     found = model, best
     for effect in model.effects[place].otherwise():
         other = Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
         places = [(place, name) for name in effect.free_shapes]
-        tried = polish(other, places, part.maximise(other, best), part, roughly=True)
+        tried = polish(other, places, part.maximize(other, best), part, roughly=True)
         if tried[1].log_likelihood > max(found[1].log_likelihood, best.log_likelihood + ALIKE):
             found = tried
     return found
 
 
 def _design(effect: Effect) -> tuple[object, ...]:
+    """Values of the choices of an effect, e.g. the design of a filter."""
     return tuple(effect.values[p.name] for p in effect.parameters if p.role == "choice")

@@ -1,4 +1,4 @@
-"""Shape parameters (time constants, frequencies): a scan where there is no value, then a climb together with the rest."""
+"""Fit shape parameters (time constants, frequencies): grid search without a start value, then joint optimization."""
 
 from __future__ import annotations
 
@@ -48,22 +48,24 @@ __all__ = [
     "reopened",
 ]
 
-#: How the shapes of a function of time that is not seen at the lowest frequencies are found, by how it is screened.
+#: Functions that optimize shapes of effects that are neither slow nor periodic, by the name of their screen.
 POLISH = {"drifting line": polish_drifting, "passing line": polish_burst}
-#: Ordinates about a line within which its frequency is polished.
+#: Ordinates to each side of a line that are used to optimize its frequency. Chosen by judgment; not measured.
 ZOOM = 48
-#: Lines of a comb by which its frequency is polished.
+#: Maximum number of lines of a comb that are used to optimize its frequency. Chosen by judgment; not measured.
 POLISHED = 12
-#: Lines beyond which each is polished in ordinates of its own, where they are that far apart.
+#: Number of lines of a comb above which each line is evaluated separately, if they do not overlap.
+#: Chosen by judgment; not measured.
 MANY = 3
-#: A shape of a slow function is found to this part of its step on the grid.
+#: Tolerance of a shape of a slow function, in parts of the distance between its neighbors on the grid.
+#: Chosen by judgment; not measured.
 FINE = 1e-3
-#: A shape that gains less of logL than this, 0.045 of its standard error, stays.
+#: Minimum ΔlogL of a changed shape; it corresponds to a change by √(2·0.001) = 0.045 standard errors.
 SAME = 1e-3
 
 
 def free_places(model: Model) -> list[tuple[int, str]]:
-    """(place in the model, name) of every shape of the random part that a fit may move."""
+    """(index of the effect, name) of every free shape of random effects and modifiers."""
     return [
         (place, name)
         for place, effect in enumerate(model.effects)
@@ -74,7 +76,7 @@ def free_places(model: Model) -> list[tuple[int, str]]:
 
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
-    """The model with the effect at `place` at every point of its shape grid, and of each of its designs."""
+    """Models in which the effect at index `place` takes every point of its shape grid, for each of its designs."""
     variants = model.effects[place].variants()
     out = []
     for start in variants:
@@ -94,17 +96,17 @@ def grid_models(model: Model, place: int, data: Data) -> list[Model]:
 def fit_shapes(
     model: Model, part: RandomPart, start: Maximum | None = None, *, polished: bool = True
 ) -> tuple[Model, Maximum]:
-    """Shapes of stochastic effects and modifiers that maximise logL, and the maximum there.
+    """The model with shapes of random effects and modifiers that maximize logL, and the maximum there.
 
-    `start` is where to look first, a maximum of this model's coefficients.
+    `start` is a maximum over the coefficients of this model, to start from. Without `polished`, shapes stay on the grid.
     """
     blank = model.effects
     opened = [i for i, e in enumerate(blank) if not isinstance(e, Deterministic) and _open(e)]
-    # Shapes of later effects that are open as well start from the middle of their grids: once more when all are known.
+    # Open shapes of later effects start in the middle of their grids; a second pass runs when all have values.
     for place in opened * (2 if len(opened) > 1 else 1):
         points = grid_models(_with(model, place, blank[place]), place, part.data)
         points += [_with(model, place, e) for e in _seen(blank[place], part.data)]
-        tried = [(part.maximise(m), m) for m in map(_filled(part.data), points)]
+        tried = [(part.maximize(m), m) for m in map(_filled(part.data), points)]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
         ends = [(m, found) for found, m in tried[:1]]
         if polished:
@@ -118,12 +120,12 @@ def fit_shapes(
         model = _with(model, place, chosen.effects[place])
     for place in unformed(model, part):
         model, start = put_together(model, place, part), None
-    found = part.maximise(model, start)
+    found = part.maximize(model, start)
     return polish(model, free_places(model), found, part) if polished else (model, found)
 
 
 def _seen(effect: Effect, data: Data) -> list[Effect]:
-    """What single ordinates suggest for an effect, of what agrees with the values that it has."""
+    """Effects of this kind suggested by single ordinates that agree with the values already given."""
     if data.ordinates.size != data.n:
         return []
     given = {k: v for k, v in effect.values.items() if v is not None}
@@ -132,7 +134,7 @@ def _seen(effect: Effect, data: Data) -> list[Effect]:
 
 
 def reopened(model: Model, given: Model) -> Model | None:
-    """The model with the shapes open again that had no value when it was given; None if all had."""
+    """The model with those shapes open again that had no value in the given model; None if all had values."""
     effects = [
         old if not isinstance(old, Deterministic) and _open(old) else new
         for new, old in zip(model.effects, given.effects, strict=True)
@@ -141,11 +143,12 @@ def reopened(model: Model, given: Model) -> Model | None:
 
 
 def _with(model: Model, place: int, effect: Effect) -> Model:
+    """The model with the effect at index `place` replaced."""
     return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
 
 
 def _open(effect: Effect) -> bool:
-    """Whether a shape or a choice of a random effect has no value."""
+    """True if a shape or a choice of a random effect has no value."""
     undecided = len(effect.variants()) > 1 and any(
         p.role == "choice" and effect.values[p.name] is None for p in effect.parameters
     )
@@ -153,7 +156,7 @@ def _open(effect: Effect) -> bool:
 
 
 class _filled:  # noqa: N801
-    """Puts the middle of its grid for every shape that has no value."""
+    """Function that gives every open random effect of a model the middle of its grid."""
 
     def __init__(self, data: Data) -> None:
         self.data = data
@@ -171,10 +174,11 @@ class _filled:  # noqa: N801
 def fit_deterministic_shapes(
     model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool, settled: int = 0
 ) -> Model:
-    """Shapes of deterministic effects given the spectrum: what has no value, frequencies of lines, times and lags.
+    """The model with optimized shapes of deterministic effects, at a given spectrum of the noise.
 
-    The frequency of the last effect, which is new where a search asks, is polished in any case. Those of the first so many
-    that are `settled` keep the values that they have.
+    Shapes without a value are always searched. With `lines`, frequencies of lines are optimized, with `slow` the shapes of
+    slow functions. The last effect, which a search just added, is always optimized. The first `settled` effects keep their
+    values.
     """
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
@@ -198,7 +202,7 @@ def fit_deterministic_shapes(
             found = effect.limits.clipped("frequency", found)
             model = model.replaced(place, frequency=found)
             if effect.values["frequency"] is None and not effect.held:
-                # The next line without a frequency is looked for in what this one leaves.
+                # Give the line an amplitude, so that the search of the next line starts from the residual.
                 j = comb_window(found, multiples, data)
                 line = comb_ordinates(found, multiples, j, data)
                 left = without_at(rest, j, data)
@@ -215,7 +219,7 @@ def fit_deterministic_shapes(
 
 
 def _known(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
-    """Those with values."""
+    """The effects that have values of all shapes and an amplitude other than 0."""
     known = [e for e in effects if any(v is not None and v != 0.0 for v in e.amplitudes())]
     return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
 
@@ -228,18 +232,18 @@ def polish_line(
     data: Data,
     multiples: Sequence[float] = (1,),
 ) -> float:
-    """Frequency near `start` (within 1/T) at which a line, with its harmonics, explains most of ordinates j, Hz.
+    """Frequency within 1/T of `start` at which a line with its harmonics explains most of ordinates j, Hz.
 
-    `start` where no other explains more by as much as matters.
+    Returns `start` if the gain in logL is below `SAME`. T is the duration of the record.
     """
     if len(multiples) > POLISHED:
-        # A train of pulses: a few of its lines tell its frequency.
+        # For a pulse train, a few of its lines determine the frequency.
         multiples = [multiples[i] for i in np.linspace(0, len(multiples) - 1, POLISHED).astype(int)]
         values = values[np.isin(j, near := comb_window(start, multiples, data, ZOOM))]
         j = near
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
-    # Each line of a long comb has ordinates of its own: together they would cost the square of their number.
+    # Evaluate the lines of a long comb separately; together their cost grows with the square of their number.
     parts = [(multiples, np.arange(j.size))]
     if len(multiples) > MANY and start > (2 * ZOOM + 2) * step:
         windows = [window(m * start, data, ZOOM) for m in multiples]
@@ -247,7 +251,7 @@ def polish_line(
             ([m], np.flatnonzero(np.isin(j, own)))
             for m, own in zip(multiples, windows, strict=True)
         ]
-    # The highest harmonic moves fastest.
+    # The highest harmonic determines the step.
     fine = step / (8.0 * max(multiples))
     grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
     inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
@@ -271,7 +275,10 @@ def _polish_slow(
     noise: Noise,
     data: Data,
 ) -> Model:
-    """Profile gain of one shape of a slow effect (lag, time constant, time), others refitted with it."""
+    """The model with optimized shapes of one slow effect (lag, time constant, time), one shape after the other.
+
+    The amplitudes of the other deterministic effects are fitted for each value.
+    """
     from scipy.optimize import minimize_scalar
 
     effect = model.effects[place]
@@ -311,7 +318,7 @@ def _polish_slow(
             )
             if found.fun < loss(known) - SAME:
                 known = float(found.x)
-        # A shape that may be absent, such as a lag, is absent where the record does not show it.
+        # A shape whose grid starts at 0, such as a lag, is set to 0 if that does not lower logL.
         if grid[0] == 0.0 < known and loss(0.0) <= loss(known) + SAME:
             known = 0.0
         effect = effect.with_values(**{name: known})

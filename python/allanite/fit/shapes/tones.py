@@ -1,4 +1,4 @@
-"""Tone bursts: in a band about a line, the stretch of time and the frequency that explain most of its complex series."""
+"""Fit tone bursts: find the time interval and frequency that explain most of the complex series of a narrow band."""
 
 from __future__ import annotations
 
@@ -17,31 +17,39 @@ if TYPE_CHECKING:
 
 __all__ = ["louder", "placed", "polish_burst", "search_burst", "steady", "trials"]
 
-#: Fewest values of the series in a burst, ratio of the lengths tried, part of a length by which a window moves.
-SHORTEST, RATIO, MOVES = 16, 2.0**0.5, 4
-#: Longest burst, of the record: one that is longer is a line.
+#: Minimum length of a burst, in values of the series. Chosen by judgment; not measured.
+SHORTEST = 16
+#: Ratio of successive window lengths that are tried. Chosen by judgment; not measured.
+RATIO = 2.0**0.5
+#: Window positions per window length. Chosen by judgment; not measured.
+MOVES = 4
+#: Maximum length of a burst, in parts of the record; a longer one is a steady line. Chosen by judgment; not measured.
 LONGEST = 0.9
-#: Values of the series by which the edges are placed.
+#: Minimum number of values of the series with which the edges are optimized. Chosen by judgment; not measured.
 FINE = 1 << 14
-#: Places of either edge that are looked at about a window.
+#: Intervals of the grid of positions that are tried for each edge of a burst. Chosen by judgment; not measured.
 PLACES = 48
-#: Pieces of three lengths of a burst in which its frequency is polished.
+#: Segments, over three lengths of a burst, whose sums are precomputed to optimize its frequency.
+#: Chosen by judgment; not measured.
 PIECES = 384
 
 
 def trials(band: Band) -> int:
-    """Windows that a search tries for each frequency, whatever their length: as many fewer frequencies has a short one."""
+    """Effective number of windows that a search tries for each independent frequency.
+
+    Shorter windows have more positions but proportionally fewer independent frequencies.
+    """
     return 2 * MOVES * len(_lengths(band.series.size))
 
 
 def _lengths(size: int) -> NDArray[np.int64]:
-    """Lengths of the windows tried, from the longest."""
+    """Window lengths that are tried, longest first, in values of the series."""
     count = int(np.log(max(LONGEST * size / SHORTEST, 1.0)) / np.log(RATIO)) + 1
     return np.unique((LONGEST * size / RATIO ** np.arange(count)).astype(np.int64))[::-1]
 
 
 def search_burst(band: Band) -> tuple[float, float, float, float]:
-    """Frequency (cycles of the record), start and end (parts of it) and rise of logL of the strongest window tried."""
+    """Strongest window: frequency (cycles per record), start and end (fractions of the record) and rise of logL."""
     from scipy.fft import fft
 
     k = band.series.size
@@ -62,7 +70,7 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
 def placed(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """The burst about a window with the frequency and the edges that explain most."""
+    """Burst near a window with optimized frequency and edges: frequency, start, end, and rise of logL."""
     found = (frequency, start, end, -np.inf)
     for _ in range(2):
         found = _placed(band, *found[:3])
@@ -70,16 +78,16 @@ def placed(
 
 
 def steady(band: Band, frequency: float) -> float:
-    """Rise of logL by a line near a frequency (half a cycle of the record to either side) that is there all the time."""
+    """Rise of logL by a steady line within half a cycle per record of a frequency."""
     near = frequency + np.linspace(-0.5, 0.5, 21)
     return max(float(np.abs(_summed(band, float(f))[-1]) ** 2) for f in near)
 
 
 def louder(band: Band, frequency: float, start: float, end: float) -> float:
-    """How many times as powerful as the noise the band is in a stretch of the record beside a burst there; 1 or more."""
+    """Power of the band during a burst, without the burst, relative to the expected noise; at least 1."""
     inside = band.series[round(start * band.series.size) : round(end * band.series.size)]
     count = max(inside.size, 2)
-    # A burst alone has its whole gain in one of so many sums, of which noise has 1 in each.
+    # A pure burst has its whole gain in one Fourier sum, while noise has power 1 in each sum.
     burst = float(_gain(band, _summed(band, frequency), start, end))
     power = float(np.sum(np.abs(inside) ** 2)) / (end - start)
     return max(1.0, (power - burst / count) * count / (count - 1))
@@ -88,7 +96,7 @@ def louder(band: Band, frequency: float, start: float, end: float) -> float:
 def _placed(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """The best edges about a window, at one frequency, and the best frequency between them."""
+    """Burst with the best edges near a window at one frequency, then with the best frequency between these edges."""
     total = _summed(band, frequency)
     reach = 0.5 * (end - start)
     firsts = np.clip(start + reach * np.linspace(-1.0, 1.0, PLACES + 1), 0.0, 1.0)
@@ -99,14 +107,14 @@ def _placed(
 
 
 def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
-    """Sums of the series turned back by a frequency, up to each place: shape (k + 1,)."""
+    """Cumulative sums of the series demodulated by a frequency, shape (k + 1,)."""
     u = np.arange(band.series.size) / band.series.size
     turned = band.series * np.exp(-2j * np.pi * (frequency - band.first) * u)
     return np.concatenate([[0.0], np.cumsum(turned)])
 
 
 def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> NDArray[np.float64]:
-    """Rise of logL by a burst between parts of the record."""
+    """Rise of logL by a burst between `start` and `end` (fractions of the record); 0 for inadmissible lengths."""
     k = band.series.size
     places = np.arange(k + 1) / k
     inside = np.interp(end, places, total) - np.interp(start, places, total)
@@ -118,13 +126,13 @@ def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> ND
 def _polished(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """The maximum of the gain near a burst."""
+    """Local maximum of the gain over frequency, start and end, by the simplex method."""
     from scipy.optimize import minimize
 
     length = end - start
     scale = np.array([0.2 / length, 0.02 * length, 0.02 * length])
     origin = np.array([frequency, start, end])
-    # Sums over pieces so short that a frequency tried turns by next to nothing within one.
+    # The phase of a tried frequency hardly changes within one of these short segments.
     knots = np.linspace(max(0.0, start - length), min(1.0, end + length), PIECES + 1)
     places = np.arange(band.series.size + 1) / band.series.size
     total = _summed(band, frequency)
@@ -158,9 +166,9 @@ def _polished(
 def polish_burst(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """The burst with the frequency and the times that explain most of the ordinates (n,) without it.
+    """The burst with frequency and times that explain most of residual ordinates, shape (n,).
 
-    Without values, the strongest about the largest ordinate.
+    Without start values, the strongest burst near the largest ordinate is searched.
     """
     values, T = effect.values, data.duration
     f, start, end = values["frequency"], values["start"], values["end"]

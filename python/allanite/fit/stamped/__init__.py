@@ -1,1 +1,1 @@
-"""Exact likelihood of samples at any times: generalized least squares of known functions under the noise of a model."""
+"""Exact likelihood of samples at arbitrary times: generalized least squares of known functions under modeled noise."""

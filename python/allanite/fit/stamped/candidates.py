@@ -1,4 +1,4 @@
-"""The noise of a stamped series: sums of white noise and power laws, fitted, and chosen by evidence."""
+"""Noise models of a series at arbitrary times: sums of white noise and power laws, fitted by likelihood."""
 
 from __future__ import annotations
 
@@ -20,34 +20,39 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.stamped.likelihood import Regressed, StampedSeries
 
-__all__ = ["STEP", "Candidate", "FittedNoise", "fit_noise"]
+__all__ = ["CURVATURE_STEP", "Candidate", "FittedNoise", "fit_noise"]
 
 Array = NDArray[np.float64]
-#: A part of less than e^−16 of the variance of another cannot be seen.
-FAINTEST = 16.0
-#: Precision of a logarithm of a variance, or of an exponent, at which the climb ends: logL changes by 1e-4 at most where
-#: the number is known to 10 % of itself.
-CLOSE = 1e-3
-#: Step of numerical second derivatives, in the same units.
-STEP = 0.1
-#: Step of numerical first derivatives, and most steps of a climb.
-SLIGHT, MOST = 1e-4, 50
-#: Lengths over the time constant of a lag, below which a series gives the variance of its integral.
-SHORT = 0.02
-#: Least curvature of the likelihood in a logarithm of a variance: a standard deviation of 3 e-folds.
-LEAST_CURVATURE = 0.1
+#: Maximum |ln| of the ratio of two variances in the search: a part with e^−16 of the variance of another is invisible.
+#: Chosen by judgment; not measured.
+MAX_LOG_VARIANCE_RATIO = 16.0
+#: Tolerance of the log-variance ratio in the one-dimensional search. logL changes by 1e-4 at most if the ratio has a
+#: relative error of 10 %.
+RATIO_TOLERANCE = 1e-3
+#: Step of numerical second derivatives, in logarithms of variances or in exponents. Chosen by judgment; not measured.
+CURVATURE_STEP = 0.1
+#: Step of numerical first derivatives, in the same units. Chosen by judgment; not measured.
+GRADIENT_STEP = 1e-4
+#: Maximum iterations of the optimization. Chosen by judgment; not measured.
+MAX_ITERATIONS = 50
+#: Duration over the time constant of a lag below which the variance of its integral is computed by a series, because
+#: the closed form cancels. Chosen by judgment; not measured.
+MAX_SERIES_DURATION = 0.02
+#: Minimum curvature of logL in a log-variance: limits its standard deviation to 1/√0.1 = 3 e-folds.
+#: Chosen by judgment; not measured.
+MIN_CURVATURE = 0.1
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A sum of effects whose sizes are fitted, one of which may have an exponent that is fitted.
+    """A sum of noise effects whose coefficients are fitted; the last effect may have a fitted exponent.
 
     Attributes
     ----------
     effects : tuple of Stochastic
-        Without sizes.
+        Effects without coefficients.
     exponents : (float, float) or None
-        Range of the exponent of the last effect, if it is free.
+        Range of the exponent of the last effect; None if no exponent is fitted.
     """
 
     effects: tuple[Stochastic, ...]
@@ -55,29 +60,30 @@ class Candidate:
 
     @property
     def name(self) -> str:
-        """Short names with plus signs."""
+        """Short names of the effects joined by plus signs."""
         return "+".join(effect.short for effect in self.effects)
 
     @property
     def numbers(self) -> int:
-        """Fitted numbers."""
+        """Number of fitted parameters."""
         return len(self.effects) + (self.exponents is not None)
 
 
 @dataclass(frozen=True, eq=False)
 class FittedNoise:
-    """The most likely noise of a candidate, and how well it is known.
+    """The most likely noise of a candidate, and its uncertainty.
 
     Attributes
     ----------
     candidate : Candidate
     model : Model
-        With sizes.
+        The effects with fitted coefficients.
     noise : StampedNoise
+        The fitted noise.
     regressed : Regressed
-        The known functions under that noise.
+        Regression of the known functions under this noise.
     price : float
-        ½ ln n for each fitted number: what the candidate costs in the evidence (Schwarz 1978).
+        Cost of the parameters in the evidence, ½ ln n for each (Schwarz 1978).
     """
 
     candidate: Candidate
@@ -91,18 +97,18 @@ class FittedNoise:
 
     @property
     def evidence(self) -> float:
-        """Log-likelihood less the price of the numbers."""
+        """Log-evidence: restricted log-likelihood minus `price`."""
         return self.regressed.log_likelihood - self.price
 
     def noise_at(self, number: int, sign: float) -> StampedNoise:
-        """Return the noise one `STEP` of a number away from the best place: a log of a variance, or an exponent."""
+        """Noise with one parameter (log-variance or exponent) changed by `sign` times `CURVATURE_STEP` from the fit."""
         place = self._place.copy()
-        place[number] += sign * STEP
+        place[number] += sign * CURVATURE_STEP
         return self._at(place)
 
     @cached_property
     def beside(self) -> list[tuple[Regressed, Regressed]]:
-        """Regressions one `STEP` below and above the best place, for each number."""
+        """Regressions one `CURVATURE_STEP` below and above the fit, for each noise parameter."""
         return [
             (
                 self._series.regressed(self.noise_at(i, -1.0)),
@@ -113,7 +119,7 @@ class FittedNoise:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the logarithms of the variances, and of the exponent: the inverse curvature of the likelihood."""
+        """Covariance of the log-variances and the exponent, from the inverse curvature of logL."""
         k = self._place.size
         middle = self.regressed.log_likelihood
         sides = [sum(r.log_likelihood for r in pair) for pair in self.beside]
@@ -123,13 +129,13 @@ class FittedNoise:
                 both = 0.0
                 for sign in (-1.0, 1.0):
                     place = self._place.copy()
-                    place[[i, j]] += sign * STEP
+                    place[[i, j]] += sign * CURVATURE_STEP
                     both += self._series.regressed(self._at(place)).log_likelihood
                 cross = 0.5 * (sides[i] + sides[j] - both - 2.0 * middle)
                 curvature[i, j] = curvature[j, i] = cross
-        values, vectors = np.linalg.eigh(curvature / STEP**2)
-        # What the likelihood hardly curves in is known to some e-folds at least.
-        values = np.maximum(values, LEAST_CURVATURE)
+        values, vectors = np.linalg.eigh(curvature / CURVATURE_STEP**2)
+        # Limit the uncertainty in directions in which the likelihood is nearly flat.
+        values = np.maximum(values, MIN_CURVATURE)
         return np.asarray((vectors / values) @ vectors.T)
 
 
@@ -140,18 +146,18 @@ def fit_noise(
     form: Callable[[Term, float, int], StampedNoise],
     start: FittedNoise | None = None,
 ) -> FittedNoise:
-    """Return the most likely sizes (and exponent) of a candidate.
+    """The most likely coefficients (and exponent) of a candidate.
 
     Parameters
     ----------
     series : StampedSeries
     candidate : Candidate
     rate : float
-        Samples a second to which the sizes of effects refer.
+        Nominal sampling rate to which the terms of effects refer, Hz.
     form : callable
         `sampled_noise` or `integrated_noise`.
     start : FittedNoise, optional
-        A fit of some of its effects, from which to look first.
+        Fit of some of the effects; its values start the optimization.
     """
     from scipy.optimize import minimize, minimize_scalar
 
@@ -162,7 +168,7 @@ def fit_noise(
         added([form(term, rate, n) for term in effect.unit_terms(rate)])
         for effect in candidate.effects[: sizes - (candidate.exponents is not None)]
     ]
-    # Each unit part is measured by the scatter that it adds to the samples, so that ratios near 1 matter.
+    # Normalize each part by the scatter that it adds to the samples, so that relevant ratios are near 1.
     weights = [1.0 / _scatter(part, length) for part in fixed]
 
     def last(exponent: float) -> StampedNoise:
@@ -191,21 +197,21 @@ def fit_noise(
     elif sizes == 2 and candidate.exponents is None:
         ratio = minimize_scalar(
             lambda v: loss(np.array([v])),
-            bounds=(-FAINTEST, FAINTEST),
+            bounds=(-MAX_LOG_VARIANCE_RATIO, MAX_LOG_VARIANCE_RATIO),
             method="bounded",
-            options={"xatol": CLOSE},
+            options={"xatol": RATIO_TOLERANCE},
         )
         free = np.array([ratio.x])
     else:
-        limits = [(-FAINTEST, FAINTEST)] * (sizes - 1)
+        limits = [(-MAX_LOG_VARIANCE_RATIO, MAX_LOG_VARIANCE_RATIO)] * (sizes - 1)
         limits += [] if candidate.exponents is None else [candidate.exponents]
-        first = _first(candidate, start, limits)
+        first = _start_values(candidate, start, limits)
         found = minimize(
             loss,
             first,
             method="L-BFGS-B",
             bounds=limits,
-            options={"eps": SLIGHT, "ftol": 1e-7, "gtol": 1e-2, "maxiter": MOST},
+            options={"eps": GRADIENT_STEP, "ftol": 1e-7, "gtol": 1e-2, "maxiter": MAX_ITERATIONS},
         )
         free = np.asarray(found.x)
     place = whole(free)
@@ -228,13 +234,13 @@ def fit_noise(
 
 
 def _scatter(noise: StampedNoise, length: float) -> float:
-    """Variance of a noise over a length, s, of what its state at the beginning does not say."""
+    """Variance of a noise after `length` seconds, given its state at the start."""
     total = noise.white + noise.walk * length
     for variance, rate, summed in noise.lags:
         s = rate * length
         if not summed:
             grown = -float(np.expm1(-2.0 * s))
-        elif s < SHORT:
+        elif s < MAX_SERIES_DURATION:
             # 2s − 3 + 4e^(−s) − e^(−2s), whose terms cancel.
             grown = s**3 * (2.0 / 3.0 - 0.5 * s) / rate**2
         else:
@@ -244,10 +250,10 @@ def _scatter(noise: StampedNoise, length: float) -> float:
     return total
 
 
-def _first(
+def _start_values(
     candidate: Candidate, start: FittedNoise | None, limits: Sequence[tuple[float, float]]
 ) -> Array:
-    """Where a climb begins: at the sizes of a start, with what is new at a tenth of the largest; else in the middle."""
+    """Start values of the optimization: those of `start`, with new effects at 1/10 of the largest; else the middle."""
     first = np.zeros(len(limits))
     sizes = len(candidate.effects)
     if candidate.exponents is not None:

@@ -1,8 +1,8 @@
-"""Restricted likelihood of samples at any times, and generalized least squares, by one Kalman filter.
+"""Restricted likelihood and generalized least squares of samples at arbitrary times, by one Kalman filter.
 
-The filter whitens the samples and the known functions together (`rust/kalman/stamped.rs`), in a time that grows linearly
-with the number of samples. The likelihood is that of everything the known functions leave undetermined (Patterson &
-Thompson 1971), so that estimated amplitudes do not make the noise look smaller.
+The filter whitens the samples and the known functions together (`rust/kalman/stamped.rs`). Its run time grows linearly with
+the number of samples. The restricted likelihood uses only combinations of samples that the known functions do not affect
+(Patterson & Thompson 1971). Estimated amplitudes therefore do not bias the noise downward.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ if TYPE_CHECKING:
 __all__ = ["Regressed", "StampedSeries", "whitened"]
 
 Array = NDArray[np.float64]
-#: Rate of a lag that stands for a constant, over that of the record.
-CONSTANT = 1e-9
+#: Decay rate of the lag that represents a constant, times the duration of the record: practically no decay.
+CONSTANT_DECAY = 1e-9
 
 
 def whitened(
     noise: StampedNoise, times: Array, there: NDArray[np.bool_], columns: Array
 ) -> tuple[Array, Array]:
-    """Return innovations of columns, shape (k, n), and their variances, shape (n,).
+    """Innovations of columns, shape (k, n), and their variances, shape (n,).
 
-    Noise that begins at 0 at the first time leaves the first sample without variance. Known functions that have a
-    constant take one of any variance out again, so that it is added to such noise.
+    Noise that starts at 0 gives the first sample no variance. A random constant is therefore added to such noise. The
+    constant among the known functions removes it again, whatever its variance.
     """
     lags = noise.lags
     if noise.white == 0.0 and all(summed for _, _, summed in lags):
         step = (times[-1] - times[0]) / max(times.size - 1, 1)
         variance = noise.walk * step + sum(v * step**2 for v, _, _ in lags)
-        lags = (*lags, (variance, CONSTANT / (times[-1] - times[0]), False))
+        lags = (*lags, (variance, CONSTANT_DECAY / (times[-1] - times[0]), False))
     return _kernels.stamped_filter(times, there, columns, lags, noise.walk, noise.white)
 
 
 @dataclass(frozen=True, eq=False)
 class Regressed:
-    """Generalized least squares under one noise.
+    """Result of generalized least squares under one noise model.
 
     Attributes
     ----------
@@ -51,11 +51,11 @@ class Regressed:
         Restricted log-likelihood, nats.
     amplitudes : ndarray, shape (k,)
     covariance : ndarray, shape (k, k)
-        Under the noise as given.
+        Covariance of `amplitudes` under the given noise.
     squares : float
         Sum of the squared innovations over their variances; its expectation is n − k.
     freedom : int
-        n − k.
+        Degrees of freedom, n − k.
     """
 
     log_likelihood: float
@@ -66,12 +66,12 @@ class Regressed:
 
     @property
     def scale(self) -> float:
-        """Factor on the variance of the noise at which the likelihood is largest."""
+        """Factor on the noise variance that maximizes the likelihood."""
         return self.squares / self.freedom
 
     @property
     def profiled(self) -> float:
-        """Log-likelihood at that factor."""
+        """Restricted log-likelihood maximized over a factor on the noise variance."""
         return self.log_likelihood + 0.5 * (
             self.squares - self.freedom - self.freedom * float(np.log(self.scale))
         )
@@ -79,15 +79,16 @@ class Regressed:
 
 @dataclass(frozen=True, eq=False)
 class StampedSeries:
-    """Samples at times, and known functions of time.
+    """Samples at arbitrary times, and known functions of time.
 
     Attributes
     ----------
     times : ndarray, shape (n,)
-        s, not decreasing.
+        Non-decreasing times, s.
     values : ndarray, shape (n,)
+        Samples.
     design : ndarray, shape (k, n)
-        Known functions, the constant among them.
+        Known functions at the times, including a constant.
     """
 
     times: Array
@@ -100,12 +101,12 @@ class StampedSeries:
         return self.times.size
 
     def regressed(self, noise: StampedNoise) -> Regressed:
-        """Return amplitudes, covariance and restricted likelihood under a noise."""
+        """Amplitudes, covariance and restricted likelihood under a noise model."""
         columns = np.vstack([self.values, self.design])
         found, variances = whitened(noise, self.times, np.ones(self.n, dtype=bool), columns)
         found = found / np.sqrt(variances)
         white, functions = found[0], found[1:]
-        # Of functions of size 1: a Cholesky factor of their products takes a tenth of the time of an orthogonalization.
+        # Normalized functions: the Cholesky factor of their products takes a tenth of the time of an orthogonalization.
         size = np.linalg.norm(functions, axis=1)
         unit = functions / size[:, None]
         lower = np.linalg.cholesky(unit @ unit.T)
@@ -121,17 +122,17 @@ class StampedSeries:
     def predicted(
         self, noise: StampedNoise, regressed: Regressed, times: Array, design: Array
     ) -> tuple[Array, Array]:
-        """Return mean and variance at later times, shape (m,) each.
+        """Predicted mean and variance at later times, shape (m,) each.
 
         Parameters
         ----------
         noise : StampedNoise
         regressed : Regressed
-            Of these samples under this noise.
+            Result of `regressed` for the same noise.
         times : ndarray, shape (m,)
-            Behind the last sample, ascending.
+            Ascending times after the last sample, s.
         design : ndarray, shape (k, m)
-            The known functions there.
+            Known functions at these times.
         """
         n, m = self.n, times.size
         columns = np.zeros((1 + len(self.design), n + m))

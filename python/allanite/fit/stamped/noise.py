@@ -1,7 +1,7 @@
-"""Noise at any time: the lags, the random walk and the white part of primitive terms.
+"""Noise at arbitrary times as a sum of white noise, a random walk and lags (exponentially correlated processes).
 
-A term is defined per sample. Its lags (`power_law_bank`) decay continuously between samples, so that at equal distances
-the process is that of the term, and at other distances the one that runs through it.
+A term is defined per sample. Its lags (`power_law_bank`) decay continuously between samples. At equal intervals the
+process equals the term; at other times it is the continuous process through the same points.
 """
 
 from __future__ import annotations
@@ -22,22 +22,23 @@ if TYPE_CHECKING:
 __all__ = ["StampedNoise", "added", "integrated_noise", "sampled_noise"]
 
 Array = NDArray[np.float64]
-#: Rate of a lag that stands for a random walk, over that of the record: its variance at the ends differs by 0.01 %.
-SLOW = 1e-4
+#: Decay rate of the lag that represents a random walk, times the duration of the record. Its variance at the end of the
+#: record then differs by 0.01 %.
+RANDOM_WALK_DECAY = 1e-4
 
 
 @dataclass(frozen=True)
 class StampedNoise:
-    """White noise, a random walk and lags.
+    """Sum of white noise, a random walk and lags.
 
     Attributes
     ----------
     lags : tuple of (float, float, bool)
-        Stationary variance, rate λ in 1/s, and whether the integral is seen.
+        For each lag: stationary variance, decay rate λ in 1/s, and True if the samples contain its integral.
     walk : float
         Variance of the random walk after 1 s.
     white : float
-        Variance of the white part.
+        Variance of the white noise of each sample.
     """
 
     lags: tuple[tuple[float, float, bool], ...] = ()
@@ -45,13 +46,13 @@ class StampedNoise:
     white: float = 0.0
 
     def scaled(self, factor: float) -> StampedNoise:
-        """Return the noise with its variance multiplied by `factor`."""
+        """The noise with its variance multiplied by `factor`."""
         lags = tuple((factor * v, rate, summed) for v, rate, summed in self.lags)
         return StampedNoise(lags, factor * self.walk, factor * self.white)
 
 
 def added(parts: list[StampedNoise]) -> StampedNoise:
-    """Return the sum of independent noises; lags of the same rate become one."""
+    """Sum of independent noises; lags of the same rate are merged."""
     lags: dict[tuple[float, bool], float] = {}
     for part in parts:
         for variance, rate, summed in part.lags:
@@ -64,36 +65,36 @@ def added(parts: list[StampedNoise]) -> StampedNoise:
 
 
 def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """Return a term whose values are the samples.
+    """Noise of samples that are the values of a term.
 
     Parameters
     ----------
     term : Term
         White, flicker, random walk, a real lag, or a power law of exponent −2 to 0.
     rate : float
-        Samples a second to which the term belongs.
+        Sampling rate to which the term refers, Hz.
     n : int
-        Samples in the length of the record, for the slowest lag.
+        Number of samples of the record at that rate; determines the slowest lag.
     """
     if isinstance(term, White):
         return StampedNoise(white=term.variance)
     if isinstance(term, RandomWalk):
         return StampedNoise(walk=term.variance * rate)
     if isinstance(term, Exponential) and complex(term.phi).imag == 0.0:
-        return _of_lags([(complex(term.phi).real, complex(term.a).real)], 1.0, rate)
+        return _noise_of_lags([(complex(term.phi).real, complex(term.a).real)], 1.0, rate)
     exponent, level = _power_law_of(term)
     if exponent == -2.0:
         return StampedNoise(walk=level * rate)
     if not -2.0 < exponent <= 0.0:
-        raise _unknown(term)
-    return _of_lags(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
+        raise _unsupported(term)
+    return _noise_of_lags(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
 
 
 def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """Return the integral of a term: the phase (s) of a clock whose fractional frequency it is.
+    """Noise of samples that are the integral of a term, e.g. the phase (s) of a clock from its fractional frequency.
 
-    Each lag keeps its density at frequencies far below the sampling rate. Parameters are those of `sampled_noise`;
-    quantization and power laws up to exponent 2 are noise of the phase itself.
+    Each lag keeps its density at frequencies far below the sampling rate. The parameters are those of `sampled_noise`.
+    Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself.
     """
     step = 1.0 / rate
     if isinstance(term, Blue):
@@ -102,37 +103,41 @@ def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
         return StampedNoise(walk=term.variance * step)
     exponent, level = (-2.0, term.variance) if isinstance(term, RandomWalk) else (0.0, 0.0)
     if isinstance(term, Exponential) and complex(term.phi).imag == 0.0:
-        return _integrated([(complex(term.phi).real, complex(term.a).real)], 1.0, rate)
+        return _integrated_lags([(complex(term.phi).real, complex(term.a).real)], 1.0, rate)
     if exponent == 0.0:
         exponent, level = _power_law_of(term)
     if exponent == -2.0:
-        slow = SLOW * rate / n
+        slow = RANDOM_WALK_DECAY * rate / n
         return StampedNoise(lags=((0.5 * level * rate / slow, slow, True),))
     if 0.0 < exponent <= 2.0:
         return sampled_noise(PowerLaw(exponent - 2.0, level * step**2), rate, n)
     if not -2.0 < exponent <= 0.0:
-        raise _unknown(term)
-    return _integrated(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
+        raise _unsupported(term)
+    return _integrated_lags(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
 
 
 def _power_law_of(term: Term) -> tuple[float, float]:
+    """Exponent and level of a term that is a power law."""
     if isinstance(term, Flicker):
         return -1.0, term.variance
     if isinstance(term, PowerLaw):
         return term.exponent, term.level
-    raise _unknown(term)
+    raise _unsupported(term)
 
 
-def _unknown(term: Term) -> InputError:
-    return InputError(f"a process {term.name!r} has no form at arbitrary times")
+def _unsupported(term: Term) -> InputError:
+    """Error for a term that cannot be evaluated at arbitrary times."""
+    return InputError(f"process {term.name!r} is not supported for samples at arbitrary times")
 
 
-def _of_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
+def _noise_of_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
+    """Noise from a bank of lags (decay per sample, variance); a decay of 0 is white noise."""
     lags = tuple((level * v, -float(np.log(phi)) * rate, False) for phi, v in bank if phi > 0.0)
     return StampedNoise(lags, white=level * sum(v for phi, v in bank if phi <= 0.0))
 
 
-def _integrated(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
+def _integrated_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
+    """Integral of the noise from a bank of lags (decay per sample, variance); white noise becomes a random walk."""
     lags, walk = [], 0.0
     for phi, v in bank:
         if phi <= 0.0:

@@ -1,7 +1,7 @@
-"""What the uncertainty of the noise adds to amplitudes and predictions.
+"""Standard errors of amplitudes and predictions that include the uncertainty of the noise model.
 
-The variance under the fitted noise, plus twice that of the value over the noise; degrees of freedom from the variance of
-that variance (Kenward & Roger 1997, Satterthwaite 1946).
+The variance is that under the fitted noise, plus twice the variance of the value over the uncertain noise parameters
+(Kenward & Roger 1997). Degrees of freedom follow from the variance of the variance (Satterthwaite 1946).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fit.stamped.candidates import STEP
+from allanite.fit.stamped.candidates import CURVATURE_STEP
 
 if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def with_noise(best: FittedNoise) -> tuple[Array, Array]:
-    """Return standard errors of the amplitudes and their degrees of freedom, shape (k,) each."""
+    """Standard errors of the amplitudes, and their degrees of freedom, shape (k,) each."""
     beside = [(low.amplitudes, low.covariance.diagonal()) for pair in best.beside for low in pair]
     return _combined(best, beside, best.regressed.covariance.diagonal())
 
@@ -31,7 +31,7 @@ def with_noise(best: FittedNoise) -> tuple[Array, Array]:
 def predicted_with_noise(
     best: FittedNoise, series: StampedSeries, times: Array, design: Array
 ) -> tuple[Array, Array, Array]:
-    """Return mean, standard deviation and degrees of freedom at later times, shape (m,) each.
+    """Predicted mean, standard deviation and degrees of freedom at later times, shape (m,) each.
 
     Parameters are those of `StampedSeries.predicted`.
     """
@@ -47,9 +47,13 @@ def predicted_with_noise(
 def _combined(
     best: FittedNoise, beside: list[tuple[Array, Array]], variance: Array
 ) -> tuple[Array, Array]:
+    """Standard deviations with noise uncertainty, and degrees of freedom.
+
+    `beside` holds (value, variance) one step below and above the fit for each noise parameter in turn.
+    """
     moved = np.array([b[0] - a[0] for a, b in zip(beside[::2], beside[1::2], strict=True)])
     changed = np.array([b[1] - a[1] for a, b in zip(beside[::2], beside[1::2], strict=True)])
-    moved, changed = moved * (0.5 / STEP), changed * (0.5 / STEP)
+    moved, changed = moved * (0.5 / CURVATURE_STEP), changed * (0.5 / CURVATURE_STEP)
     more = np.einsum("ki,kl,li->i", moved, best.covariance, moved)
     scatter = np.einsum("ki,kl,li->i", changed, best.covariance, changed)
     freedom = 2.0 * variance**2 / np.maximum(scatter, 1e-300)

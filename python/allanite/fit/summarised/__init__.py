@@ -1,5 +1,5 @@
-"""A summary in the place of a record: what a fit needs of it, and what it cannot be asked for."""
+"""Fits to summaries: prepared data of a summary, and errors for requests that need single samples."""
 
-from allanite.fit.summarised.data import of_summary, refused
+from allanite.fit.summarised.data import of_summary, require_summary_supports
 
-__all__ = ["of_summary", "refused"]
+__all__ = ["of_summary", "require_summary_supports"]

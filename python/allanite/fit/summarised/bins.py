@@ -1,4 +1,4 @@
-"""The bins of a record of which a summary is kept."""
+"""Frequency bins of a summary: single ordinates at low frequencies, power of segments above."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SummaryBins(Bins):
-    """The bins of the record, of which the lowest hold single ordinates and the others the power of segments.
+    """Bins of the summarized record: the lowest contain single ordinates, the others the power of segments.
 
     Attributes
     ----------
     known : int
-        Bins of single ordinates.
+        Number of bins with single ordinates.
     folds : ndarray, shape (folds + 1, 2, bins − known)
-        Number of ordinates and mean power of the others: of all, then of every `folds`-th coefficient.
+        Number of ordinates and mean power of each other bin: first of all coefficients, then of each fold.
     """
 
     known: int
@@ -39,13 +39,13 @@ class SummaryBins(Bins):
     __repr__ = brief
 
     def power(self, ordinates: Array) -> Array:
-        """Bin means: of squared ordinates, and those of the segments."""
+        """Mean power of each bin, shape (bins,): from squared ordinates below, from segments above."""
         edges = self.edges[: self.known]
         low = np.add.reduceat(ordinates**2, edges) / self.count[: self.known]
         return np.concatenate([low, self.folds[0, 1]])
 
     def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
-        """Number and sum of squares of each fold of each bin; coefficients are dealt as ordinates are."""
+        """Number of ordinates and sum of squares of each bin in each fold, shape (folds, bins) each."""
         number, total = _low_bins(self).folded(ordinates, folds)
         high = self.folds[1:]
         return (
@@ -55,6 +55,7 @@ class SummaryBins(Bins):
 
 
 def _low_bins(bins: SummaryBins) -> Bins:
+    """Only the bins with single ordinates."""
     return Bins(
         bins.n,
         bins.edges[: bins.known + 1],
@@ -66,7 +67,7 @@ def _low_bins(bins: SummaryBins) -> Bins:
 
 
 def folds_of(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
-    """Ordinates and mean power of the bins above the known ones: of all coefficients, and of each fold of them."""
+    """Number of ordinates and mean power of the bins without single ordinates, see `SummaryBins.folds`."""
     edges, power, place = [], [], []
     for level in reversed(range(len(reading.octaves))):
         found, _ = without_lines(reading, level, 1.0)
@@ -88,7 +89,7 @@ def folds_of(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
         share = inside / np.maximum(inside, 1e-300)
         out[fold, 1] = total / np.maximum(inside, 1e-300)
         out[fold, 0] = inside * share
-    # The ends of the grid are not those of the record by half an ordinate.
+    # The ends of the coefficient grid differ from those of the record by half an ordinate.
     count = np.diff(bins.edges[known:]).astype(float)
     out[0, 0] = count
     whole = out[1:, 0].sum(axis=0)

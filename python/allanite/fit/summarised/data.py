@@ -1,8 +1,8 @@
-"""A summary made ready for fitting.
+"""A summary prepared for fitting.
 
-Its low-rate samples give the lowest ordinates of the whole record, each as the record itself would (the halvings' gain
-taken out); all higher bins have the power of the segments of their octave, with the degrees of freedom of the record's
-ordinates, since segments share nothing and lose nothing (`summary/lapped.py`).
+The low-rate samples of a summary give the lowest ordinates of the whole record, corrected by the gain of the halvings.
+All higher bins take the power of the segments of their octave. They have the degrees of freedom of the record's ordinates,
+because the segments are independent and lose no information (`summary/lapped.py`).
 """
 
 from __future__ import annotations
@@ -18,10 +18,16 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import Deviation, oadev
 from allanite.fit.likelihood.data import Data
-from allanite.fit.likelihood.peaks import FEW
-from allanite.fit.likelihood.remembered import Remembered
+from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
+from allanite.fit.likelihood.remembered import ArrayCache
 from allanite.fit.summarised.bins import SummaryBins, folds_of
-from allanite.fit.summarised.maps import CELLS, Maps, SectionsOfSummary, fine_bands, shared
+from allanite.fit.summarised.maps import (
+    TIME_CELLS,
+    Maps,
+    SectionsOfSummary,
+    fine_bands,
+    redistributed,
+)
 from allanite.spectrum import bins_of, bridge_gaps
 from allanite.summary.gaps import mended
 from allanite.summary.lapped import LOW, SEGMENT, gain
@@ -33,29 +39,31 @@ if TYPE_CHECKING:
     from allanite.summary import Summary
     from allanite.summary.reading import Reading
 
-__all__ = ["SummaryData", "of_summary", "refused"]
+__all__ = ["SummaryData", "of_summary", "require_summary_supports"]
 
 Array = NDArray[np.float64]
-#: Kept samples to an averaging time from which the curve is taken from them where a function of time is taken out.
-ENOUGH = 16
-#: Bytes of what a search comes back to: a record that did not fit is looked at in little memory.
-FUNCTIONS, LOWEST = 1 << 23, 1 << 23
+#: Minimum number of kept (low-rate) samples per averaging time for which the Allan curve is computed from kept samples.
+#: Chosen by judgment; not measured.
+MIN_KEPT_PER_TAU = 16
+#: Bytes of each cache of `SummaryData`; small, since summaries are used if memory is scarce.
+#: Chosen by judgment; not measured.
+CACHE_BYTES = 1 << 23
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SummaryData(Data):
-    """What a fit needs of a summary; see `Data`.
+    """A summary prepared for fitting; the interface is that of `Data`.
 
     Attributes
     ----------
     samples : ndarray, shape (m,)
         Kept samples at a lower rate.
     ordinates : ndarray, shape (known,)
-        The lowest ordinates of the record; `known` is less than `n`.
+        Lowest ordinates of the record; `known` is less than `n`.
     lost : float
-        Share of the samples that are missing.
+        Fraction of the samples that are missing.
     factor : int
-        Samples of the record to a kept one.
+        Number of samples of the record per kept sample.
     summary : Summary
     reading : Reading
     """
@@ -69,41 +77,42 @@ class SummaryData(Data):
 
     @property
     def n(self) -> int:
-        """Samples of the record."""
+        """Number of samples of the record."""
         return int(self.samples.size) * self.factor
 
     @property
     def time(self) -> Array:
-        """Middle of each kept sample, s since the first sample of the recording."""
+        """Time at the middle of each kept sample, s since the first sample of the recording."""
         time = np.arange(self.samples.size, dtype=np.float64)
         time *= self.factor / self.rate
         time += self.start + 0.5 * (self.factor - 1) / self.rate
         return time
 
     def transform(self, series: Array) -> Array:
-        """Lowest ordinates of a slow series that is given at `time`."""
+        """Lowest ordinates, shape (known,), of a slow series sampled at `time`."""
         found = _kernels.cosine_transform(np.ascontiguousarray(series))[: self.ordinates.size]
         return np.asarray(found * np.sqrt(self.factor))
 
     def factors(self) -> NDArray[np.int64]:
-        """Averaging factors of the curve that was accumulated, to a third of the record.
+        """Averaging factors of the accumulated Allan curve up to a third of the record.
 
-        Those at which gaps left most of its terms, or that the kept samples show.
+        Factors with mostly missing terms are excluded unless the kept samples resolve them.
         """
         curve: Deviation = self.summary.oadev()
         m = curve.factors
-        shown = (curve.n > curve.lost) | (m >= ENOUGH * self.factor)
+        shown = (curve.n > curve.lost) | (m >= MIN_KEPT_PER_TAU * self.factor)
         return np.asarray(m[shown & (m <= max(1, self.n // 3))])
 
     def deviation(self, factors: NDArray[np.int64], less: Array | None = None) -> Array:
-        """The accumulated curve; where gaps took terms, or without a signal, that of the kept samples if fine enough.
+        """Overlapping Allan deviation of the record, minus a signal `less` if given, shape of `factors`.
 
-        What happens once may be in just those terms.
+        The accumulated curve is used. Where terms are missing, or with a signal, the kept samples are used if they are fine
+        enough, since an event may lie in the missing terms.
         """
         curve: Deviation = self.summary.oadev()
         at = np.searchsorted(curve.factors, factors)
         found = curve.deviation[at]
-        fine = factors >= ENOUGH * self.factor
+        fine = factors >= MIN_KEPT_PER_TAU * self.factor
         holed = fine & (curve.lost[at] > 0)
         found[holed] = _interpolated(self.samples, factors[holed], self.factor, self.rate)
         if less is None:
@@ -114,30 +123,33 @@ class SummaryData(Data):
         return np.asarray(np.sqrt(np.maximum(taken, 1e-6 * found**2)))
 
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Curve of a slow signal that is given at `time`; it rises as τ below the interval of these."""
+        """Overlapping Allan deviation of a slow signal sampled at `time`, shape of `factors`.
+
+        Below the interval of the kept samples the deviation is extrapolated in proportion to τ.
+        """
         least = np.maximum(factors, self.factor)
         found = _interpolated(signal, least, self.factor, self.rate)
         return np.asarray(found * factors / least)
 
     @property
     def maps(self) -> Maps:
-        """Power over time."""
+        """Power over time of the octaves."""
         return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
 
     def octaves(self, expected: Any, louder: Any) -> list[tuple[int, int, Array, float]]:
-        """Power over time of the octaves that are kept in segments, over what is expected, from the top.
+        """Power over time of the octaves kept in segments, relative to the expected power, highest octave first.
 
         Parameters
         ----------
         expected : callable
-            Density of ordinates j, U² per sample.
+            Maps ordinates j to their expected density, U² per sample.
         louder : callable
-            Power of ordinates j at some times over that, shape (times, ordinates).
+            Maps ordinates j and times to the expected power relative to that density, shape (times, ordinates).
 
         Returns
         -------
-        list of (first ordinate, end, power, values)
-            `CELLS` powers of an octave each, and how many ordinates each is the mean of.
+        list of (first ordinate, end ordinate, power, values)
+            Relative power in `TIME_CELLS` time cells, and the number of ordinates averaged in each.
         """
         out, maps = [], self.maps
         cut = self.n
@@ -150,36 +162,41 @@ class SummaryData(Data):
             model = expected(j) * np.diff(edges) * left * louder(j, times)
             model = model.reshape(-1, BANDS, FINE // BANDS).sum(axis=2)
             power = (blocks.sums.value / model).mean(axis=1)
-            total, frames = (shared(values, at, maps.cells) for values in (power, blocks.frames))
+            total, frames = (
+                redistributed(values, at, maps.cells) for values in (power, blocks.frames)
+            )
             low, high = self._first_of(level), min(round(2 * LOW * per), cut)
             cut = low
             seen = np.flatnonzero(frames > 0.0)
             if seen.size:
-                # Where no segment is, as about it: it does not change there.
-                ratio = np.interp(np.arange(CELLS), seen, total[seen] / frames[seen])
-                out.append((low, high, ratio, (high - low) / CELLS))
+                # Cells without a segment are interpolated, so that they show no change.
+                ratio = np.interp(np.arange(TIME_CELLS), seen, total[seen] / frames[seen])
+                out.append((low, high, ratio, (high - low) / TIME_CELLS))
         return out
 
     def _first_of(self, level: int) -> int:
-        """First ordinate of an octave."""
+        """First ordinate of the octave with this level."""
         return round(LOW * self.n / (SEGMENT << level))
 
     def as_seen(self, power: Array, first: int) -> Array:
-        """Power in cells as the map shows it in the octave from an ordinate on; of others it is as it is."""
+        """Power in time cells at the resolution of the octave from ordinate `first`; unchanged for other ordinates."""
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
         return power if level is None else self.maps.as_seen(power, level)
 
     def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """In how many `sections`, at `most`, half of a band, Hz, has so many ordinates, or two cells; 0 where in none."""
+        """Number of equal sections, at `most`, in which a band can be followed; 0 if the summary cannot resolve the band.
+
+        The band, Hz, must lie in the stored frequencies and contain `resolved` ordinates and two frequency cells.
+        """
         low, high = band
         bottom, top = self.maps.limits
-        if not bottom < 0.5 * (low + high) < top or self.lost > FEW:
+        if not bottom < 0.5 * (low + high) < top or self.lost > MAX_MISSING_FRACTION:
             return 0
         level = int(np.log2(top / (0.5 * (low + high))))
         octave = self.reading.octaves[level]
-        if octave.sections.frames.sum() < (1.0 - FEW) * octave.frames:
-            return 0  # a part is of a file that has no such map
+        if octave.sections.frames.sum() < (1.0 - MAX_MISSING_FRACTION) * octave.frames:
+            return 0  # a part comes from an older file without sections
         if (high - low) * (SEGMENT << level) / self.rate < max(resolved, 2.0 * LOW / FINE):
             return 0
         number = most
@@ -188,12 +205,12 @@ class SummaryData(Data):
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """So many equal sections; known functions of time are below the frequencies of these."""
+        """`number` equal sections; known functions of time lie below their frequencies and need not be removed."""
         return SectionsOfSummary(self.maps, number)
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:
-    """Deviation of kept samples at averaging factors of the record."""
+    """Overlapping Allan deviation of kept samples, interpolated to averaging factors of the record."""
     top = samples.size // 3
     m = np.unique(np.round(np.geomspace(1, top, 160)).astype(np.int64))
     found = oadev(samples, rate=rate / factor, factors=m)
@@ -201,13 +218,13 @@ def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate:
     return np.asarray(np.exp(np.interp(np.log(factors / factor), np.log(found.factors), level)))
 
 
-def refused(summary: Summary, model: Model, method: str) -> None:
-    """Say what a summary that does not keep its samples cannot be asked for.
+def require_summary_supports(summary: Summary, model: Model, method: str) -> None:
+    """Raise an error if a fit needs single samples, which a summary does not keep.
 
     Raises
     ------
     InputError
-        Another method than the likelihood, samples taken out, a line above the frequencies that are kept in phase.
+        A method other than whittle, excluded samples, or a line above the frequencies whose phase is kept.
     """
     from allanite.effects import Periodic
 
@@ -217,36 +234,36 @@ def refused(summary: Summary, model: Model, method: str) -> None:
         )
     if any(e.removes for e in model.modifiers):
         raise InputError(
-            "outliers and disturbances are taken out of samples, which a summary of this length does not keep"
+            "outliers and disturbances need single samples, which a summary of this length does not keep"
         )
     top = phase_limit(summary.reading(), summary.rate)
     for line in (e for e in model if isinstance(e, Periodic)):
         if (line.frequency or 0.0) > top:
             raise InputError(
-                f"{line.kind}: frequency = {line.frequency:g} Hz, but the summary keeps phases up to {top:.4g} Hz:"
-                " fit a piece of the record"
+                f"{line.kind}: frequency = {line.frequency:g} Hz, but the summary keeps phases only up to {top:.4g} Hz;"
+                " fit a segment of the record"
             )
 
 
 def phase_limit(reading: Reading, rate: float) -> float:
-    """Frequency up to which single ordinates are kept, Hz."""
+    """Highest frequency with single ordinates, Hz."""
     return LOW / SEGMENT * rate / reading.factor
 
 
 def of_summary(summary: Summary) -> Data:
-    """Data of a one-column summary that does not keep all its samples.
+    """A one-column summary without single samples, prepared for fitting.
 
     Raises
     ------
     TooShortError
-        Constant samples, or none.
+        Constant samples, or no samples.
     """
     reading = summary.reading()
     factor, depth = reading.factor, len(reading.octaves)
     samples = mended(reading.samples)
     if float(np.ptp(samples)) == 0.0:
         raise TooShortError(
-            f"column {summary.columns[0]!r} is constant ({samples[0]:g}): there is no noise to fit"
+            f"column {summary.columns[0]!r} is constant ({samples[0]:g}); there is no noise to fit"
         )
     n = samples.size * factor
     bins = bins_of(n)
@@ -263,8 +280,8 @@ def of_summary(summary: Summary) -> Data:
         SummaryBins(n, bins.edges, bins.count, bins.nodes, bins.owner, bins.groups, known, folds),
         covariates,
         (reading.start * factor - summary.start) / summary.rate,
-        functions=Remembered(FUNCTIONS),
-        lowest=Remembered(LOWEST),
+        functions=ArrayCache(CACHE_BYTES),
+        lowest=ArrayCache(CACHE_BYTES),
         lost=summary.missing / summary.n,
         factor=factor,
         summary=summary,

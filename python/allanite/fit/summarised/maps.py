@@ -1,4 +1,4 @@
-"""Power over time of the octaves that a summary keeps in segments."""
+"""Power over time of the octaves of a summary (its spectrogram)."""
 
 from __future__ import annotations
 
@@ -17,24 +17,26 @@ if TYPE_CHECKING:
     from allanite.summary.reading import Reading
     from allanite.summary.sums import Blocks
 
-__all__ = ["CELLS", "Maps", "SectionsOfSummary", "fine_bands", "shared"]
+__all__ = ["TIME_CELLS", "Maps", "SectionsOfSummary", "fine_bands", "redistributed"]
 
 Array = NDArray[np.float64]
-#: Cells of the time axis in which octaves of segments are looked at.
-CELLS = 160
+#: Number of time cells for the power of an octave over time. Chosen by judgment; not measured.
+TIME_CELLS = 160
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Maps:
-    """The maps of a summary, and where on the time axis of its record they are.
+    """Power over time of a summary on the time axis of its record.
 
     Attributes
     ----------
     reading : Reading
     rate : float
-        Hz.
-    start, n : int
-        First sample of the record in its stream, and samples.
+        Sampling rate, Hz.
+    start : int
+        Index of the record's first sample in its stream.
+    n : int
+        Number of samples of the record.
     """
 
     reading: Reading
@@ -46,39 +48,43 @@ class Maps:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Frequencies between which power is kept over time, Hz."""
+        """Lowest and highest frequency whose power over time is kept, Hz."""
         top = LOW / SEGMENT * self.rate
         return top / (1 << len(self.reading.octaves)), top
 
     @property
     def cells(self) -> Array:
-        """Edges of the cells of the time axis, in samples of the record."""
-        return np.linspace(0.0, self.n, CELLS + 1)
+        """Edges of the time cells, in samples of the record, shape (CELLS + 1,)."""
+        return np.linspace(0.0, self.n, TIME_CELLS + 1)
 
     def edges(self, blocks: Blocks, level: int) -> Array:
-        """Where the blocks of an octave begin and end, in samples of the record."""
+        """Edges of the time blocks of an octave, in samples of the record, shape (blocks + 1,)."""
         size = float((TILE << blocks.size) << level)
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
         return np.asarray(edges.clip(0.0, self.n))
 
     def as_seen(self, power: Array, level: int) -> Array:
-        """Power in cells as the map of an octave shows it: where a block is longer, its mean."""
+        """Power in time cells averaged to the resolution of an octave's blocks, shape (CELLS,)."""
         edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
-        # What is less than a block at an end is with its neighbour.
+        # Incomplete blocks at the ends are joined with their neighbor.
         edges[0], edges[-1] = 0.0, self.n
-        means = shared(power, self.cells, edges) / shared(np.ones(CELLS), self.cells, edges)
+        means = redistributed(power, self.cells, edges) / redistributed(
+            np.ones(TIME_CELLS), self.cells, edges
+        )
         sizes = np.diff(edges)
-        return shared(means * sizes, edges, self.cells) / shared(sizes, edges, self.cells)
+        return redistributed(means * sizes, edges, self.cells) / redistributed(
+            sizes, edges, self.cells
+        )
 
 
 class SectionsOfSummary:
-    """Equal sections of the octaves that are kept."""
+    """`number` equal time sections of a summary's spectrogram."""
 
     def __init__(self, maps: Maps, number: int) -> None:
         self.maps, self.number, self.limits = maps, number, maps.limits
 
     def cells(self, within: tuple[float, float], _step: float) -> Cells:
-        """The cells that are kept between two frequencies, Hz, as wide as they are."""
+        """Power in the stored frequency cells between the frequencies `within`, Hz; their width is fixed."""
         maps, power, count, at = self.maps, [], [], []
         ends = np.linspace(0.0, maps.n, self.number + 1)
         for level, octave in enumerate(maps.reading.octaves):
@@ -87,7 +93,7 @@ class SectionsOfSummary:
             inside = (edges[:-1] * hertz > within[0]) & (edges[1:] * hertz < within[1])
             if not inside.any():
                 continue
-            # Of each section the share of the blocks that lie in it.
+            # Fraction of each block that lies in each section.
             block = maps.edges(octave.sections, level)
             common = np.minimum(ends[1:, None], block[1:]) - np.maximum(ends[:-1, None], block[:-1])
             share = np.clip(common, 0.0, None) / np.maximum(np.diff(block), 1e-9)
@@ -99,13 +105,13 @@ class SectionsOfSummary:
         return Cells(np.hstack(power), np.hstack(count), tuple(at))
 
 
-def shared(values: Array, edges: Array, others: Array) -> Array:
-    """Sums of values between edges, between other edges: of each the share that lies there."""
+def redistributed(values: Array, edges: Array, others: Array) -> Array:
+    """Sums of `values` redistributed from cells with `edges` to cells with other edges, by overlap."""
     return np.diff(np.interp(others, edges, np.concatenate([[0.0], np.cumsum(values)])))
 
 
 def fine_bands(level: int) -> tuple[NDArray[np.int64], Array, Array]:
-    """Edges and middles of the fine bands of a level, in its coefficients, and what is left there of a density."""
+    """Fine bands of an octave: edges and middles in coefficients, and the power gain of the halvings at the middles."""
     edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
     middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)
     left = gain(middle / (2.0 * SEGMENT * 2.0**level), level) ** 2 / 2.0**level

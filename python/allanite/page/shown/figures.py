@@ -13,7 +13,7 @@ from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
 from allanite.effects import Deterministic, Periodic
-from allanite.fit.likelihood.peaks import seen_singly
+from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.page.shown.beside import two_models
 from allanite.page.shown.deviations import deviation_figure
 from allanite.page.shown.samples import samples_figure
@@ -161,7 +161,7 @@ def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
         if s.effect.follows and isinstance(s.effect, Deterministic)
     ]
     drift = None
-    if fit is not None and known and seen_singly(fit.data):
+    if fit is not None and known and has_all_ordinates(fit.data):
         drift = fit.data.signal(known), ", ".join(effect_text(fit, e) for e in known)
     return samples_figure(tab.log, options, worst, moments, shifted, drift)
 

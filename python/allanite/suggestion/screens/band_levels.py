@@ -11,9 +11,9 @@ from allanite import _kernels
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.bands_in_time import band_of, in_time, share_of, shares_about
-from allanite.fit.likelihood.whitened import DOMINATES, with_normal_tails
-from allanite.fit.rivals.evidence import RIVAL
+from allanite.fit.likelihood.bands_in_time import band_ordinates, band_series, cell_shares, share_of
+from allanite.fit.likelihood.whitened import MIN_WHITE_SHARE, with_normal_tails
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
@@ -73,7 +73,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
     def series(first: int, size: int) -> Array:
         """Power over time of `size` ordinates from the `first`."""
-        return np.asarray(in_time(ordinates[first : first + size]) ** 2)
+        return np.asarray(band_series(ordinates[first : first + size]) ** 2)
 
     found: list[tuple[float, float, float, int, int, list[Cell]]] = []
     for own, first, size in bands:
@@ -82,7 +82,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
         if chance + searches < np.log(FALSE_ALARM_PROBABILITY):
             cells = [
                 (series(at, many), share)
-                for at, many, share in shares_about(own, solution, data, data.n)
+                for at, many, share in cell_shares(own, solution, data, data.n)
             ]
             found.append((chance, start, end, first, size, cells))
     for low, high, octave, freedom in () if found else octaves:
@@ -90,7 +90,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
         if chance + searches < np.log(FALSE_ALARM_PROBABILITY):
             when = start / octave.size, end / octave.size
             seen = _changed_band(whitened.samples, (low / data.n, high / data.n), when, data.rate)
-            first, size = (0, 0) if seen is None else band_of(seen, data, data.n)
+            first, size = (0, 0) if seen is None else band_ordinates(seen, data, data.n)
             if size >= MIN_POWER_VALUES:
                 power = series(first, size)
                 found.append((chance, *_interval(power)[:2], first, size, [(power, 1.0)]))
@@ -120,11 +120,11 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """Changes of level within `RIVAL` nats of the best score; the others are left for the next check."""
+    """Changes of level within `MAX_RIVAL_LOG_EVIDENCE` nats of the best score; the others are left for the next check."""
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
     best = max((w for w, _ in worth), default=0.0)
-    return [c for w, c in worth if w > best - RIVAL]
+    return [c for w, c in worth if w > best - MAX_RIVAL_LOG_EVIDENCE]
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
@@ -212,12 +212,12 @@ def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, i
         for sign in (-1.0, 1.0):
             steps = middle + sign * width * 0.2 * DISTANCE_RATIO ** np.arange(DISTANCES)
             seen = [
-                0 < at < data.n and share_of(own, solution, data, round(at)) >= DOMINATES
+                0 < at < data.n and share_of(own, solution, data, round(at)) >= MIN_WHITE_SHARE
                 for at in steps
             ]
             reach = seen.index(False) if False in seen else DISTANCES
             ends.append(steps[reach - 1] if reach else middle)
-        first, size = band_of((ends[0] * half, ends[1] * half), data, data.n)
+        first, size = band_ordinates((ends[0] * half, ends[1] * half), data, data.n)
         if size >= MIN_POWER_VALUES:
             yield own, first, size
 

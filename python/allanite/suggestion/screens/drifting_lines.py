@@ -12,7 +12,7 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.peaks import seen_singly
+from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import (
     MOST_WIDTH,
@@ -60,7 +60,7 @@ def bands_with_excess(
 
     A summary keeps only the lowest ordinates, so a band has no phase.
     """
-    if not seen_singly(data):
+    if not has_all_ordinates(data):
         return ()
     noise = solution.noise(data)
     return tuple(

@@ -11,7 +11,7 @@ from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import without_samples
-from allanite.fit.likelihood.whitened import ends_of, step_in, with_normal_tails
+from allanite.fit.likelihood.whitened import end_samples, rounding_step, with_normal_tails
 from allanite.fit.missing.completion import complete
 from allanite.recording.repeats import longest_run
 from allanite.recording.tails import outlier_limit
@@ -75,7 +75,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     from scipy.special import ndtri
 
     found = np.zeros(data.n)
-    ends = ends_of(data.n)
+    ends = end_samples(data.n)
     if ends < 1:
         return found
     samples = data.residual(solution.model)
@@ -96,7 +96,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
         return found
     chance = END_OUTLIER_PROBABILITY / (2 * ends)
     limit = -float(ndtri(0.5 * chance))
-    step = step_in(data, usual) / scales[gap]
+    step = rounding_step(data, usual) / scales[gap]
     limit = max(limit, outlier_limit(usual / scales[gap], chance, step))
     for first, way in ((ends - 1, 1), (data.n - ends, -1)):
         gap = 1
@@ -116,7 +116,7 @@ def only_at_the_ends(effect: Modifier, data: Data) -> bool:
     if not effect.removes:
         return False
     taken = effect.missing(data.n, data.rate)
-    ends = ends_of(data.n)
+    ends = end_samples(data.n)
     return bool(taken.any()) and not taken[ends : data.n - ends].any()
 
 
@@ -155,7 +155,9 @@ def screen_outliers(
         limit = max(
             limit,
             outlier_limit(
-                there / scale, FALSE_ALARM_PROBABILITY / data.n, step_in(data, samples) / scale
+                there / scale,
+                FALSE_ALARM_PROBABILITY / data.n,
+                rounding_step(data, samples) / scale,
             ),
         )
     z = np.where(z > limit, z, 0.0)

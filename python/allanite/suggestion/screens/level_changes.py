@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Level, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.crowding import crest, crowding
-from allanite.fit.likelihood.whitened import ends_of, white_power, whiten, with_normal_tails
-from allanite.fit.rivals.evidence import RIVAL
+from allanite.fit.likelihood.crowding import crowding_ratio, peak_level
+from allanite.fit.likelihood.whitened import end_samples, white_power, whiten, with_normal_tails
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.recording.tails import coarse_step
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
@@ -89,8 +89,8 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
     """Candidates of changes of the white-noise level that explain its power over time best.
 
-    Searched are one interval, several, a period, and other columns. Candidates within `RIVAL` nats of the best are
-    returned.
+    Searched are one interval, several, a period, and other columns. Candidates within `MAX_RIVAL_LOG_EVIDENCE` nats of
+    the best are returned.
     """
     series = level_series(solution, data, whitened)
     if series is None:
@@ -105,7 +105,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
         return []
     price = 0.5 * np.log(max(series.freedom * series.power.size, 2.0))
     best = max(c.gain - price * c.parameters for c in found)
-    kept = [c for c in found if c.gain - price * c.parameters > best - RIVAL]
+    kept = [c for c in found if c.gain - price * c.parameters > best - MAX_RIVAL_LOG_EVIDENCE]
     kept = [
         _refitted(_with_refined_times(c, series, solution, data, whitened), solution, data)
         for c in kept
@@ -203,7 +203,7 @@ def _with_refined_times(
         )
     square = with_normal_tails(whitened).samples ** 2
     # The whitened ends have no values; assume the power beside them.
-    ends = ends_of(data.n)
+    ends = end_samples(data.n)
     square[:ends] = square[ends : 5 * ends].mean()
     square[data.n - ends :] = square[data.n - 5 * ends : data.n - ends].mean()
     places = np.round((np.array(times) - data.start) * data.rate).astype(np.int64)
@@ -236,7 +236,7 @@ def overdispersion_without(
     if not sure:
         return 1.0, 1.0
     model = base.model + max(sure, key=lambda c: c.gain).effect
-    return crowding(model, data), crest(model, data)
+    return crowding_ratio(model, data), peak_level(model, data)
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:

@@ -12,8 +12,8 @@ from allanite import _kernels
 from allanite.common.threads import go_on
 from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.remembered import give_back
-from allanite.fit.likelihood.stop_band import empty
+from allanite.fit.likelihood.remembered import trim_memory
+from allanite.fit.likelihood.stop_band import is_empty
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.shapes.shape import ZOOM, polish_line
 from allanite.suggestion.constants import (
@@ -57,7 +57,7 @@ def _divide_by_level(
 
     Beside an empty bin, which has no level, no power is raised. Returns the end (exclusive) and the level of each interval.
     """
-    gone = np.flatnonzero(empty(bins))
+    gone = np.flatnonzero(is_empty(bins))
     edges = np.unique(
         np.concatenate(
             [
@@ -95,7 +95,7 @@ def screen_lines(
     found: list[Candidate] = []
     for k in range(MAX_LINES_REFITTED):
         go_on()
-        give_back(data.samples.size)
+        trim_memory(data.samples.size)
         top, above = _strongest(ratio, data)
         if ratio[top] <= MIN_LINE_PEAK or (k >= MIN_LINES_REFITTED and above < MIN_HARMONIC_HEIGHT):
             break

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.fit.likelihood.peaks import NARROW
+from allanite.fit.likelihood.peaks import MAX_NARROW_WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,7 +45,7 @@ class Excess:
 
 def widths_tried(n: int) -> int:
     """Number of widths of a band within a bin for a record of n samples, at least 1."""
-    return max(1, sum(width <= NARROW * n for width in WIDTHS))
+    return max(1, sum(width <= MAX_NARROW_WIDTH * n for width in WIDTHS))
 
 
 def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
@@ -56,7 +56,7 @@ def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> 
     # Ordinates that share information count less.
     share = np.minimum(solution.count / np.diff(data.bins.edges), 1.0)
     for width in WIDTHS[: widths_tried(data.n)]:
-        first = max(1, int(width / NARROW))
+        first = max(1, int(width / MAX_NARROW_WIDTH))
         sums = total[first + width :] - total[first:-width]
         if sums.size == 0:
             continue

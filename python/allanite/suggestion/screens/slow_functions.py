@@ -15,14 +15,14 @@ import numpy as np
 
 from allanite.effects import Deterministic
 from allanite.fit.engine import Solution, solve
-from allanite.fit.likelihood.remembered import give_back
+from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
     cell_means,
     expected_level,
     with_normal_tails,
 )
-from allanite.fit.rivals.columns import consistent
-from allanite.fit.rivals.evidence import RIVAL, cost
+from allanite.fit.rivals.columns import follow_columns_consistently
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
 from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains
 from allanite.fit.solution import Regressed
 from allanite.suggestion.constants import (
@@ -73,7 +73,7 @@ def screen_slow(
     arcs: list[float] = []
     families: list[str] = []
     for blank in blanks:
-        give_back(data.samples.size)
+        trim_memory(data.samples.size)
         points = grid_points(blank, data)
         null = rival if rival is not None else solution
         gain, directions = matched_gains(
@@ -220,7 +220,9 @@ def _refit(
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
         judged = min(gain, beside.log_likelihood - rival.log_likelihood)
     judged /= _relative_noise_power(refitted, data)
-    if judged <= 0.0 or not consistent(refitted.model.deterministic[-1:], refitted, data):
+    if judged <= 0.0 or not follow_columns_consistently(
+        refitted.model.deterministic[-1:], refitted, data
+    ):
         return None
     judged = _equivalent_single_gain(judged, effect.amplitudes().size)
     found = refitted.model.effects[-1]
@@ -296,7 +298,7 @@ def _equivalent_single_gain(gain: float, amplitudes: int) -> float:
 def score(candidate: Candidate) -> float:
     """Score of a refitted candidate: its ΔlogL less the cost of its parameters, nats."""
     assert candidate.solution is not None
-    return candidate.gain - cost(candidate.solution.effects[-1], candidate.solution)
+    return candidate.gain - parameters_cost(candidate.solution.effects[-1], candidate.solution)
 
 
 def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
@@ -310,7 +312,7 @@ def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Scre
 
     # Compare scores, not gains: of two forms of one event the one with more parameters gains a little more.
     top = max(map(score, found))
-    best = [c for c in found if score(c) > top - RIVAL]
+    best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def judged(candidate: Candidate) -> Candidate:
         """The candidate, judged beside the best ones."""

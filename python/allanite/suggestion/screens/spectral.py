@@ -18,7 +18,7 @@ from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.expected import column_of
-from allanite.fit.likelihood.peaks import FEW, by_ordinates
+from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION, is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.shapes.narrow import flat_about
@@ -173,7 +173,7 @@ def _within_a_bin(
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None
-    if data.lost > FEW:
+    if data.lost > MAX_MISSING_FRACTION:
         return None
     best = max(narrow_bands(base, data, white), key=lambda band: band.gain, default=None)
     if best is None or _log_p_narrow(MAX_REFIT_GAIN_RATIO * best.gain, data) > np.log(
@@ -313,7 +313,7 @@ def _candidate(solution: Solution, base: Solution, data: Data, arc: float) -> Ca
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None
-    narrow = by_ordinates(fitted, data)
+    narrow = is_fitted_to_ordinates(fitted, data)
     if narrow and not flat_about(solution.model, len(solution.model) - 1, data):
         return None
     chance = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.effects import Moving
-from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, judge
+from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, best_scale, judge
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band
 from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
 from allanite.suggestion.constants import MIN_BURST_CYCLES, MIN_DELTA_LOGL_OVER_SIMPLER
@@ -90,7 +90,7 @@ def _needs_discrepancy_elsewhere(
     if solution.best.scale is None or not far.any():
         return False
     part = solution.power[far], solution.count[far], solution.spectrum[far]
-    return best_scale(*part)[1] > judge(*part, None).log_likelihood + EVIDENCE
+    return best_scale(*part)[1] > judge(*part, None).log_likelihood + MIN_DISCREPANCY_DELTA_LOGL
 
 
 def _is_same_line(one: Deterministic, other: Deterministic) -> bool:
