@@ -25,8 +25,8 @@ def exchanged(ladder: Sequence[Rung]) -> Rung | None:
     """The rung on which another effect, or two, take the place of one of the last model; None where no score is higher.
 
     The score is ln of the evidence. What describes without explaining and the refined forms of a dependence pay
-    `MAX_RIVAL_LOG_EVIDENCE` in
-    addition, so that they come only where plainer effects explain clearly less. No step raises an error beyond its scatter.
+    `MAX_RIVAL_LOG_EVIDENCE` in addition, so that they come only where plainer effects explain clearly less. No step raises
+    an error beyond its scatter.
     """
     fit = ladder[-1].fit
     reachable = sorted(_reachable(fit), key=lambda found: -found[0])

@@ -72,7 +72,9 @@ def test_white_noise_alone():
 def test_fit_refuses():
     with pytest.raises(InputError, match="must be positive"):
         fit_gls([1.0, 0.0, 1.0], [1, 2, 4], 100, UNITS)
-    with pytest.raises(TooShortError, match="3 effects and 2"):
+    with pytest.raises(
+        TooShortError, match="3 effects need at least as many averaging factors, found 2"
+    ):
         fit_gls([1.0, 1.0], [1, 2], 100, UNITS)
     with pytest.raises(InputError, match="do not match"):
         fit_gls([1.0, 1.0], [1, 2, 3], 100, UNITS)
