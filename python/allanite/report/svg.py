@@ -288,8 +288,9 @@ def _path(x: Array, y: Array, unit: float = 0.1) -> str:
 
 
 def _short(text: str) -> str:
-    """0.5 as .5, −0.5 as -.5 and 2.0 as 2."""
-    return (text[:-2] if text.endswith(".0") else text).replace("0.", ".") or "0"
+    """A number with one decimal without needless zeros: 0.5 as .5, -0.5 as -.5 and 2.0 as 2; 10.5 remains."""
+    sign, size = ("-", text[1:]) if text[0] == "-" else ("", text)
+    return sign + size.removesuffix(".0") if size.endswith(".0") else sign + size.removeprefix("0")
 
 
 def _area(band: Band, x: _Scale, y: _Scale) -> str:

@@ -16,7 +16,7 @@ import allanite as al
 from allanite.cli import main
 from allanite.common.numbers import tidy, with_interval
 from allanite.report import make_report
-from allanite.report.svg import inline
+from allanite.report.svg import _path, inline
 from allanite.report.words import COMPLETED, data_sheet_value, resolved
 
 pytest.importorskip("matplotlib")
@@ -378,3 +378,15 @@ def test_the_figure_of_a_record_with_holes_says_what_its_points_are():
     page = make_report(al.Recording(holes, rate=20, unit="m/s^2"), "N").to_html()
     assert COMPLETED in page
     assert "The fit uses every sample that is there" in page
+
+
+def test_the_steps_of_a_path_lead_through_its_points():
+    # A step of 10.5 or -20.3 must not lose its zero: later points would be somewhere else.
+    x = np.array([0.0, 10.5, 30.8, 30.3, 40.3, 240.3])
+    y = np.array([5.0, 4.5, 15.1, 215.6, 195.3, 195.3])
+    way = _path(x, y)
+    start, _, steps = way.partition("l")
+    numbers = [float(v) for v in re.findall(r"-?\d*\.?\d+", steps)]
+    here = np.array([float(v) for v in start[1:].split()])
+    through = [here, *(here + np.cumsum(np.reshape(numbers, (-1, 2)), axis=0))]
+    np.testing.assert_allclose(through, np.column_stack([x, y]), atol=1e-9)
