@@ -1,6 +1,7 @@
-//! The five hard records at 10⁸ samples: largest relative error of the Allan variance against exact arithmetic.
+//! Largest relative error of the Allan variance on five difficult records of 10⁸ samples, compared with exact
+//! arithmetic.
 //!
-//! Not a timing: one line a record, beside the 10⁻¹⁰ that is asked for. Other lengths: `-- 1e7`.
+//! This is not a timing. It prints one line per record; the required accuracy is 10⁻¹⁰. Other lengths: `-- 1e7`.
 
 #![allow(clippy::print_stdout)]
 

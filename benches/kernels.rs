@@ -1,4 +1,4 @@
-//! Kernels of the deviations on one thread and on all of them, and the running sum as a yardstick.
+//! Timings of the deviation kernels on one thread and on all threads, and of a running sum for comparison.
 
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
@@ -21,7 +21,7 @@ fn noise(n: usize) -> Vec<f64> {
     (0..n).map(|_| next()).collect()
 }
 
-/// 100 factors, log-spaced, as in the usual example: unique(ceil(logspace(…))).
+/// 100 log-spaced factors, as in a common example: unique(ceil(logspace(…))).
 fn hundred(n: usize) -> Vec<usize> {
     let top = f64::from((n as f64 / 2.0).log2().floor() as i32);
     let mut all: Vec<usize> =

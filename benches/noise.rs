@@ -1,4 +1,4 @@
-//! Noise: deviates, each process, the usual sum.
+//! Timings of the noise generator: deviates, each process, and a typical sum.
 
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;

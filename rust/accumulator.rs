@@ -1,9 +1,10 @@
 //! Overlapping Allan variance of a stream, in constant memory, mergeable.
 //!
-//! Factors m = q·2^l with q < 32 and, above the first level, q ≥ 16. Level l keeps sums of 2^l samples, blocks of a
-//! grid anchored at sample 0 of the stream, and has a term at every block: stride s = 2^l, m/32 < s ≤ m/16 (every
-//! sample while m < 32). Blocks are added in pairs that the grid fixes, so that neither the lengths of the chunks nor
-//! the order of merging changes what is summed; of integers the sums are exact.
+//! The averaging factors are m = q·2^l with q < 32 and, above the first level, q ≥ 16. Level l keeps blocks: sums of
+//! 2^l samples on a grid that starts at sample 0 of the stream. A difference starts at every block, so that its
+//! stride s = 2^l satisfies m/32 < s ≤ m/16 (every sample while m < 32). The grid fixes which blocks are added in
+//! pairs. So neither the lengths of the chunks nor the order of merging changes the result; sums of integers are
+//! exact.
 
 mod blocks;
 
@@ -11,23 +12,24 @@ use crate::deviation::loops::sums::{self, Group};
 use crate::machine::processor::Width;
 use crate::phase::{add_to, running_sum, wide_sum};
 use crate::{Error, Result};
-use blocks::{counted_from, pair_sums, runs_between_gaps};
+use blocks::{minus_origin, pair_sums, runs_between_gaps};
 
-/// Largest q + 1.
-const TOP: usize = 32;
-/// Blocks that the longest term spans.
-const SPAN: usize = 2 * (TOP - 1);
-/// Blocks that one pass takes: about 32 KiB of phase, which all factors of a level read from the first-level cache.
+/// Upper bound of q (exclusive).
+const Q_END: usize = 32;
+/// Number of blocks that the longest difference spans.
+const SPAN: usize = 2 * (Q_END - 1);
+/// Blocks handled per pass: about 32 KiB of phase, which stays in the first-level cache while all factors of a level
+/// read it.
 const PASS: usize = 4096;
 
-/// Factors of one octave: 16 ≤ q < 32, and with those below 16 on the first level.
+/// Averaging factors: 16 ≤ q < 32 on every level, and also q < 16 on the first level.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grid {
     first: Terms,
     others: Terms,
 }
 
-/// Factors of a level, and which of them share a pass.
+/// Factors of a level, grouped by the pass over the data that they share.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Terms {
     factors: Vec<usize>,
@@ -42,7 +44,7 @@ impl Terms {
 }
 
 impl Grid {
-    /// `each` factors per octave, 1 … 16.
+    /// Grid with `each` factors per octave, 1 ≤ `each` ≤ 16.
     pub fn per_octave(each: usize) -> Result<Self> {
         if !(1..=16).contains(&each) {
             return Err(Error::Input(format!("{each} averaging times per octave: give 1 to 16")));
@@ -62,19 +64,20 @@ impl Grid {
         Ok(Self { first: Terms::new(low), others: Terms::new(octave) })
     }
 
+    /// Factors of a level.
     fn at(&self, level: usize) -> &Terms {
         if level == 0 { &self.first } else { &self.others }
     }
 }
 
-/// One level: blocks not yet used as the first of a term, and the first blocks of the stream for merging.
+/// State of one level: the blocks that still start a difference, and the first blocks of the segment, for merging.
 #[derive(Clone, Debug)]
 struct Level {
-    /// Grid index of the first block of this stretch.
+    /// Grid index of the first block of this segment.
     start: u64,
-    /// First blocks, at most `SPAN`.
+    /// The first blocks of this segment, at most `SPAN`.
     head: Vec<f64>,
-    /// Blocks from grid index `next` on.
+    /// The last blocks, starting at grid index `next`.
     tail: Vec<f64>,
     next: u64,
     sums: Vec<[f64; 2]>,
@@ -93,28 +96,31 @@ impl Level {
         }
     }
 
+    /// Grid index after the last block.
     fn end(&self) -> u64 {
         self.next + self.tail.len() as u64
     }
 
+    /// Appends blocks.
     fn push(&mut self, blocks: &[f64]) {
-        let room = SPAN.saturating_sub(self.head.len()).min(blocks.len());
+        let missing = SPAN.saturating_sub(self.head.len()).min(blocks.len());
         if self.start + self.head.len() as u64 == self.end() {
-            self.head.extend_from_slice(&blocks[..room]);
+            self.head.extend_from_slice(&blocks[..missing]);
         }
         self.tail.extend_from_slice(blocks);
     }
 }
 
-/// What an update computes in, for fresh memory costs as much as what is computed in it.
+/// Work arrays of an update. They are reused because allocating fresh memory costs as much as the computation.
 #[derive(Default)]
-struct Room {
+struct Scratch {
     blocks: Vec<f64>,
     pairs: Vec<f64>,
     phase: Vec<f64>,
 }
 
-/// A stretch of a stream: everything needed to continue it, to join it with its neighbours, and to read it.
+/// Allan variance sums of a segment of a stream, with the state needed to continue it and to merge it with its
+/// neighbors.
 #[derive(Clone, Debug)]
 pub struct Accumulator {
     grid: Grid,
@@ -126,28 +132,29 @@ pub struct Accumulator {
     width: Width,
 }
 
-/// What an accumulator knows: factor, stride, Σ d², number of terms, and of those that gaps have cost.
+/// For each averaging factor: factor, stride, Σ d², number of differences, number of differences lost to gaps.
 pub type Reading = Vec<(u64, u64, f64, u64, u64)>;
 
-/// Start, samples, gaps, origin, and of each level start, first blocks, last blocks, place of these, sums, counts.
+/// Serialized state: start, samples, gaps, origin, and for each level its start, first blocks, last blocks, grid
+/// index of the last blocks, sums, counts.
 pub type State = (u64, u64, u64, Option<f64>, Vec<LevelState>);
 type LevelState = (u64, Vec<f64>, Vec<f64>, u64, Vec<[f64; 2]>, Vec<u64>);
 
 impl Accumulator {
-    /// An empty stretch that begins with sample `start` of its stream.
+    /// An empty segment that starts at sample `start` of its stream.
     pub fn new(grid: Grid, start: u64) -> Self {
         let levels = vec![Level::new(start, grid.at(0).factors.len())];
         Self { grid, start, samples: 0, gaps: 0, origin: None, levels, width: Width::best() }
     }
 
-    /// All that it knows, as plain numbers.
+    /// Complete state as plain numbers.
     pub fn state(&self) -> State {
         let plain =
             |l: &Level| (l.start, l.head.clone(), l.tail.clone(), l.next, l.sums.clone(), l.counts.clone());
         (self.start, self.samples, self.gaps, self.origin, self.levels.iter().map(plain).collect())
     }
 
-    /// The stretch whose state that was.
+    /// Accumulator restored from the state that [`Self::state`] returned.
     pub fn restored(grid: Grid, (start, samples, gaps, origin, levels): State) -> Result<Self> {
         let mut kept = Vec::with_capacity(levels.len());
         for (at, (start, head, tail, next, sums, counts)) in levels.into_iter().enumerate() {
@@ -163,24 +170,24 @@ impl Accumulator {
         Ok(Self { grid, start, samples, gaps, origin, levels: kept, width: Width::best() })
     }
 
-    /// Samples taken so far.
+    /// Number of samples so far, missing ones included.
     pub fn len(&self) -> u64 {
         self.samples
     }
 
-    /// Whether nothing was taken.
+    /// True if no sample has been added.
     pub fn is_empty(&self) -> bool {
         self.samples == 0
     }
 
-    /// Missing samples so far.
+    /// Number of missing samples so far.
     pub fn gaps(&self) -> u64 {
         self.gaps
     }
 
-    /// Takes the next samples; NaN marks a missing one.
+    /// Adds the next samples; NaN marks a missing sample.
     pub fn update(&mut self, samples: &[f64]) -> Result<()> {
-        // One pass in the usual case: only a NaN or an infinity makes the sum of finite numbers not finite.
+        // One pass suffices in the usual case: the sum is finite unless a sample is NaN or infinite.
         let clean = wide_sum(self.width, samples).is_finite();
         if !clean && let Some(bad) = samples.iter().position(|x| x.is_infinite()) {
             let at = self.start + self.samples + bad as u64;
@@ -189,32 +196,32 @@ impl Accumulator {
                 samples[bad]
             )));
         }
-        // A whole number, so that integers stay integers.
+        // The origin is rounded so that integer samples stay integers.
         let first = samples.iter().find(|x| !x.is_nan()).map(|x| x.round());
         self.origin = self.origin.or(first);
         let origin = self.origin.unwrap_or(0.0);
-        let mut room = Room::default();
+        let mut scratch = Scratch::default();
         for chunk in samples.chunks(PASS) {
-            room.blocks.resize(chunk.len(), 0.0);
-            counted_from(self.width, chunk, origin, &mut room.blocks);
+            scratch.blocks.resize(chunk.len(), 0.0);
+            minus_origin(self.width, chunk, origin, &mut scratch.blocks);
             if !clean {
                 self.gaps += chunk.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
             }
             self.samples += chunk.len() as u64;
-            self.append(&mut room);
+            self.append(&mut scratch);
         }
         Ok(())
     }
 
-    /// Blocks for the first level, and the pairs they complete for each next one.
-    fn append(&mut self, Room { blocks, pairs, phase }: &mut Room) {
+    /// Appends blocks to the first level, and the pairs that they complete to each higher level.
+    fn append(&mut self, Scratch { blocks, pairs, phase }: &mut Scratch) {
         for level in 0.. {
             if blocks.is_empty() {
                 return;
             }
             let here = &mut self.levels[level];
             let end = here.end();
-            // An odd end has a left half waiting for its right one, unless the stretch itself began there.
+            // At an odd end the last block still waits for its right neighbor, unless the segment starts there.
             let waiting = (end % 2 == 1 && end > here.start).then(|| here.tail.last().copied()).flatten();
             let whole = &blocks[usize::from(end % 2 == 1)..];
             let first = usize::from(waiting.is_some());
@@ -222,7 +229,7 @@ impl Accumulator {
             pairs[..first].copy_from_slice(waiting.map(|left| left + blocks[0]).as_slice());
             pair_sums(self.width, whole, &mut pairs[first..]);
             here.push(blocks);
-            self.settle(level, PASS, phase);
+            self.add_completed(level, PASS, phase);
             if !pairs.is_empty() && level + 1 == self.levels.len() {
                 let start = self.levels[level].start.div_ceil(2);
                 self.levels.push(Level::new(start, self.grid.at(level + 1).factors.len()));
@@ -231,10 +238,11 @@ impl Accumulator {
         }
     }
 
-    /// Sums the terms whose blocks are all there, once at least `least` of them wait.
-    fn settle(&mut self, level: usize, least: usize, phase: &mut Vec<f64>) {
+    /// Adds the differences whose blocks are complete to the sums. Does nothing while fewer than `min_count` of them
+    /// wait.
+    fn add_completed(&mut self, level: usize, min_count: usize, phase: &mut Vec<f64>) {
         let waiting = self.levels[level].tail.len().saturating_sub(SPAN);
-        if waiting == 0 || waiting < least.min(PASS) / if level == 0 { 1 } else { 4 } {
+        if waiting == 0 || waiting < min_count.min(PASS) / if level == 0 { 1 } else { 4 } {
             return;
         }
         let here = &mut self.levels[level];
@@ -250,7 +258,8 @@ impl Accumulator {
         here.next += waiting as u64;
     }
 
-    /// Joins the stretch that follows this one, whose samples were taken about a base that is `higher` by so much.
+    /// Appends the segment that follows this one. The samples of `other` were counted from a base that is `higher` by
+    /// this amount.
     pub fn merge(&mut self, other: &Self, higher: f64) -> Result<()> {
         if other.grid != self.grid {
             return Err(Error::Input("accumulators with different averaging times cannot be merged".into()));
@@ -258,7 +267,7 @@ impl Accumulator {
         let end = self.start + self.samples;
         if other.start != end {
             return Err(Error::Input(format!(
-                "the other stretch begins at sample {}, this one ends at {end}: give start={end}",
+                "the other segment begins at sample {}, this one ends at {end}: give start={end}",
                 other.start
             )));
         }
@@ -282,7 +291,7 @@ impl Accumulator {
             let moved = |block: &f64| block + shift * (1_u64 << level) as f64;
             let ours = &mut self.levels[level];
             let last = ours.tail.last().copied();
-            // The pair across the border, for the next level; at most one block at each level straddles it.
+            // The pair across the border, for the next level. At most one block at each level straddles the border.
             let border = ours.end();
             let head = theirs.and_then(|l| l.head.first()).map(moved);
             let (left, right) = match (straddling, border % 2) {
@@ -300,7 +309,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The sums so far, also where gaps have left no term.
+    /// The sums so far, for every factor that fits into the segment, even if gaps have removed all its differences.
     pub fn reading(&self) -> Reading {
         let mut out = Vec::new();
         for (level, here) in self.levels.iter().enumerate() {
@@ -319,13 +328,13 @@ impl Accumulator {
     }
 }
 
-/// Appends a level of the next stretch to the same level of this one.
+/// Appends one level of the following segment to the same level of this one.
 fn join(width: Width, ours: &mut Level, theirs: &Level, terms: &Terms, moved: impl Fn(&f64) -> f64) {
     if theirs.next == theirs.start {
         ours.push(&theirs.tail.iter().map(moved).collect::<Vec<_>>());
         return;
     }
-    // Terms that begin on our side and end on theirs.
+    // Differences that start in this segment and end in the following one.
     let begun = ours.tail.len();
     ours.push(&theirs.head.iter().map(&moved).collect::<Vec<_>>());
     add_terms(width, &ours.tail, begun, terms, &mut vec![], (&mut ours.sums, &mut ours.counts));
@@ -340,7 +349,7 @@ fn join(width: Width, ours: &mut Level, theirs: &Level, terms: &Terms, moved: im
     ours.next = theirs.next;
 }
 
-/// Adds the terms that begin at the first `begun` blocks, as far as their blocks are all there.
+/// Adds the squared differences that start at the first `begun` blocks and whose blocks are complete.
 fn add_terms(
     width: Width,
     blocks: &[f64],

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 
-/// Which averaging times to use.
+/// Choice of averaging factors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grid {
     /// 1, 2, 4, 8, …
@@ -11,11 +11,11 @@ pub enum Grid {
     Decade,
     /// Every factor.
     All,
-    /// About this many in each decade, evenly spaced in log τ.
+    /// About this many factors per decade, evenly spaced in log τ.
     PerDecade(u32),
 }
 
-/// The factors of `grid` up to `most`, rising, without repetition.
+/// Averaging factors of `grid` up to `most`, in ascending order and without repetition.
 pub fn factors(grid: Grid, most: usize) -> Result<Vec<usize>> {
     if most == 0 {
         return Err(Error::TooShort("at least 3 samples are needed for one averaging time".into()));

@@ -1,9 +1,10 @@
 //! Covariance of overlapping variance estimates across averaging factors, for a sum of primitive processes.
 //!
-//! The estimate at factor i is the mean square of Δ_i^o y, with y the phase (oadev o = 2, hdev o = 3) or the sum of the phase
-//! (mdev o = 3: the mean of i second differences is a third difference over i). For Gaussian noise
-//! cov(σ̂²_i, σ̂²_j) = 2/(c_i c_j M_i M_j) Σ_t count(t) R_ij(t)² (Greenhall and Riley 2003, eq. 7), R_ij(t) the covariance of
-//! two differences whose centres are t apart, which is Δ_i^o Δ_j^o of the generalised covariance of y.
+//! The estimate at factor i is the mean square of the difference Δ_i^o y. Here y is the phase (oadev o = 2, hdev o =
+//! 3) or the running sum of the phase (mdev o = 3, because the mean of i second differences is a third difference
+//! over i). For Gaussian noise cov(σ̂²_i, σ̂²_j) = 2/(c_i c_j M_i M_j) Σ_t count(t) R_ij(t)² (Greenhall and Riley
+//! 2003, eq. 7). R_ij(t) is the covariance of two differences whose centers are t apart: Δ_i^o Δ_j^o of the
+//! generalized covariance of y.
 
 #![expect(clippy::doc_markdown, reason = "formulas read better plain")]
 
@@ -21,7 +22,7 @@ mod total;
 use crate::{Error, Result};
 pub use process::{Kind, Term};
 
-/// Expected variance (k,) and variance of the estimates (k,) at `factors` for records of `n` samples.
+/// Expected variance (k,) and variance of the estimates (k,), at `factors`, for records of `n` samples.
 pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
     match kind {
         Kind::Total => total::variances(terms, n, factors),

@@ -1,13 +1,14 @@
-//! Smallest and largest sample of equal stretches: a long record as the band that a screen can show of it.
+//! Minimum and maximum of equal segments of a record, for plotting a long record.
 
 use crate::{Error, Result};
 
-/// `(low, high)` of each of `buckets` stretches, missing samples left out; NaN where a stretch has none.
+/// Minimum and maximum of each of `buckets` equal segments. Missing samples (NaN) are ignored; a segment without
+/// samples gives NaN.
 ///
-/// A record of fewer samples than buckets has one bucket a sample.
+/// A record with fewer samples than `buckets` gets one segment per sample.
 pub fn envelope(samples: &[f64], buckets: usize) -> Result<(Vec<f64>, Vec<f64>)> {
     if buckets == 0 {
-        return Err(Error::Input("an envelope of 0 stretches: ask for at least 1".into()));
+        return Err(Error::Input("envelope: the number of segments is 0; give at least 1".into()));
     }
     let count = buckets.min(samples.len());
     // u128: a product of two lengths must not overflow.
@@ -15,9 +16,10 @@ pub fn envelope(samples: &[f64], buckets: usize) -> Result<(Vec<f64>, Vec<f64>)>
     Ok((0..count).map(|i| extremes(&samples[edge(i)..edge(i + 1)])).unzip())
 }
 
-fn extremes(stretch: &[f64]) -> (f64, f64) {
-    // f64::min and max leave NaN out.
-    stretch.iter().fold((f64::NAN, f64::NAN), |(low, high), x| (low.min(*x), high.max(*x)))
+/// Minimum and maximum of a segment; NaN if all samples are NaN.
+fn extremes(segment: &[f64]) -> (f64, f64) {
+    // f64::min and f64::max ignore NaN.
+    segment.iter().fold((f64::NAN, f64::NAN), |(low, high), x| (low.min(*x), high.max(*x)))
 }
 
 #[cfg(test)]
@@ -36,7 +38,7 @@ mod tests {
     }
 
     proptest! {
-        /// Every sample lies in the band of its stretch, both ends are samples, and nothing is left out.
+        /// Both limits of every segment are samples of it, every sample lies between them, and no sample is skipped.
         #[test]
         fn the_band_is_tight(samples in prop::collection::vec(-1e9..1e9_f64, 1..200), buckets in 1_usize..50) {
             let (low, high) = envelope(&samples, buckets).unwrap();
@@ -44,9 +46,9 @@ mod tests {
             prop_assert_eq!(low.len(), count);
             let mut seen = 0;
             for i in 0..count {
-                let stretch = &samples[i * samples.len() / count..(i + 1) * samples.len() / count];
-                seen += stretch.len();
-                let mut sorted = stretch.to_vec();
+                let segment = &samples[i * samples.len() / count..(i + 1) * samples.len() / count];
+                seen += segment.len();
+                let mut sorted = segment.to_vec();
                 sorted.sort_by(f64::total_cmp);
                 prop_assert_eq!((low[i], high[i]), (sorted[0], sorted[sorted.len() - 1]));
             }

@@ -1,4 +1,4 @@
-//! What can be wrong with the input, with the numbers.
+//! Errors of the core.
 //!
 //! `Input` variants become `allanite.InputError` (exit code 2), `TooShort` becomes
 //! `allanite.TooShortError` (exit code 3), `Interrupted` becomes `KeyboardInterrupt`,
@@ -7,16 +7,16 @@
 /// Every way a call into the core can fail.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
-    /// An argument or a sample that cannot be used; the message names it, what was found, the remedy.
+    /// An unusable argument or sample. The message names the argument, the value found, and the remedy.
     #[error("{0}")]
     Input(String),
-    /// The record is usable but too short for what was asked; the message says what would suffice.
+    /// The record is too short for the request. The message says how many samples suffice.
     #[error("{0}")]
     TooShort(String),
     /// The caller asked to stop (Ctrl-C).
     #[error("interrupted")]
     Interrupted,
-    /// A panic: what it said, and where.
+    /// A panic in the core, with its message and source location.
     #[error("{0}")]
     Internal(String),
 }

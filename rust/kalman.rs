@@ -1,8 +1,9 @@
 //! Kalman filter and fixed-interval smoother of a scalar series with missing samples.
 //!
-//! s(k+1) = F s(k) + w(k), y(k) = H s(k) + v(k), cov w = Q, var v = R, s(0) ~ (0, P0). Once the gain has settled it is
-//! used again until a sample is missing. The smoother is that of the disturbances (Koopman 1993; Durbin & Koopman 2012
-//! §4.6) over stretches that are filtered a second time, so that its memory is that of the series.
+//! s(k+1) = F s(k) + w(k), y(k) = H s(k) + v(k), cov w = Q, var v = R, s(0) ~ (0, P0). Once the gain has settled it
+//! is reused until a sample is missing. The smoother is the disturbance smoother (Koopman 1993; Durbin & Koopman 2012
+//! §4.6). It stores one filter per segment and filters each segment a second time, so that it needs little more
+//! memory than the series.
 
 pub mod stamped;
 mod system;
@@ -12,33 +13,34 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::{Error, Result};
 pub use system::System;
 
-/// Samples between two looks at the flag, and of a stretch that the smoother filters again: its memory, one filter a
-/// stretch and two vectors a sample within one, is least near the root of the length, which is 4096 for 1.7e7 samples.
-const STRETCH: usize = 4096;
-/// Relative change of the gain below which it has settled.
-const SETTLED: f64 = 1e-12;
+/// Number of samples between two checks of the stop flag, and of a segment that the smoother filters again. The
+/// smoother stores one filter per segment and two vectors per sample of one segment. Its memory is smallest near the
+/// square root of the length, which is 4096 for 1.7e7 samples.
+const SEGMENT: usize = 4096;
+/// The gain has settled when its relative change per sample is below this value. Chosen by judgment; not measured.
+const GAIN_TOLERANCE: f64 = 1e-12;
 
-/// What is predicted of one sample: by how much it differs (NaN where it is missing), and the variance of that.
+/// Prediction error of one sample (NaN if the sample is missing) and its variance.
 #[derive(Debug, Clone, Copy)]
 struct Innovation {
     value: f64,
     variance: f64,
 }
 
-/// The filter between two samples: mean and covariance of the state before the next one.
+/// State of the filter before a sample: mean and covariance of the predicted state.
 #[derive(Debug, Clone)]
 struct Filter<'a> {
     system: &'a System,
     mean: Vec<f64>,
     covariance: Vec<f64>,
-    /// P H' of the last sample, and its gain P H'/(H P H' + R).
+    /// P H' at the last sample, and the gain P H'/(H P H' + R).
     spread: Vec<f64>,
     gain: Vec<f64>,
     variance: f64,
     settled: bool,
-    /// Whether the last sample was there: a gain that stays over missing ones has not settled.
+    /// True if the last sample was present. A gain that stays constant over missing samples has not settled.
     observed: bool,
-    room: Vec<f64>,
+    scratch: Vec<f64>,
 }
 
 impl<'a> Filter<'a> {
@@ -53,11 +55,11 @@ impl<'a> Filter<'a> {
             variance: 0.0,
             settled: false,
             observed: false,
-            room: vec![0.0; d * d],
+            scratch: vec![0.0; d * d],
         }
     }
 
-    /// Takes one sample, and moves on to the time of the next.
+    /// Updates the state with one sample (NaN: missing) and predicts the state at the next sample.
     fn step(&mut self, sample: f64) -> Result<Innovation> {
         let missing = sample.is_nan();
         if missing {
@@ -79,7 +81,7 @@ impl<'a> Filter<'a> {
             }
             change = change.max((variance - self.variance).abs() / variance);
             self.variance = variance;
-            self.settled = !missing && self.observed && change < SETTLED;
+            self.settled = !missing && self.observed && change < GAIN_TOLERANCE;
             self.observed = !missing;
         }
         let value = sample - self.system.observe(&self.mean);
@@ -88,26 +90,27 @@ impl<'a> Filter<'a> {
                 *mean += gain * value;
             }
         }
-        self.system.advance(&mut self.mean, &mut self.room);
+        self.system.advance(&mut self.mean, &mut self.scratch);
         if !self.settled {
             let weight = if missing { 0.0 } else { 1.0 / self.variance };
-            self.system.propagate(&mut self.covariance, &self.spread, weight, &mut self.room);
+            self.system.propagate(&mut self.covariance, &self.spread, weight, &mut self.scratch);
         }
         Ok(Innovation { value, variance: self.variance })
     }
 }
 
+/// Error if the caller wants to stop.
 fn check(stop: &AtomicBool) -> Result<()> {
     if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
-/// Innovations of `samples` (NaN: missing) and their variances.
+/// Innovations (prediction errors) of `samples` (NaN: missing) and their variances.
 pub fn filter(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<(Vec<f64>, Vec<f64>)> {
     let mut filter = Filter::new(system);
     let (mut values, mut variances) = (Vec::with_capacity(samples.len()), Vec::with_capacity(samples.len()));
-    for stretch in samples.chunks(STRETCH) {
+    for segment in samples.chunks(SEGMENT) {
         check(stop)?;
-        for &sample in stretch {
+        for &sample in segment {
             let found = filter.step(sample)?;
             values.push(found.value);
             variances.push(found.variance);
@@ -116,50 +119,50 @@ pub fn filter(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<(Ve
     Ok((values, variances))
 }
 
-/// E(H s(k) | all samples) at every k, missing ones included.
+/// Smoothed signal E(H s(k) | all samples) at every k, missing samples included.
 pub fn smooth(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
     let d = system.states();
     let mut filter = Filter::new(system);
-    let mut starts = Vec::with_capacity(samples.len() / STRETCH + 1);
-    for stretch in samples.chunks(STRETCH) {
+    let mut starts = Vec::with_capacity(samples.len() / SEGMENT + 1);
+    for segment in samples.chunks(SEGMENT) {
         check(stop)?;
         starts.push(filter.clone());
-        for &sample in stretch {
+        for &sample in segment {
             filter.step(sample)?;
         }
     }
     let mut out = vec![0.0; samples.len()];
     let mut adjoint = vec![0.0; d];
-    let mut adjoints = vec![0.0; STRETCH * d];
-    let mut gains = vec![0.0; STRETCH * d];
-    let mut found = Vec::with_capacity(STRETCH);
-    let mut room = vec![0.0; d];
-    for (number, stretch) in samples.chunks(STRETCH).enumerate().rev() {
+    let mut adjoints = vec![0.0; SEGMENT * d];
+    let mut gains = vec![0.0; SEGMENT * d];
+    let mut found = Vec::with_capacity(SEGMENT);
+    let mut scratch = vec![0.0; d];
+    for (number, segment) in samples.chunks(SEGMENT).enumerate().rev() {
         check(stop)?;
         let mut filter = starts.pop().unwrap_or_else(|| Filter::new(system));
         let (mut state, covariance) = (filter.mean.clone(), filter.covariance.clone());
         found.clear();
-        for (&sample, gain) in stretch.iter().zip(gains.chunks_mut(d)) {
+        for (&sample, gain) in segment.iter().zip(gains.chunks_mut(d)) {
             found.push(filter.step(sample)?);
             gain.copy_from_slice(&filter.gain);
         }
-        for k in (0..stretch.len()).rev() {
+        for k in (0..segment.len()).rev() {
             adjoints[k * d..(k + 1) * d].copy_from_slice(&adjoint);
-            system.retreat(&mut adjoint, &mut room);
+            system.retreat(&mut adjoint, &mut scratch);
             if !found[k].value.is_nan() {
                 let gain = &gains[k * d..(k + 1) * d];
                 let seen: f64 = gain.iter().zip(&adjoint).map(|(g, u)| g * u).sum();
                 system.add_observed(&mut adjoint, found[k].value / found[k].variance - seen);
             }
         }
-        // Mean of the state at the first sample of the stretch; from there the smoothed disturbances carry it on.
+        // Smoothed state at the first sample of the segment. The smoothed disturbances give the following states.
         for (i, row) in covariance.chunks(d).enumerate() {
             state[i] += row.iter().zip(&adjoint).map(|(p, r)| p * r).sum::<f64>();
         }
-        let first = number * STRETCH;
-        for (k, value) in out[first..first + stretch.len()].iter_mut().enumerate() {
+        let first = number * SEGMENT;
+        for (k, value) in out[first..first + segment.len()].iter_mut().enumerate() {
             *value = system.observe(&state);
-            system.advance(&mut state, &mut room);
+            system.advance(&mut state, &mut scratch);
             system.disturb(&mut state, &adjoints[k * d..(k + 1) * d]);
         }
     }
@@ -170,7 +173,7 @@ pub fn smooth(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<Vec
 mod tests {
     use super::*;
 
-    fn go() -> AtomicBool {
+    fn never_stopped() -> AtomicBool {
         AtomicBool::new(false)
     }
 
@@ -180,21 +183,21 @@ mod tests {
         let (q, r) = (0.01, 2.0_f64);
         let system = System::new(&[1.0], &[q], &[1.0], r, &[1e6]).unwrap();
         let samples: Vec<f64> = (0..2000).map(|k| f64::from(k % 7)).collect();
-        let (_, variances) = filter(&system, &samples, &go()).unwrap();
+        let (_, variances) = filter(&system, &samples, &never_stopped()).unwrap();
         let p = 0.5 * (q + (q * q + 4.0 * q * r).sqrt());
         assert!((variances[1999] / (p + r) - 1.0).abs() < 1e-9);
     }
 
     #[test]
     fn a_line_through_two_samples() {
-        // Without measurement noise the mean of a random walk between two samples lies on their straight line,
-        // across the ends of stretches, too.
-        let n = 2 * STRETCH + 100;
+        // Without measurement noise the mean of a random walk between two samples lies on their straight line, also
+        // across the ends of segments.
+        let n = 2 * SEGMENT + 100;
         let mut samples = vec![f64::NAN; n];
         samples[0] = 1.0;
         samples[n - 1] = 3.0;
         let system = System::new(&[1.0], &[1.0], &[1.0], 0.0, &[1e4]).unwrap();
-        let mean = smooth(&system, &samples, &go()).unwrap();
+        let mean = smooth(&system, &samples, &never_stopped()).unwrap();
         for (k, value) in mean.iter().enumerate() {
             let line = 1.0 + 2.0 * k as f64 / (n - 1) as f64;
             assert!((value - line).abs() < 1e-9, "{k}: {value} {line}");
@@ -204,6 +207,6 @@ mod tests {
     #[test]
     fn a_model_without_noise_is_refused() {
         let system = System::new(&[1.0], &[0.0], &[1.0], 0.0, &[0.0]).unwrap();
-        assert!(filter(&system, &[1.0], &go()).is_err());
+        assert!(filter(&system, &[1.0], &never_stopped()).is_err());
     }
 }

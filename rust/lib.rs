@@ -5,20 +5,20 @@
 //! | [`averaging`] | averaging factors m of a τ grid | NIST SP 1065 §5 |
 //! | [`phase`] | samples → phase θ, offset removed exactly | IEEE 952 annex C |
 //! | [`deviation`] | Allan variance and its relatives | NIST SP 1065 §5.2 |
-//! | [`accumulator`] | the same of a stream, in constant memory | |
+//! | [`accumulator`] | Allan variance of a stream in constant memory | |
 //! | [`covariance`] | covariance of the estimates across τ | Greenhall & Riley 2003 |
 //! | [`spectrum`] | cosine-transform ordinates, log-spaced bins | |
-//! | [`envelope`] | a long record as the band a screen can show | |
+//! | [`envelope`] | minimum and maximum of equal segments, for plots | |
 //! | [`kalman`] | innovations and smoothed mean of a state-space model | Durbin & Koopman 2012 |
-//! | [`lstsq`] | generalised and non-negative least squares | Lawson & Hanson ch. 23 |
+//! | [`lstsq`] | generalized and non-negative least squares | Lawson & Hanson ch. 23 |
 //! | [`likelihood`] | spectrum fits that allow for a discrepancy | Lange, Little & Taylor 1989 |
-//! | [`noise`] | samples of coloured noise | Kasdin 1995 |
-//! | [`ranks`] | samples in order | |
+//! | [`noise`] | samples of colored noise | Kasdin 1995 |
+//! | [`ranks`] | sorting and ranks | |
 //! | [`text`] | numeric columns of a text log | |
-//! | [`parallel`] | threads over blocks | |
-//! | [`machine`] | vector units, large buffers | |
+//! | [`parallel`] | work on several threads | |
+//! | [`machine`] | vector units, large buffers, allocator | |
 //!
-//! Only `python` may name an interpreter; everything else builds and is tested without one.
+//! Only the module `python` uses the Python interpreter. Every other module builds and is tested without Python.
 
 pub mod accumulator;
 pub mod averaging;
@@ -42,5 +42,5 @@ pub mod text;
 
 pub use error::Error;
 
-/// What the core returns.
+/// Result of a call into the core.
 pub type Result<T> = std::result::Result<T, Error>;

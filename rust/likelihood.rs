@@ -1,12 +1,12 @@
-//! The likelihood of a spectrum whose model is not perfect, and its maximum over non-negative coefficients.
+//! Likelihood of a spectrum with a model discrepancy, and its maximum over non-negative coefficients.
 //!
-//! Bins are sorted into cells that share one discrepancy, so that a feature narrower than a cell has its whole vote. In each
-//! cell the mean of power over spectrum is a gamma variable of shape k(w) = ν/(1 + ν δ²w), ν half the cell's degrees of
-//! freedom, w inverse-gamma (1, 1): a scale mixture of normals for the discrepancy of scale δ (Andrews & Mallows 1974). The
-//! marginal likelihood is a sum over nodes of w; δ = 0 is the Whittle likelihood. The reasons are in
-//! `allanite.fit.likelihood.discrepancy`.
+//! Bins are grouped into cells that share one discrepancy, so that a feature narrower than a cell keeps its full
+//! weight. In each cell the mean of power over spectrum is a gamma variable of shape k(w) = ν/(1 + ν δ²w). Here ν is
+//! half the cell's degrees of freedom, and w is inverse-gamma (1, 1): a scale mixture of normals for the discrepancy
+//! of scale δ (Andrews & Mallows 1974). The marginal likelihood is a sum over nodes of w. δ = 0 gives the Whittle
+//! likelihood. `allanite.fit.likelihood.discrepancy` explains these choices.
 
-// Compiled with the instructions of the caller.
+// Functions are inlined so that they are compiled with the instructions of their caller.
 #![allow(clippy::inline_always)]
 
 mod climb;
@@ -24,18 +24,18 @@ pub use climb::{Maximum, Problem, climb_many};
 use exponents::ln;
 use gamma::{NODES, WIDTH};
 
-/// Every fourth scale is tried where nothing is known of it.
+/// Without a starting value, every `STRIDE`-th scale is tried first.
 const STRIDE: usize = 4;
 
-/// `WIDTH` bins at one scale, node by node.
+/// Constants of `WIDTH` cells at one scale, node by node.
 struct Block {
-    /// k of each gamma distribution.
+    /// Shape k of each gamma distribution.
     shape: [[f64; WIDTH]; NODES],
-    /// ln of its weight and norm less the norm at δ = 0.
+    /// Logarithm of the weight and norm of the distribution, minus that of the norm at δ = 0.
     norm: [[f64; WIDTH]; NODES],
 }
 
-/// Distribution of bins with these degrees of freedom.
+/// Likelihood of bins with given degrees of freedom.
 pub struct Likelihood {
     count: Vec<f64>,
     /// First bin of each cell, and the end of the last.
@@ -47,19 +47,20 @@ pub struct Likelihood {
     /// √ of the degrees of freedom of each bin.
     root: Vec<f64>,
     scales: Vec<f64>,
-    /// Of each scale, made when it is first asked for.
+    /// Constants of each scale, computed on first use.
     tables: Vec<OnceLock<Vec<Block>>>,
 }
 
-/// A spectrum at one scale: its marginal logL and the degrees of freedom left to each cell, then (finished) to each bin.
+/// Marginal logL of a spectrum at one scale, and the effective degrees of freedom: of each cell during the
+/// computation, of each bin in results.
 #[derive(Debug, Clone, Default)]
-pub struct Judged {
+pub struct Evaluation {
     pub log_likelihood: f64,
-    /// Shape (cells,) in whole blocks; finished: (bins,).
+    /// Shape (cells,), padded to whole blocks; in results (bins,).
     pub weight: Vec<f64>,
 }
 
-/// A power over a spectrum.
+/// Ratio of a measured power I and a model spectrum S, with derived quantities.
 #[derive(Default)]
 pub(crate) struct Ratio {
     /// 1/S of each bin.
@@ -68,18 +69,17 @@ pub(crate) struct Ratio {
     bins: Vec<f64>,
     /// n ln S of each bin.
     logs: Vec<f64>,
-    /// Its mean R over each cell.
+    /// Mean R of I/S over each cell.
     cells: Vec<f64>,
-    /// ln R − R, zeros up to whole blocks.
+    /// ln R − R, padded with zeros to whole blocks.
     y: Vec<f64>,
     /// −½ Σ n ln S − ½ Σ n ln R.
     extra: f64,
 }
 
 impl Likelihood {
-    /// `count`: degrees of freedom of each bin; `scales`: the values of δ.
-    ///
-    /// `first`: first bin of each cell.
+    /// Likelihood for bins with `count` degrees of freedom and discrepancy scales δ `scales`. `first` is the first
+    /// bin of each cell.
     pub fn new(count: Vec<f64>, scales: Vec<f64>, first: Vec<usize>) -> Result<Self> {
         if let Some(bad) = count.iter().find(|n| !(**n > 0.0 && n.is_finite())) {
             return Err(Error::Input(format!("likelihood: {bad} degrees of freedom: give positive numbers")));
@@ -102,16 +102,17 @@ impl Likelihood {
         self.count.len()
     }
 
+    /// Constants of a scale.
     fn table(&self, scale: usize) -> &[Block] {
         self.tables[scale].get_or_init(|| gamma::table(&self.total, self.scales[scale]))
     }
 
-    /// First bin and end of each cell.
+    /// Half-open range of the bins of each cell.
     pub(crate) fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         self.cells.windows(2).map(|pair| pair[0]..pair[1])
     }
 
-    /// The mean over each cell of a value of its bins, each with its degrees of freedom.
+    /// Means over each cell of the values of its bins, weighted by the degrees of freedom.
     #[inline(always)]
     fn cell_means(&self, values: &[f64], out: &mut [f64]) {
         for ((range, total), mean) in self.ranges().zip(&self.total).zip(out) {
@@ -120,6 +121,7 @@ impl Likelihood {
         }
     }
 
+    /// Computes all quantities of `Ratio`.
     fn fill(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
         #[cfg(target_arch = "x86_64")]
         if Width::best().is_wide() {
@@ -162,37 +164,37 @@ impl Likelihood {
         out.extra = -0.5 * extra;
     }
 
-    /// logL and weights of cells, from what `fill` made.
-    fn judge_at(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
+    /// logL and weights of the cells, from the result of [`Self::fill`].
+    fn evaluate_at(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Evaluation) {
         #[cfg(target_arch = "x86_64")]
         match Width::best().unit() {
             Unit::Portable => {}
             // SAFETY: a `Width` is only made of units that the processor has.
-            Unit::Avx2 => return unsafe { self.judge_wide(ratio, scale, out) },
+            Unit::Avx2 => return unsafe { self.evaluate_wide(ratio, scale, out) },
             // SAFETY: as above.
-            Unit::Avx512 => return unsafe { self.judge_512(ratio, scale, out) },
+            Unit::Avx512 => return unsafe { self.evaluate_512(ratio, scale, out) },
         }
-        self.judge_body::<false>(ratio, scale, out);
+        self.evaluate_body::<false>(ratio, scale, out);
     }
 
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    unsafe fn judge_wide(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
-        self.judge_body::<true>(ratio, scale, out);
+    unsafe fn evaluate_wide(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Evaluation) {
+        self.evaluate_body::<true>(ratio, scale, out);
     }
 
     /// # Safety
     /// The processor has AVX-512F and VL, AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx2,fma")]
-    unsafe fn judge_512(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
-        self.judge_body::<true>(ratio, scale, out);
+    unsafe fn evaluate_512(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Evaluation) {
+        self.evaluate_body::<true>(ratio, scale, out);
     }
 
     #[inline(always)]
-    fn judge_body<const FUSED: bool>(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
+    fn evaluate_body<const FUSED: bool>(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Evaluation) {
         out.weight.resize(ratio.y.len(), 0.0);
         if let Some(scale) = scale {
             out.log_likelihood = sum::marginal::<FUSED>(self.table(scale), &ratio.y, &mut out.weight);
@@ -203,13 +205,13 @@ impl Likelihood {
         out.log_likelihood += ratio.extra;
     }
 
-    /// Goes to the neighbour of a scale while that is better.
-    fn better_at(&self, y: &Ratio, scale: &mut usize, best: &mut Judged, spare: &mut Judged) {
+    /// Moves to the next scale, up or down, as long as logL rises.
+    fn climb_scale(&self, y: &Ratio, scale: &mut usize, best: &mut Evaluation, spare: &mut Evaluation) {
         for up in [true, false] {
             while let Some(next) =
                 if up { Some(*scale + 1).filter(|s| *s < self.scales.len()) } else { scale.checked_sub(1) }
             {
-                self.judge_at(y, Some(next), spare);
+                self.evaluate_at(y, Some(next), spare);
                 if !(spare.log_likelihood > best.log_likelihood) {
                     break;
                 }
@@ -219,69 +221,71 @@ impl Likelihood {
         }
     }
 
-    /// Marginal logL and weights of a spectrum at a scale (`None`: δ = 0).
-    pub fn judge(&self, power: &[f64], spectrum: &[f64], scale: Option<usize>) -> Result<Judged> {
+    /// Marginal logL and weights (bins,) of a spectrum at a scale; `None` means δ = 0.
+    pub fn evaluate(&self, power: &[f64], spectrum: &[f64], scale: Option<usize>) -> Result<Evaluation> {
         self.check(power, spectrum, scale)?;
-        let (mut y, mut out) = (Ratio::default(), Judged::default());
+        let (mut y, mut out) = (Ratio::default(), Evaluation::default());
         self.fill(power, spectrum, &mut y);
-        self.judge_at(&y, scale, &mut out);
-        Ok(self.finished(&out))
+        self.evaluate_at(&y, scale, &mut out);
+        Ok(self.per_bin(&out))
     }
 
-    /// With the weight of each cell shared by its bins.
-    fn finished(&self, judged: &Judged) -> Judged {
+    /// The result with the weight of each cell distributed to its bins.
+    fn per_bin(&self, evaluation: &Evaluation) -> Evaluation {
         let mut weight = vec![0.0; self.bins()];
-        for ((range, total), cell) in self.ranges().zip(&self.total).zip(&judged.weight) {
+        for ((range, total), cell) in self.ranges().zip(&self.total).zip(&evaluation.weight) {
             for bin in range {
                 weight[bin] = self.count[bin] * (cell / total);
             }
         }
-        Judged { log_likelihood: judged.log_likelihood, weight }
+        Evaluation { log_likelihood: evaluation.log_likelihood, weight }
     }
 
-    /// Marginal logL of spectra, shape (m, bins) row by row, at each of the scales; shape (scales, m).
+    /// Marginal logL (scales, m) of spectra (m, bins), row by row, at the given scales.
     pub fn profile(&self, power: &[f64], spectra: &[f64], scales: &[usize]) -> Result<Vec<f64>> {
         let m = spectra.len() / self.bins().max(1);
         for scale in scales {
             self.check(power, &spectra[..self.bins().min(spectra.len())], Some(*scale))?;
         }
         let mut out = vec![0.0; scales.len() * m];
-        let (mut y, mut found) = (Ratio::default(), Judged::default());
+        let (mut y, mut found) = (Ratio::default(), Evaluation::default());
         for (column, spectrum) in spectra.chunks_exact(self.bins().max(1)).enumerate() {
             self.fill(power, spectrum, &mut y);
             for (row, scale) in scales.iter().enumerate() {
-                self.judge_at(&y, Some(*scale), &mut found);
+                self.evaluate_at(&y, Some(*scale), &mut found);
                 out[row * m + column] = found.log_likelihood;
             }
         }
         Ok(out)
     }
 
-    /// The scale at which a spectrum is most likely: the best of all, or uphill of a given one.
+    /// The scale with the highest marginal logL, and the result there: the best of all scales, or the nearest maximum
+    /// uphill of `start`.
     pub fn best_scale(
         &self,
         power: &[f64],
         spectrum: &[f64],
         start: Option<usize>,
-    ) -> Result<(usize, Judged)> {
+    ) -> Result<(usize, Evaluation)> {
         self.check(power, spectrum, Some(start.unwrap_or(0)))?;
-        let (mut y, mut best, mut spare) = (Ratio::default(), Judged::default(), Judged::default());
+        let (mut y, mut best, mut spare) = (Ratio::default(), Evaluation::default(), Evaluation::default());
         self.fill(power, spectrum, &mut y);
         let mut scale = start.unwrap_or(0);
-        self.judge_at(&y, Some(scale), &mut best);
+        self.evaluate_at(&y, Some(scale), &mut best);
         if start.is_none() {
             for next in (0..self.scales.len()).step_by(STRIDE).skip(1) {
-                self.judge_at(&y, Some(next), &mut spare);
+                self.evaluate_at(&y, Some(next), &mut spare);
                 if spare.log_likelihood > best.log_likelihood {
                     scale = next;
                     std::mem::swap(&mut best, &mut spare);
                 }
             }
         }
-        self.better_at(&y, &mut scale, &mut best, &mut spare);
-        Ok((scale, self.finished(&best)))
+        self.climb_scale(&y, &mut scale, &mut best, &mut spare);
+        Ok((scale, self.per_bin(&best)))
     }
 
+    /// Error if sizes do not match or the scale does not exist.
     fn check(&self, power: &[f64], spectrum: &[f64], scale: Option<usize>) -> Result<()> {
         let (bins, scales) = (self.bins(), self.scales.len());
         if power.len() != bins || spectrum.len() != bins {

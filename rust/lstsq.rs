@@ -1,36 +1,37 @@
-//! Generalised least squares with coefficients that are not negative.
+//! Generalized least squares with non-negative coefficients.
 //!
 //! The system is whitened by the Cholesky factor of the covariance and solved by the active-set method of Lawson
 //! and Hanson (Solving Least Squares Problems, 1974, ch. 23).
 //!
-//! SciPy's Cholesky and `nnls` find the same numbers in 81 and 99 µs for 20 × 4 and 40 × 5 (24 and 26 µs here, 2026-11-22),
-//! and the intervals of a classical fit ask hundreds of times.
+//! SciPy's Cholesky factorization and `nnls` give the same numbers in 81 and 99 µs for 20 × 4 and 40 × 5 (24 and 26
+//! µs here, 2026-11-22). The intervals of a classical fit solve hundreds of such systems.
 //!
-//! Its active set works on the normal equations, not on the triangle of `likelihood/nonnegative.rs`: each system is new, so
-//! there is no last set to begin with, and the covariance of the coefficients needs the inverse of the Gram matrix anyway.
+//! Unlike `likelihood/nonnegative.rs`, the active-set search uses the normal equations. Each system is new, so there
+//! is no previous active set to start from, and the covariance of the coefficients needs the inverse of the Gram
+//! matrix anyway.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use crate::{Error, Result};
 
-/// Relative jitter added to the unit diagonal of the correlation matrix. Estimates at neighbouring averaging times
-/// are nearly the same number; without it their differences would get weights beyond what the covariance is known to.
+/// Relative jitter added to the unit diagonal of the correlation matrix. Estimates at adjacent averaging times are
+/// almost equal. Without jitter their differences would get weights beyond the accuracy of the covariance.
 pub const JITTER: f64 = 1e-9;
 
-/// A solved system.
+/// Solution of a least-squares problem.
 #[derive(Debug, Clone)]
 pub struct Solution {
-    /// Shape (p,).
+    /// Coefficients (p,).
     pub coefficients: Vec<f64>,
-    /// Shape (p, p) row by row; rows and columns of coefficients held at 0 by the constraint are those of the
-    /// unconstrained system, so that an upper limit can be read from them.
+    /// Covariance (p, p) of the coefficients, row by row. Rows and columns of coefficients held at 0 are those of the
+    /// unconstrained system, so that an upper limit can be derived from them.
     pub covariance: Vec<f64>,
     /// (target − design·coefficients)ᵀ covariance⁻¹ (…).
     pub chi2: f64,
 }
 
-/// Minimises χ² over coefficients ≥ 0. `design` has shape (k, p), `covariance` (k, k), both row by row.
+/// Coefficients ≥ 0 that minimize χ². `design` has shape (k, p), `covariance` (k, k), both row by row.
 pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Result<Solution> {
     let k = target.len();
     let p = design.len().checked_div(k).unwrap_or(0);
@@ -43,7 +44,7 @@ pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Re
         )));
     }
     if let Some(bad) = design.iter().chain(target).chain(covariance).find(|v| !v.is_finite()) {
-        return Err(Error::Input(format!("least squares: {bad} among the numbers")));
+        return Err(Error::Input(format!("least squares: {bad} among the input numbers")));
     }
     let scale: Vec<f64> = (0..k).map(|i| covariance[i * k + i].sqrt()).collect();
     if let Some(i) = scale.iter().position(|s| !(*s > 0.0)) {
@@ -80,7 +81,7 @@ pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Re
         (0..k).map(|r| (system[(r, p)] - (0..p).map(|c| system[(r, c)] * x[c]).sum::<f64>()).powi(2)).sum();
     let gram = normal.submatrix(0, 0, p, p).to_owned();
     let inverse = inverse(&gram)?;
-    // Coefficients at the bound take no part in the covariance of the others.
+    // Coefficients at the bound do not affect the covariance of the others.
     let kept: Vec<usize> = (0..p).filter(|c| active[*c]).collect();
     let small = Mat::from_fn(kept.len(), kept.len(), |a, b| gram[(kept[a], kept[b])]);
     let inner = if kept.is_empty() { small } else { self::inverse(&small)? };
@@ -99,6 +100,7 @@ pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Re
     Ok(Solution { coefficients, covariance: out, chi2 })
 }
 
+/// Inverse of a Gram matrix.
 fn inverse(gram: &Mat<f64>) -> Result<Mat<f64>> {
     let size = gram.nrows();
     let factor = gram.llt(Side::Lower).map_err(|_| {
@@ -107,7 +109,7 @@ fn inverse(gram: &Mat<f64>) -> Result<Mat<f64>> {
     Ok(factor.solve(Mat::<f64>::identity(size, size)))
 }
 
-/// Least squares over the columns marked, zeros elsewhere.
+/// Least-squares coefficients of the active columns, with zeros for the others.
 fn solve_active(normal: &Mat<f64>, p: usize, active: &[bool]) -> Result<Vec<f64>> {
     let kept: Vec<usize> = (0..p).filter(|c| active[*c]).collect();
     let mut out = vec![0.0; p];
@@ -126,11 +128,11 @@ fn solve_active(normal: &Mat<f64>, p: usize, active: &[bool]) -> Result<Vec<f64>
     Ok(out)
 }
 
-/// Columns that are positive at the optimum.
+/// Mask of the columns with positive coefficients at the optimum.
 fn active_set(normal: &Mat<f64>, p: usize) -> Vec<bool> {
     let mut active = vec![false; p];
     let mut x = vec![0.0; p];
-    // Lawson and Hanson prove an end; the bound guards against rounding alone.
+    // Lawson and Hanson prove termination; the bound protects only against rounding.
     for _ in 0..10 * p + 10 {
         let gradient = |c: usize| normal[(c, p)] - (0..p).map(|d| normal[(c, d)] * x[d]).sum::<f64>();
         let tolerance = 1e-12 * normal[(p, p)].sqrt();
@@ -161,7 +163,7 @@ fn active_set(normal: &Mat<f64>, p: usize) -> Vec<bool> {
                 }
             }
             if !left {
-                // Rounding kept the blocking one a hair above zero.
+                // Rounding kept the blocking coefficient slightly above zero.
                 let worst =
                     (0..p).filter(|c| active[*c] && trial[*c] <= 0.0).min_by(|a, b| x[*a].total_cmp(&x[*b]));
                 if let Some(c) = worst {
@@ -181,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn recovers_an_exact_mixture_and_drops_what_is_negative() {
+    fn recovers_an_exact_mixture_and_drops_negative_coefficients() {
         let k = 12;
         let tau: Vec<f64> = (0..k).map(|r| 2f64.powi(r)).collect();
         let design: Vec<f64> = tau.iter().flat_map(|t| [1.0 / t, 1.0, *t]).collect();

@@ -1,14 +1,14 @@
-//! Threads over blocks of samples, with results that do not depend on their number.
+//! Work on several threads, with results that do not depend on the number of threads.
 //!
-//! Workers are threads of rayon's pool and the calling thread, which is the first of them: a short call then does not wait
-//! for a wake-up, and with two processors two threads work, not three. Which thread runs where is the system's business.
+//! The workers are the calling thread and threads of rayon's pool. So a short call does not wait for a thread to wake
+//! up, and two processors run two threads, not three. The operating system decides where each thread runs.
 //!
-//! Why not `par_chunks_mut`: it halves the slice and hands out the halves out of order. The generator's blocks must begin in
-//! order or workers wait for each other, and each worker keeps its buffers.
+//! `par_chunks_mut` is not used because it halves the slice and hands out the halves out of order. The blocks of the
+//! noise generator must start in order, or workers wait for each other. Each worker also keeps its own buffers.
 //!
-//! Measured on 2026-11-22 on two cores, call by call beside threads of our own that were made for each call and took a free
-//! processor by affinity: wall time 0.99 to 1.02 of theirs for `oadev` of 1e6 and 1e7 samples (octaves and 90 factors; 13.9 ms,
-//! 152 ms), 0.89 to 1.00 for coloured noise, whose workers then also spun while they waited for their turn.
+//! Measured on 2026-11-22 on two cores, against threads created for each call and bound to a free processor. The wall
+//! time was 0.99 to 1.02 of theirs for `oadev` of 1e6 and 1e7 samples (13.9 ms and 152 ms, octaves and 90 factors).
+//! The ratio was 0.89 to 1.00 for colored noise.
 
 mod pool;
 
@@ -18,9 +18,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::{Error, Result};
 pub use pool::pooled;
 
-/// Does `work(state, item)` for every item, each worker with a state of its own, and returns the results in the order of
-/// the items. Items are handed out in their order: a range of numbers, or the chunks of a slice, which are then written
-/// without a lock of their own.
+/// Results of `work(state, item)` for every item, in the order of the items. Each worker has its own state. Items are
+/// handed out in order. An item is a number of a range or a chunk of a slice; a worker writes its chunk without a
+/// lock.
 pub fn for_each<S, I, R, M, W>(
     threads: usize,
     items: I,
@@ -44,7 +44,7 @@ where
     }
     let items = Mutex::new(items.enumerate());
     let done: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(count));
-    pool::beside(threads.min(count) - 1, &|| {
+    pool::run_also_on(threads.min(count) - 1, &|| {
         let mut state = make();
         while wanted() {
             let next = items.lock().expect("no worker panics while it holds the lock").next();
@@ -61,7 +61,7 @@ where
     Ok(done.into_iter().map(|(_, result)| result).collect())
 }
 
-/// Threads to use when the caller does not say.
+/// Number of processors available to this process: the default number of threads.
 pub fn default_threads() -> usize {
     static COUNT: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
     *COUNT.get_or_init(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get))

@@ -1,12 +1,13 @@
-//! Samples → phase θ, exactly.
+//! Phase θ from samples, without loss of precision.
 //!
-//! The phase is the running sum of the samples with the leading zero, θ[k] = Σ_{i<k} (x[i] − μ), in units of one
-//! sample. A running sum of 10⁸ samples loses what the small averaging factors need, whatever is subtracted first, so
-//! the phase has two levels: [`Record::local`] gives it inside one block, from a zero at the block's start and with
-//! the block's own mean removed (second differences do not see either), and [`Record::global`] over the whole record,
-//! from a base per block kept in two doubles.
+//! The phase is the running sum of the samples with a leading zero, θ[k] = Σ_{i<k} (x[i] − μ), in units of one
+//! sample. A running sum over 10⁸ samples loses digits that small averaging factors need, whatever is subtracted
+//! first. So the phase has two levels. [`Record::local`] gives the phase inside one block, starting from zero and
+//! with the mean of the block removed; second differences depend on neither. [`Record::global`] gives the phase over
+//! the whole record, from a base per block that is stored in two doubles.
 //!
-//! Both use **the same rounded μ** as the bases; otherwise the difference, times the block length, is a sawtooth.
+//! Both levels must subtract **the same rounded μ**. Otherwise the difference, times the block length, adds a
+//! sawtooth.
 
 mod scan;
 mod series;
@@ -24,17 +25,17 @@ use crate::{Error, Result};
 pub(crate) use scan::sum as plain_sum;
 pub use series::{Sample, Series};
 
-/// Samples (and phases) of one block. The error of the local phase goes as the square of it.
+/// Number of samples, and of phase points, of one block. The error of the local phase grows with its square.
 pub const BLOCK: usize = 16384;
 /// Largest averaging factor that is served from the local phase.
 pub const LOCAL: usize = 2048;
-/// Plain summation inside this many samples, compensated across.
+/// Number of samples that are summed plainly; the sums of such chunks are added with compensation.
 const CHUNK: usize = 512;
 
-/// From so many points on, a global phase is written past the caches, which would not keep it until it is read.
+/// From this many points on, the global phase is written past the caches, which are too small to keep it.
 #[cfg(target_arch = "x86_64")]
 const STREAMED: usize = 1 << 22;
-/// Doubles of a cache line.
+/// Number of doubles in a cache line.
 #[cfg(target_arch = "x86_64")]
 const LINE: usize = 8;
 
@@ -47,7 +48,7 @@ pub enum Quantity {
     Angle,
 }
 
-/// A record that has been looked at once: offset, base of each block, gaps.
+/// A record with the results of a first pass: offset, base of each block, and gaps.
 pub struct Record<'a, T: Sample> {
     series: Series<'a, T>,
     quantity: Quantity,
@@ -58,13 +59,14 @@ pub struct Record<'a, T: Sample> {
     runs: Vec<(usize, usize)>,
 }
 
-struct Look {
+/// Sum (in two doubles) and number of the finite samples of a block.
+struct BlockSum {
     sum: [f64; 2],
     finite: usize,
 }
 
 impl<'a, T: Sample> Record<'a, T> {
-    /// Looks at every sample once.
+    /// Reads every sample once. Error if a sample is infinite or all are NaN.
     pub fn new(series: Series<'a, T>, quantity: Quantity, threads: usize, stop: &AtomicBool) -> Result<Self> {
         let n = series.len();
         let first = (0..n).map(|i| series.at(i)).find(|x| !x.value().is_nan());
@@ -76,12 +78,12 @@ impl<'a, T: Sample> Record<'a, T> {
             }));
         };
         let origin = first.base();
-        let looks = look_at_blocks(series, origin, threads, stop)?;
+        let looks = sum_blocks(series, origin, threads, stop)?;
         let gaps = n - looks.iter().map(|look| look.finite).sum::<usize>();
         let runs = if gaps == 0 { vec![(0, n)] } else { find_runs(series, &looks) };
         let (mean, bases, slopes) = match quantity {
             Quantity::Rate => bases::<T>(origin, &looks, n - gaps),
-            Quantity::Angle => (level(series, first), Vec::new(), Vec::new()),
+            Quantity::Angle => (phase_offset(series, first), Vec::new(), Vec::new()),
         };
         Ok(Self { series, quantity, mean, bases, slopes, gaps, runs })
     }
@@ -91,34 +93,35 @@ impl<'a, T: Sample> Record<'a, T> {
         self.series.len()
     }
 
-    /// Never true: an empty record is an error.
+    /// Always false, because an empty record is an error.
     pub fn is_empty(&self) -> bool {
         self.series.is_empty()
     }
 
-    /// Number of NaN samples.
+    /// Number of missing (NaN) samples.
     pub fn gaps(&self) -> usize {
         self.gaps
     }
 
-    /// Half-open runs of finite samples.
+    /// Half-open index ranges of finite samples.
     pub fn runs(&self) -> &[(usize, usize)] {
         &self.runs
     }
 
-    /// What the samples are.
+    /// Meaning of the samples.
     pub fn quantity(&self) -> Quantity {
         self.quantity
     }
 
-    /// Number of phase points: one more than rates.
+    /// Number of phase points; for rates, one more than samples.
     pub fn points(&self) -> usize {
         self.len() + usize::from(self.quantity == Quantity::Rate)
     }
 
-    /// Phase points `start .. start + phase.len()`, of a rate about a local origin and slope; returns the slope removed.
+    /// Writes phase points `start .. start + phase.len()`; returns the slope removed. For rates the phase starts at
+    /// zero and has the slope of the block of `start` removed.
     ///
-    /// Gaps of a rate count as zeros (terms that touch them are left out by their runs); gaps of a phase stay NaN.
+    /// Missing rates count as zeros; the callers skip terms that use them. Missing phase points stay NaN.
     pub fn local(&self, start: usize, phase: &mut [f64]) -> f64 {
         #[cfg(target_arch = "x86_64")]
         if Width::best().is_wide() {
@@ -164,7 +167,8 @@ impl<'a, T: Sample> Record<'a, T> {
         slope
     }
 
-    /// The global phase of block `block` from what [`Record::local`] gave at its start.
+    /// Writes the global phase of block `block`, computed from the result of [`Record::local`] at the start of that
+    /// block.
     pub fn global(&self, block: usize, local: &[f64], slope: f64, out: &mut [f64]) {
         if self.quantity == Quantity::Angle {
             self.series.load(block * BLOCK, self.mean, out);
@@ -173,9 +177,11 @@ impl<'a, T: Sample> Record<'a, T> {
         #[cfg(target_arch = "x86_64")]
         if Width::best().is_wide() {
             // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
-            return unsafe { raised_avx2(self.bases[block], local, slope, out, self.len() >= STREAMED) };
+            return unsafe {
+                local_to_global_avx2(self.bases[block], local, slope, out, self.len() >= STREAMED);
+            };
         }
-        raised(0, self.bases[block], local, slope, out);
+        local_to_global(0, self.bases[block], local, slope, out);
     }
 }
 
@@ -183,17 +189,17 @@ impl<'a, T: Sample> Record<'a, T> {
 /// The processor has AVX2 and FMA.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-unsafe fn raised_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64], streamed: bool) {
+unsafe fn local_to_global_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64], streamed: bool) {
     if !streamed {
-        return raised(0, base, local, slope, out);
+        return local_to_global(0, base, local, slope, out);
     }
     let mut line = [0.0; LINE];
     let head = out.as_ptr().align_offset(64).min(out.len());
-    raised(0, base, local, slope, &mut out[..head]);
+    local_to_global(0, base, local, slope, &mut out[..head]);
     let (lines, _) = out[head..].as_chunks_mut::<LINE>();
     for (i, to) in lines.iter_mut().enumerate() {
         let at = head + i * LINE;
-        raised(at, base, &local[at..], slope, &mut line);
+        local_to_global(at, base, &local[at..], slope, &mut line);
         // SAFETY: the line is aligned to 64 bytes, of which two registers are written.
         unsafe {
             _mm256_stream_pd(to.as_mut_ptr(), _mm256_loadu_pd(line.as_ptr()));
@@ -201,25 +207,25 @@ unsafe fn raised_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]
         }
     }
     let at = head + lines.len() * LINE;
-    raised(at, base, &local[at..], slope, &mut out[at..]);
+    local_to_global(at, base, &local[at..], slope, &mut out[at..]);
     _mm_sfence();
 }
 
-/// Local phase from point `at` of its block on, on its line and its base.
+/// Adds slope and base to the local phase from point `at` of its block on.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
-fn raised(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
+fn local_to_global(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
     for (i, (slot, value)) in out.iter_mut().zip(local).enumerate() {
         *slot = high + (low + (slope * f64::from((at + i) as u32) + value));
     }
 }
 
 compiled_for_each_width! {
-    /// [`plain_sum`], the same bits.
+    /// Like [`plain_sum`], with the same bits, compiled for each vector unit.
     pub(crate) fn wide_sum(values: &[f64]) -> f64 = scan::sum
 }
 
-/// Exclusive running sum, by the widest instructions there are.
+/// Exclusive running sum, on the given vector unit.
 pub(crate) fn running_sum(values: &[f64], out: &mut [f64], width: Width) {
     #[cfg(target_arch = "x86_64")]
     if width.unit() == Unit::Avx512 {
@@ -237,12 +243,13 @@ pub(crate) fn running_sum(values: &[f64], out: &mut [f64], width: Width) {
     scan::plain(out, 0.0, 0.0);
 }
 
-fn look_at_blocks<T: Sample>(
+/// Sums of all blocks, about `origin`.
+fn sum_blocks<T: Sample>(
     series: Series<'_, T>,
     origin: T::Base,
     threads: usize,
     stop: &AtomicBool,
-) -> Result<Vec<Look>> {
+) -> Result<Vec<BlockSum>> {
     let n = series.len();
     let blocks = n.div_ceil(BLOCK);
     let threads = if n < 1 << 18 { 1 } else { threads };
@@ -253,7 +260,7 @@ fn look_at_blocks<T: Sample>(
         || [0.0; CHUNK],
         |buffer, block| {
             let (start, end) = (block * BLOCK, ((block + 1) * BLOCK).min(n));
-            let mut look = Look { sum: [0.0; 2], finite: end - start };
+            let mut look = BlockSum { sum: [0.0; 2], finite: end - start };
             for at in (start..end).step_by(CHUNK) {
                 let values = &mut buffer[..CHUNK.min(end - at)];
                 series.load(at, origin, values);
@@ -281,9 +288,10 @@ fn look_at_blocks<T: Sample>(
     looks.into_iter().collect()
 }
 
-/// What is subtracted from a phase: where it keeps about one level, the first point, which is exact then; of drifting
-/// floats nothing, because a small number taken from large ones costs their last digits.
-fn level<T: Sample>(series: Series<'_, T>, first: T) -> T::Base {
+/// Constant to subtract from phase data. If the phase stays near one level, the constant is the first point, and the
+/// difference is exact. For drifting floats it is zero, because subtracting a small number from large ones would cost
+/// their last digits.
+fn phase_offset<T: Sample>(series: Series<'_, T>, first: T) -> T::Base {
     let about = first.value();
     let (low, high) = (about.min(4.0 * about) / 2.0, about.max(about / 4.0) * 2.0);
     let near = |x: f64| x.is_nan() || (low <= x && x <= high);
@@ -291,7 +299,8 @@ fn level<T: Sample>(series: Series<'_, T>, first: T) -> T::Base {
     if T::INTEGER || some.all(near) { first.base() } else { T::ZERO }
 }
 
-fn find_runs<T: Sample>(series: Series<'_, T>, looks: &[Look]) -> Vec<(usize, usize)> {
+/// Half-open index ranges of finite samples.
+fn find_runs<T: Sample>(series: Series<'_, T>, looks: &[BlockSum]) -> Vec<(usize, usize)> {
     let n = series.len();
     let mut runs = Vec::new();
     let mut open = None;
@@ -313,15 +322,19 @@ fn find_runs<T: Sample>(series: Series<'_, T>, looks: &[Look]) -> Vec<(usize, us
     runs
 }
 
-/// The mean as a base; the phase at the start of each block with exactly that base subtracted; and each block's own
-/// mean about the base, with few enough bits that its product with an index is exact.
-fn bases<T: Sample>(origin: T::Base, looks: &[Look], finite: usize) -> (T::Base, Vec<[f64; 2]>, Vec<f64>) {
+/// The mean as a base, the phase at the start of each block with exactly that base subtracted, and the mean of each
+/// block about the base. The block means have few enough bits for their product with an index to be exact.
+fn bases<T: Sample>(
+    origin: T::Base,
+    looks: &[BlockSum],
+    finite: usize,
+) -> (T::Base, Vec<[f64; 2]>, Vec<f64>) {
     let mut total = [0.0; 2];
     for look in looks {
         add_to(&mut total, look.sum[0]);
         add_to(&mut total, look.sum[1]);
     }
-    let (mean, step) = T::moved(origin, (total[0] + total[1]) / finite as f64);
+    let (mean, step) = T::shifted_base(origin, (total[0] + total[1]) / finite as f64);
     let mut at = [0.0; 2];
     let mut bases = Vec::with_capacity(looks.len() + 1);
     let mut slopes = Vec::with_capacity(looks.len() + 1);
@@ -338,7 +351,7 @@ fn bases<T: Sample>(origin: T::Base, looks: &[Look], finite: usize) -> (T::Base,
         add_to(&mut at, -count.mul_add(step[0], -product));
         add_to(&mut at, -count * step[1]);
     }
-    // Of the last phase point, where the record ends with a full block.
+    // The last phase point needs a base if the record ends with a full block.
     bases.push(at);
     slopes.push(0.0);
     (mean, bases, slopes)
@@ -351,7 +364,7 @@ pub fn two_sum(a: f64, b: f64) -> [f64; 2] {
     [sum, (a - (sum - virtual_b)) + (b - virtual_b)]
 }
 
-/// Adds to an unevaluated sum of two doubles.
+/// Adds `value` to an unevaluated sum of two doubles.
 pub fn add_to(sum: &mut [f64; 2], value: f64) {
     let [high, low] = two_sum(sum[0], value);
     let low = low + sum[1];
@@ -364,7 +377,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn past_the_caches_goes_the_same_phase() {
+    fn streaming_stores_write_the_same_phase() {
         if !Width::best().is_wide() {
             return;
         }
@@ -376,7 +389,7 @@ mod tests {
                     out.fill(-1.0);
                     let out = &mut out[start..][..n];
                     // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
-                    unsafe { raised_avx2([1e6, 1e-12], &local, 0.375, out, streamed) };
+                    unsafe { local_to_global_avx2([1e6, 1e-12], &local, 0.375, out, streamed) };
                 }
                 assert_eq!(room[0], room[1], "{n} from {start}");
             }

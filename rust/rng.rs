@@ -1,9 +1,9 @@
 //! Independent random streams and the normal deviates drawn from them.
 //!
-//! A stream is named by (seed, replicate, effect, axis) and a block number. Threefry-4×64-20 (Salmon et al.
-//! 2011, SC'11) maps the name to the states of eight interleaved xoshiro256+ generators (Blackman & Vigna
-//! 2021, ACM TOMS 47, 36): for one name it is a bijection of (block, lane), so that no two blocks share a
-//! state, and any block can be drawn at any time by any thread.
+//! A stream is identified by a key (seed, replicate, effect, axis) and a block number. Threefry-4×64-20 (Salmon et
+//! al. 2011, SC'11) maps them to the states of eight interleaved xoshiro256+ generators (Blackman & Vigna 2021, ACM
+//! TOMS 47, 36). For one key this is a bijection of (block, lane). So no two blocks share a state, and any thread can
+//! draw any block at any time.
 
 mod normals;
 mod registers;
@@ -12,23 +12,23 @@ mod threefry;
 use crate::machine::processor::Width;
 use normals::{LANES, Lanes, ONE};
 
-/// The name of a family of blocks: (seed, replicate, effect, axis).
+/// Key of a family of streams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamKey {
     /// The user's seed.
     pub seed: u64,
-    /// Which repetition of the same simulation.
+    /// Number of the repetition of a simulation.
     pub replicate: u64,
     /// Number of the effect.
     pub effect: u64,
-    /// Which column of a sensor.
+    /// Number of the column of a sensor.
     pub axis: u64,
 }
 
 /// Block number of the stream that draws initial states.
 pub const START: u64 = u64::MAX;
 
-/// One block's generators.
+/// Random generators of one block.
 #[derive(Debug, Clone)]
 pub struct Stream {
     state: [Lanes; 4],
@@ -40,7 +40,7 @@ impl Stream {
         let words = [key.seed, key.replicate, key.effect, key.axis];
         let lanes = std::array::from_fn(|lane| lane as u64);
         let mut state = threefry::threefry(words, [[block; LANES], lanes, [0; LANES], [0; LANES]]);
-        // The one state that xoshiro cannot leave, excluded for certain rather than almost surely.
+        // Exclude the all-zero state, which xoshiro cannot leave.
         for lane in 0..LANES {
             if state.iter().all(|row| row[lane] == 0) {
                 state[0][lane] = 1;
@@ -49,13 +49,13 @@ impl Stream {
         Self { state }
     }
 
-    /// Fills with independent standard normal deviates. A shorter slice gets the beginning of what a longer
-    /// one would get.
+    /// Fills `out` with independent standard normal deviates. A shorter slice receives the beginning of what a longer
+    /// one receives.
     pub fn normals(&mut self, out: &mut [f64]) {
         normals::fill(Width::best(), &mut self.state, out);
     }
 
-    /// Fills with uniform deviates of (0, 1], multiples of 2^-52.
+    /// Fills `out` with uniform deviates in (0, 1], multiples of 2^-52.
     pub fn uniforms(&mut self, out: &mut [f64]) {
         for group in out.chunks_mut(LANES) {
             let words = next(&mut self.state);
@@ -83,7 +83,7 @@ fn next(state: &mut [Lanes; 4]) -> Lanes {
     out
 }
 
-/// (0, 1] from the upper 52 bits.
+/// Uniform deviate in (0, 1] from the upper 52 bits of a word.
 fn uniform(word: u64) -> f64 {
     2.0 - f64::from_bits(ONE | (word >> 12))
 }
@@ -107,8 +107,8 @@ mod tests {
             let error = f64::sqrt(spread / n as f64);
             assert!((moment(p) - mean).abs() < 5.0 * error, "moment {p}: {}", moment(p));
         }
-        let neighbours = x.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n as f64;
-        assert!(neighbours.abs() < 5.0 / (n as f64).sqrt());
+        let neighbors = x.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n as f64;
+        assert!(neighbors.abs() < 5.0 / (n as f64).sqrt());
         let pairs = x.windows(9).map(|w| (w[0] * w[8]).powi(1)).sum::<f64>() / n as f64;
         assert!(pairs.abs() < 5.0 / (n as f64).sqrt());
     }

@@ -1,12 +1,12 @@
-//! Cosine-transform ordinates of a record.
+//! Ordinates of the cosine transform of a record.
 //!
-//! The orthonormal DCT-II of n samples, c_j = √(2/n) Σ x_k cos(πj(k+½)/n), j = 1…n−1, stands where other
-//! programs have a tapered periodogram. Its ordinates at f_j = j/(2nτ0) are *exactly* uncorrelated with
-//! variance S(f_j) for white noise and for a random walk, and nearly so for everything between and for
-//! lags (the even extension has no jump, so nothing leaks from the slow end), at twice the frequency
-//! resolution of a Fourier transform, with no taper and with the mean removed by leaving out c_0.
+//! Spectra are computed from the orthonormal DCT-II of n samples, c_j = √(2/n) Σ x_k cos(πj(k+½)/n), j = 1…n−1,
+//! instead of a tapered periodogram. For white noise and for a random walk the ordinates at f_j = j/(2nτ0) are
+//! *exactly* uncorrelated with variance S(f_j). For all processes in between and for lags this holds almost exactly,
+//! because the even extension has no jump and low frequencies do not leak. The frequency resolution is twice that of
+//! a Fourier transform. No taper is needed, and omitting c_0 removes the mean.
 //!
-//! One real FFT of length n (Makhoul 1980, IEEE TASSP 28, 27–34) does it.
+//! The transform takes one real FFT of length n (Makhoul 1980, IEEE TASSP 28, 27–34).
 
 pub mod chirps;
 pub mod courses;
@@ -26,27 +26,30 @@ use rustfft::num_complex::Complex;
 use crate::machine::buffer_pool::{Buffer, zeroed};
 use crate::{Error, Result};
 
+/// Error if the caller wants to stop.
 fn check(stop: &AtomicBool) -> Result<()> {
     if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
-/// Samples of all plans that are kept of a direction, whose tables take ten bytes each, and most of these: a record and its
-/// halves need no more.
-const KEPT: usize = 3 << 23;
-const PLANS: usize = 16;
+/// Maximum total length, in samples, of the cached plans of one direction. The tables of a plan take ten bytes per
+/// sample. A record and its halves fit.
+const MAX_CACHED_SAMPLES: usize = 3 << 23;
+/// Maximum number of cached plans of one direction.
+const MAX_CACHED_PLANS: usize = 16;
 
-/// Plans of the last lengths. A length with a large prime factor costs twenty transforms to plan.
+/// Cached plans of the most recent lengths. Planning a length with a large prime factor takes as long as twenty
+/// transforms.
 static FORWARD: Mutex<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = Mutex::new(Vec::new());
 static INVERSE: Mutex<Vec<(usize, Arc<dyn ComplexToReal<f64>>)>> = Mutex::new(Vec::new());
 
-/// The plan of length `n`, made where it is not kept. A fork may inherit a locked list whose owner does not exist in
-/// the child: where the list is in use the plan is made anew.
+/// The plan of length `n`, from the cache or new. If the cache is locked, a new plan is made: a forked process may
+/// inherit a locked cache whose owner does not exist in it.
 fn planned<T: ?Sized>(
-    kept: &Mutex<Vec<(usize, Arc<T>)>>,
+    cache: &Mutex<Vec<(usize, Arc<T>)>>,
     n: usize,
     make: impl FnOnce(&mut RealFftPlanner<f64>) -> Arc<T>,
 ) -> Arc<T> {
-    if let Ok(mut plans) = kept.try_lock()
+    if let Ok(mut plans) = cache.try_lock()
         && let Some(at) = plans.iter().position(|(length, _)| *length == n)
     {
         let found = plans.remove(at);
@@ -55,12 +58,12 @@ fn planned<T: ?Sized>(
         return plan;
     }
     let plan = make(&mut RealFftPlanner::<f64>::new());
-    if n <= KEPT
-        && let Ok(mut plans) = kept.try_lock()
+    if n <= MAX_CACHED_SAMPLES
+        && let Ok(mut plans) = cache.try_lock()
     {
         plans.push((n, Arc::clone(&plan)));
         let mut all: usize = plans.iter().map(|(length, _)| length).sum();
-        while all > KEPT || plans.len() > PLANS {
+        while all > MAX_CACHED_SAMPLES || plans.len() > MAX_CACHED_PLANS {
             all -= plans.remove(0).0;
         }
     }
@@ -75,7 +78,7 @@ fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
     planned(&INVERSE, n, |planner| planner.plan_fft_inverse(n))
 }
 
-/// Gives the plans back.
+/// Frees all cached plans.
 pub fn release() {
     if let Ok(mut plans) = FORWARD.try_lock() {
         plans.clear();
@@ -85,10 +88,11 @@ pub fn release() {
     }
 }
 
-/// Turns of a block: e^{−iπj/2n} is that of its first, times one of as many for all blocks.
+/// Block length of the rotation factors: e^{−iπj/2n} is the factor of the first j of the block times one of `TURNS`
+/// shared factors.
 const TURNS: usize = 1 << 10;
 
-/// e^{−iπj/2n} for j of one block after the other, right to two roundings.
+/// Rotation factors e^{−iπj/2n}, block by block, accurate to two roundings.
 struct HalfTurns {
     step: f64,
     within: Vec<(f64, f64)>,
@@ -101,27 +105,28 @@ impl HalfTurns {
         Self { step, within }
     }
 
+    /// Real and imaginary part of e^{−i·angle}.
     fn at(angle: f64) -> (f64, f64) {
         let (sin, cos) = angle.sin_cos();
         (cos, -sin)
     }
 
-    /// Those of the ordinates from `first` on, a block of them.
+    /// Factors of one block of ordinates from `first` on.
     fn from(&self, first: usize) -> impl Iterator<Item = (f64, f64)> {
         let (re, im) = Self::at(self.step * first as f64);
         self.within.iter().map(move |&(c, s)| (re * c - im * s, re * s + im * c))
     }
 }
 
-/// As many complex numbers as half as many doubles, which hold anything.
+/// The buffer as complex numbers with unspecified values.
 fn complex(buffer: &mut Buffer) -> &mut [Complex<f64>] {
     let len = buffer.len() / 2;
-    // SAFETY: two doubles, real and imaginary part, are what a complex number is (`repr(C)`), with the same alignment; the
-    // slice ends within the buffer and borrows it.
+    // SAFETY: a complex number consists of two doubles, real and imaginary part (`repr(C)`), with the same alignment.
+    // The slice ends within the buffer and borrows it.
     unsafe { std::slice::from_raw_parts_mut(buffer.as_mut_ptr().cast(), len) }
 }
 
-/// Sum of the values less `origin`.
+/// Sum of the values minus `origin`.
 fn sum_from(origin: f64, values: &[f64]) -> f64 {
     let mut parts = [0.0; 8];
     let (whole, rest) = values.as_chunks::<8>();
@@ -133,7 +138,7 @@ fn sum_from(origin: f64, values: &[f64]) -> f64 {
     parts.iter().sum::<f64>() + rest.iter().map(|x| x - origin).sum::<f64>()
 }
 
-/// Orthonormal DCT-II with c_0 set to zero. The mean is subtracted first, so that an offset costs no digits.
+/// Orthonormal DCT-II with c_0 set to zero. The mean is subtracted first, so that an offset does not cost digits.
 pub fn cosine_transform(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
     let n = samples.len();
     if n < 2 {
@@ -176,7 +181,7 @@ pub fn cosine_transform(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> 
     Ok(ordinates)
 }
 
-/// The inverse of [`cosine_transform`] up to the mean: samples with the given ordinates and mean zero.
+/// Inverse of [`cosine_transform`] up to the mean: samples with these ordinates and mean zero.
 pub fn inverse_cosine_transform(ordinates: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
     let n = ordinates.len();
     if n < 2 {
@@ -243,7 +248,7 @@ pub fn padded_periodogram(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>
     Ok(power)
 }
 
-/// Sum of squares of the ordinates edges[b] … edges[b+1]−1 of every bin b.
+/// Sum of squares of the ordinates edges[b] … edges[b+1]−1 of each bin b.
 pub fn squares(ordinates: &[f64], edges: &[i64]) -> Result<Vec<f64>> {
     edges
         .windows(2)
@@ -334,7 +339,7 @@ mod tests {
         for first in (0..n).step_by(TURNS) {
             for (j, (cos, sin)) in (first..n).zip(turns.from(first)) {
                 let angle = PI / (2.0 * n as f64) * j as f64;
-                // Two roundings of each part, of at most one.
+                // Two roundings of each part, whose magnitude is at most one.
                 assert!((cos - angle.cos()).abs() < 4e-16 && (sin + angle.sin()).abs() < 4e-16);
             }
         }

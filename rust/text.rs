@@ -3,12 +3,12 @@
 //! | step | file |
 //! |---|---|
 //! | bytes → whole lines, from files and pipes | [`source`] |
-//! | delimiter, decimal sign, header, comments: found from the first lines | [`dialect`] |
+//! | delimiter, decimal sign, header, comments, from the first lines | [`dialect`] |
 //! | one line → cells → numbers | [`cells`] |
 //! | date-times → seconds | [`moment`] |
-//! | many lines → columns, on all threads; what was wrong where | [`rows`] |
+//! | many lines → columns, on all threads, with errors and their positions | [`rows`] |
 //!
-//! A file is read in chunks, never as a whole, so that memory is that of the numbers.
+//! A file is read in chunks, never as a whole, so that memory is needed only for the numbers.
 
 mod cells;
 mod dialect;
@@ -29,37 +29,37 @@ use source::Source;
 use crate::parallel::pooled;
 use crate::{Error, Result};
 
-/// What the caller knows better than the file's first lines.
+/// Options that override what the first lines of the file suggest.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// One byte; a blank stands for any run of white space.
+    /// The delimiter, one byte. A blank means any run of white space.
     pub delimiter: Option<u8>,
     /// Whether 1,5 is one and a half.
     pub decimal_comma: Option<bool>,
-    /// Columns wanted, from 0, in the order wanted; the others may hold any text.
+    /// Columns to read, counted from 0, in the requested order. Other columns may hold any text.
     pub columns: Option<Vec<usize>>,
-    /// Whether an infinite cell is refused, as a cell that is no number is.
+    /// True if infinite cells are errors.
     pub finite: bool,
 }
 
-/// What was found besides numbers.
+/// Format of the log and counts of its lines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Meta {
-    /// The delimiter; a blank stands for any run of white space.
+    /// The delimiter. A blank means any run of white space.
     pub delimiter: char,
     /// Whether 1,5 is one and a half.
     pub decimal_comma: bool,
-    /// Comment lines.
+    /// Number of comment lines.
     pub comments: usize,
-    /// Empty lines.
+    /// Number of empty lines.
     pub blank: usize,
-    /// Line of the header, from 1.
+    /// Number of the header line, counted from 1.
     pub header_line: Option<usize>,
-    /// Lines of text before the numbers that are neither header nor comment.
+    /// Number of text lines before the first row that are neither header nor comment.
     pub skipped: usize,
-    /// Cells that are empty or say that there is no number.
+    /// Number of missing values: empty cells and words such as "nan".
     pub missing: usize,
-    /// Rows of numbers.
+    /// Number of rows.
     pub rows: usize,
 }
 
@@ -68,16 +68,16 @@ pub struct Meta {
 pub struct Table {
     /// Names of the columns, if the log has them.
     pub header: Option<Vec<String>>,
-    /// One vector a column.
+    /// One vector per column.
     pub columns: Vec<Vec<f64>>,
-    /// What else was found.
+    /// Format of the log and counts of its lines.
     pub meta: Meta,
 }
 
-/// Bytes at the beginning of a log that a sample is taken of.
-const SAMPLED: usize = 2 << 20;
+/// Number of bytes at the start of a log from which samples of its columns are taken.
+const SAMPLE_BYTES: usize = 2 << 20;
 
-/// A log that is read in bounded chunks.
+/// Reader of a log in chunks of bounded size.
 pub struct Reader {
     source: Source,
     dialect: Dialect,
@@ -89,7 +89,7 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Opens a file, or standard input for `-`, and looks at its first lines.
+    /// Opens a file, or standard input for `-`, and determines its format from the first lines.
     pub fn open(path: impl AsRef<Path>, options: &Options, stop: &AtomicBool) -> Result<Self> {
         let mut source = Source::open(path.as_ref())?;
         let head = source.head(stop)?;
@@ -99,23 +99,23 @@ impl Reader {
         Ok(Self { source, dialect, rows, first: Some(head), ready: VecDeque::new(), used: 0, meta })
     }
 
-    /// Names of the columns asked for, if the log has them.
+    /// Names of the selected columns, if the log has them.
     pub fn header(&self) -> Option<Vec<String>> {
         let names = self.dialect.header.as_ref()?;
         Some(self.rows.wanted.iter().map(|&j| names[j].clone()).collect())
     }
 
-    /// What was found so far.
+    /// Format of the log and counts of the lines read so far.
     pub fn meta(&self) -> &Meta {
         &self.meta
     }
 
-    /// Number of columns asked for.
+    /// Number of selected columns.
     pub fn width(&self) -> usize {
         self.rows.wanted.len()
     }
 
-    /// Asks for some columns only, once their names are known; before the first rows.
+    /// Selects columns. Must be called before the first rows are read.
     pub fn select(&mut self, columns: Vec<usize>) -> Result<()> {
         if self.first.is_none() {
             return Err(Error::Input(format!("{}: rows were read already", self.source.name())));
@@ -123,23 +123,24 @@ impl Reader {
         self.rows.select(columns)
     }
 
-    /// Up to `most` first rows of all columns, before the first rows are read; they are still read afterwards.
+    /// Up to `most` first rows of all columns. Must be called before the first rows are read; these rows are read
+    /// again afterwards.
     pub fn sample(&mut self, most: usize, stop: &AtomicBool) -> Result<Sample> {
         let Some(mut first) = self.first.take() else {
             return Err(Error::Input(format!("{}: rows were read already", self.source.name())));
         };
-        while first.len() < SAMPLED
+        while first.len() < SAMPLE_BYTES
             && let Some(more) = self.source.chunk(stop)?
         {
             first.extend_from_slice(&more);
-            self.source.give_back(more);
+            self.source.recycle(more);
         }
         let sample = self.rows.sample(&first, most);
         self.first = Some(first);
         Ok(sample)
     }
 
-    /// The next chunk of whole lines and how they parse.
+    /// Reads and parses the next chunk of whole lines; false at the end of the log.
     fn more(&mut self, stop: &AtomicBool) -> Result<bool> {
         let chunk = match self.first.take() {
             Some(head) => head,
@@ -160,16 +161,17 @@ impl Reader {
                 self.ready.push_back(block.columns);
             }
         }
-        self.source.give_back(chunk);
+        self.source.recycle(chunk);
         ahead?;
         Ok(true)
     }
 
+    /// Error for a log without rows.
     fn empty(&self) -> Error {
         Error::Input(format!("{}: no rows of numbers in it", self.source.name()))
     }
 
-    /// Up to `count` further rows, row after row; `None` at the end of the log.
+    /// Up to `count` further rows, in row-major order; `None` at the end of the log.
     pub fn next(&mut self, count: usize, stop: &AtomicBool) -> Result<Option<Vec<f64>>> {
         let mut available = self.ready.iter().map(|block| block[0].len()).sum::<usize>() - self.used;
         while available < count {
@@ -203,7 +205,7 @@ impl Reader {
         Ok(Some(table))
     }
 
-    /// All that is left, column by column.
+    /// All remaining rows, column by column.
     pub fn rest(mut self, stop: &AtomicBool) -> Result<Table> {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); self.width()];
         loop {
@@ -212,7 +214,7 @@ impl Reader {
                 for (column, piece) in columns.iter_mut().zip(block) {
                     let piece = &piece[self.used..];
                     if column.is_empty() {
-                        // Untouched pages cost nothing: reserve what the size of the file lets expect.
+                        // Reserve the length expected from the file size: untouched pages cost nothing.
                         let expected = self.source.expected(piece.len());
                         column.try_reserve_exact(expected).map_err(|_| {
                             Error::Input(format!("{}: does not fit into memory", self.source.name()))
@@ -236,7 +238,7 @@ impl Reader {
     }
 }
 
-/// All columns of a log.
+/// All selected columns of a log.
 pub fn read(path: impl AsRef<Path>, options: &Options, stop: &AtomicBool) -> Result<Table> {
     Reader::open(path, options, stop)?.rest(stop)
 }

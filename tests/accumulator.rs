@@ -1,4 +1,4 @@
-//! A stream is its batch at the same strides, whatever the chunks and the order of merging.
+//! A stream gives the same sums as a batch with the same strides, whatever the chunks and the order of merging.
 
 use allanite::accumulator::{Accumulator, Grid};
 use proptest::prelude::*;
@@ -12,7 +12,8 @@ fn integers(n: usize, seed: u64) -> Vec<f64> {
     (0..n).map(|_| next()).collect()
 }
 
-/// Σ d² and number of terms at every `stride`-th sample, in whole numbers, and of those that gaps have cost.
+/// Batch reference at every `stride`-th sample, in whole numbers: Σ d², number of terms, number of terms lost to
+/// gaps.
 fn batch(samples: &[f64], m: usize, stride: usize) -> (i128, u64, u64) {
     let mut theta = vec![0_i128];
     for x in samples {
@@ -79,7 +80,7 @@ proptest! {
 }
 
 #[test]
-fn a_merged_stretch_goes_on() {
+fn a_merged_segment_can_be_continued() {
     let x = integers(30_000, 5);
     let grid = || Grid::per_octave(1).unwrap();
     let mut first = Accumulator::new(grid(), 0);
@@ -93,7 +94,7 @@ fn a_merged_stretch_goes_on() {
 }
 
 #[test]
-fn stretches_about_different_bases_are_one() {
+fn segments_with_different_bases_can_be_merged() {
     let x = integers(5_000, 9);
     let grid = || Grid::per_octave(2).unwrap();
     let (mut first, mut second) = (Accumulator::new(grid(), 0), Accumulator::new(grid(), 1_001));
@@ -106,7 +107,7 @@ fn stretches_about_different_bases_are_one() {
 }
 
 #[test]
-fn what_does_not_fit_is_an_error() {
+fn incompatible_accumulators_are_refused() {
     let mut first = Accumulator::new(Grid::per_octave(1).unwrap(), 0);
     first.update(&[1.0, 2.0]).unwrap();
     assert!(first.merge(&Accumulator::new(Grid::per_octave(1).unwrap(), 3), 0.0).is_err());

@@ -1,7 +1,8 @@
-//! Hard records against exact arithmetic: offsets, ramps and steps that a running sum of doubles does not survive.
+//! Accuracy on difficult records, compared with exact arithmetic: offsets, ramps and steps that a running sum of
+//! doubles does not survive.
 //!
-//! The reference is a running sum of 128-bit integers in units of 2⁻⁹⁰ of the largest sample; only the final sum of
-//! squares is of doubles.
+//! The reference is a running sum of 128-bit integers in units of 2⁻⁹⁰ of the largest sample. Only its final sum of
+//! squares uses doubles.
 
 mod common;
 
@@ -70,7 +71,7 @@ fn ramp() {
 fn counts() {
     let mut noise = Noise(5);
     let x: Vec<i16> = (0..10_000_000).map(|_| (8200.0 + 20.0 * noise.normal()) as i16).collect();
-    // The phase is exact; what is left is the rounding of the sum of squares.
+    // The phase is exact; the remaining error is the rounding of the sum of squares.
     assert!(worst(&x, &sparse(x.len())) < 1e-14);
     let x = x[..1_000_000].to_vec();
     assert!(worst(&x, &factors(x.len())) < 1e-14);

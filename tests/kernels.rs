@@ -1,4 +1,5 @@
-//! Every path of the hot loops against the definition, on every short length and every misalignment.
+//! Every code path of the innermost loops, compared with the definition for every short length and every
+//! misalignment.
 
 use std::sync::atomic::AtomicBool;
 
@@ -37,7 +38,10 @@ fn wide_equals_plain_on_every_length_and_misalignment() {
             for m in [1, 3, 8, 31] {
                 let expected = definition(theta, m, n);
                 for width in Width::available() {
-                    assert!(close(sums::one(width, theta, m, n), expected, 1e-13), "n = {n}, m = {m}");
+                    assert!(
+                        close(sums::sum_of_factor(width, theta, m, n), expected, 1e-13),
+                        "n = {n}, m = {m}"
+                    );
                 }
             }
         }
@@ -77,24 +81,24 @@ fn execution(stop: &AtomicBool, threads: usize) -> Execution<'_> {
     Execution { threads, width: Width::best(), stop }
 }
 
-/// Factors of which a record of n samples has a term: of Theo1 the even ones.
-fn tried(kind: Kind, n: usize) -> Vec<usize> {
+/// Factors for which a record of n samples has a term (for Theo1 only even ones).
+fn valid_factors(kind: Kind, n: usize) -> Vec<usize> {
     let fits = |m: &usize| kind.reach(*m) <= n && (kind != Kind::Theo1 || m % 2 == 0);
     (2..=n / 3).filter(fits).collect()
 }
 
 #[test]
-fn every_estimator_is_its_definition() {
+fn every_estimator_equals_its_definition() {
     let stop = AtomicBool::new(false);
     for n in [12, 13, 40, 101] {
         let x = noise(n, n as u64);
         let mean = x.iter().sum::<f64>() / n as f64;
-        let centred: Vec<f64> = x.iter().map(|v| v - mean).collect();
-        let theta = naive::phase(&centred, Quantity::Rate);
+        let centered: Vec<f64> = x.iter().map(|v| v - mean).collect();
+        let theta = naive::phase(&centered, Quantity::Rate);
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let angles = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
         for (_, kind) in Kind::NAMED {
-            let all = tried(kind, n);
+            let all = valid_factors(kind, n);
             let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
             let (again, _, _) = variances(&angles, kind, &all, execution(&stop, 3)).unwrap();
             for (i, m) in all.iter().enumerate() {
@@ -108,7 +112,7 @@ fn every_estimator_is_its_definition() {
 }
 
 #[test]
-fn long_stretches_are_their_definition() {
+fn long_segments_equal_their_definition() {
     let stop = AtomicBool::new(false);
     let white = noise(700, 11);
     let walk: Vec<f64> = naive::phase(&white, Quantity::Rate).iter().map(|v| v * v - 30.0 * v).collect();
@@ -116,8 +120,8 @@ fn long_stretches_are_their_definition() {
     let steps: Vec<f64> = white.windows(2).map(|w| w[1] - w[0]).collect();
     for x in [white, walk, ramp, steps] {
         let mean = x.iter().sum::<f64>() / x.len() as f64;
-        let centred: Vec<f64> = x.iter().map(|v| v - mean).collect();
-        let theta = naive::phase(&centred, Quantity::Rate);
+        let centered: Vec<f64> = x.iter().map(|v| v - mean).collect();
+        let theta = naive::phase(&centered, Quantity::Rate);
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let all = [23, 24, 25, 31, 40, 64, 65, 101, 150, 201, 233];
         for kind in [Kind::ModifiedTotal, Kind::HadamardTotal] {
@@ -134,8 +138,8 @@ fn long_stretches_are_their_definition() {
 fn blocks_join_without_a_seam() {
     let stop = AtomicBool::new(false);
     let x: Vec<f64> = noise(40_000, 9).iter().map(|v| v + 100.0).collect();
-    let centred: Vec<f64> = x.iter().map(|v| v - 100.0).collect();
-    let theta = naive::phase(&centred, Quantity::Rate);
+    let centered: Vec<f64> = x.iter().map(|v| v - 100.0).collect();
+    let theta = naive::phase(&centered, Quantity::Rate);
     let record = Record::new(Series::new(&x), Quantity::Rate, 2, &stop).unwrap();
     for kind in [Kind::Hadamard, Kind::Modified, Kind::Parabolic, Kind::Total] {
         let (found, _, _) = variances(&record, kind, &[3, 300, 5000], execution(&stop, 2)).unwrap();
@@ -149,7 +153,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
     #[test]
-    fn allan_is_its_definition_with_gaps(
+    fn allan_with_gaps_equals_its_definition(
         n in 3_usize..400, seed in any::<u64>(), holes in prop::collection::vec(0_usize..400, 0..12)
     ) {
         let stop = AtomicBool::new(false);
@@ -171,7 +175,7 @@ proptest! {
     }
 
     #[test]
-    fn every_estimator_leaves_out_what_touches_a_gap(
+    fn every_estimator_skips_terms_that_touch_a_gap(
         n in 12_usize..150, seed in any::<u64>(), holes in prop::collection::vec(0_usize..150, 0..5)
     ) {
         let stop = AtomicBool::new(false);
@@ -180,7 +184,7 @@ proptest! {
         for quantity in [Quantity::Rate, Quantity::Angle] {
             let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
             for (_, kind) in Kind::NAMED {
-                let all = tried(kind, n);
+                let all = valid_factors(kind, n);
                 let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
                 for (i, m) in all.iter().enumerate() {
                     let (expected, count) = naive::variance_with_gaps(kind, &x, quantity, *m);
@@ -193,7 +197,7 @@ proptest! {
     }
 
     #[test]
-    fn strides_are_read_as_they_lie(len in 1_usize..200, step in 1_isize..7, seed in any::<u64>()) {
+    fn strided_arrays_are_read_in_place(len in 1_usize..200, step in 1_isize..7, seed in any::<u64>()) {
         let data = noise(len * step.unsigned_abs(), seed);
         let forward = Series::strided(&data, 0, step, len).unwrap();
         let backward = Series::strided(&data, (len - 1) * step.unsigned_abs(), -step, len).unwrap();
@@ -222,7 +226,7 @@ fn noise_types_are_named() {
 }
 
 #[test]
-fn an_interrupt_is_heard() {
+fn the_stop_flag_interrupts() {
     let stop = AtomicBool::new(true);
     let x = noise(100_000, 4);
     assert!(Record::new(Series::new(&x), Quantity::Rate, 2, &stop).is_err());
@@ -230,7 +234,7 @@ fn an_interrupt_is_heard() {
 
 #[test]
 fn doubling_runs_of_long_factors_equal_the_definition() {
-    // Tiles with all rows, with ragged last rows, and (the last) with a part of the rows.
+    // Tiles with all rows, with incomplete last rows, and (the last) with only some of the rows.
     for (n, first) in [(20_001, 2100), (40_000, 2049), (66_000, 4096), (6_000_007, 2049)] {
         let theta = noise(n, n as u64);
         let stop = AtomicBool::new(false);

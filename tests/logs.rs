@@ -1,5 +1,5 @@
-//! What the fuzzer looks for, over the inputs that it was begun with and those that it found; and, when asked, over
-//! many more on a stable compiler: `INPUTS=10000000 cargo test --release --test logs -- --ignored`.
+//! The properties that the fuzzer checks, for the seed inputs and the inputs it has found. On request, also for many
+//! random inputs on a stable compiler: `INPUTS=10000000 cargo test --release --test logs -- --ignored`.
 
 #[path = "common/logs.rs"]
 mod logs;
@@ -20,7 +20,7 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     found
 }
 
-/// A target's inputs, each told by its name where it fails.
+/// Checks all inputs of a target; a failure names the input.
 fn over(target: &str, judge: fn(&[u8])) {
     for (name, bytes) in corpus(target) {
         let judged = std::panic::catch_unwind(|| judge(&bytes));
@@ -43,7 +43,7 @@ fn pipes() {
     over("pipes", logs::pipes);
 }
 
-/// A stream of numbers that a seed repeats.
+/// Random numbers from a seed.
 struct Random(u64);
 
 impl Random {

@@ -1,4 +1,4 @@
-//! Whatever the chunks and the threads, the samples are the same bits.
+//! The samples have the same bits for any chunk lengths and any number of threads.
 
 use std::sync::atomic::AtomicBool;
 
@@ -53,8 +53,8 @@ proptest! {
 }
 
 #[test]
-fn the_sum_is_the_sum() {
-    // The effect's place in the list is part of its stream: zeros before it leave it where it was.
+fn a_sum_equals_the_sum_of_its_parts() {
+    // The position of the effect in the list is part of its stream; effects of size zero before it keep the position.
     let stop = AtomicBool::new(false);
     let n = 10_000;
     let run = |list: &[(&str, &[f64])]| {
@@ -71,7 +71,7 @@ fn the_sum_is_the_sum() {
 }
 
 #[test]
-fn an_effect_of_no_size_is_silent() {
+fn an_effect_of_size_zero_adds_nothing() {
     let mut samples = vec![1.0; 10_000];
     for (name, values) in
         [("flicker", &[0.0][..]), ("power_law", &[-1.5, 0.0]), ("gauss_markov", &[0.0, 0.9])]
@@ -83,7 +83,7 @@ fn an_effect_of_no_size_is_silent() {
 }
 
 #[test]
-fn a_stop_is_heard() {
+fn the_stop_flag_interrupts() {
     let mut samples = vec![0.0; 1 << 20];
     for threads in [1, 2] {
         let mut stream = generator(&[0, 3], threads);

@@ -1,4 +1,4 @@
-//! Text logs: no bytes make the reader panic, and what is written is read.
+//! Text logs: no input makes the reader panic, and written numbers are read back.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -37,7 +37,7 @@ fn refusal(text: &str) -> String {
     read(Log::new(text.as_bytes()).path(), &options, &AtomicBool::new(false)).unwrap_err().to_string()
 }
 
-/// Columns with −1 for what is missing: NaN equals nothing.
+/// Columns with missing values as −1, because NaN equals nothing.
 fn columns(text: &str) -> Vec<Vec<f64>> {
     let plain = |x: f64| if x.is_nan() { -1.0 } else { x };
     table(text).columns.into_iter().map(|column| column.into_iter().map(plain).collect()).collect()
@@ -59,7 +59,7 @@ fn the_words_of_spreadsheets_are_missing_cells() {
 }
 
 #[test]
-fn a_comment_is_none_of_the_rows_whatever_columns_are_wanted() {
+fn a_comment_is_never_a_row() {
     let log = Log::new(b"a,b\n1,2\n# restart,7\n#N/A,4\n");
     let options = Options { columns: Some(vec![1]), ..Options::default() };
     let found = read(log.path(), &options, &AtomicBool::new(false)).unwrap();
@@ -67,7 +67,7 @@ fn a_comment_is_none_of_the_rows_whatever_columns_are_wanted() {
 }
 
 #[test]
-fn tabs_stand_beside_empty_cells_as_semicolons_do() {
+fn tabs_delimit_empty_cells_like_semicolons() {
     for text in [
         "a;b\n1.5;1\n2.5;\n3.5;2\n",
         "a;b\n;1\n2.5;\n;\n3.5;2\n",
@@ -87,7 +87,7 @@ fn tabs_stand_beside_empty_cells_as_semicolons_do() {
         assert_eq!((found.header, found.meta), (wanted.header, wanted.meta), "{text}");
     }
     assert_eq!(table("gyro x\n1\t\n2\n3\t\n").header.unwrap(), ["gyro x"]);
-    // Tabs between blanks, indented or at the end, are blanks.
+    // Tabs between blanks, at the start or at the end count as blanks.
     for text in ["  a   b\n 1  2 \n\t3 \t 4\n", "\ta b\n\t1\t2\n\t3\t4\n", "a b\n1 2\t\n\t\n3 4\n"] {
         assert_eq!(columns(text), [[1.0, 3.0], [2.0, 4.0]], "{text}");
     }
@@ -109,7 +109,7 @@ fn commas_under_a_single_name_are_decimal() {
     }
     assert_eq!(table("gyro\n9,81\n9,82\n").header.unwrap(), ["gyro"]);
     assert_eq!(columns("gyro\n9,81\n9,82\n"), [[9.81, 9.82]]);
-    // Whole numbers, or too little to tell.
+    // Whole numbers, or too little evidence.
     for text in ["a,b\n1,2\n3,4\n", "1,2\n3,4\n", "Serial: 5\n1,2\n3,4\n", "Logger 7\nStatic\n1,2\n3,4\n"] {
         assert_eq!(columns(text), [[1.0, 3.0], [2.0, 4.0]], "{text}");
     }
@@ -129,7 +129,7 @@ fn an_infinite_cell_is_named_by_row_and_column() {
     assert!(refusal("1\n-Infinity\n").contains("row 2, column 1: \"-Infinity\""));
     assert!(refusal("1\n1e999\n").contains("row 2, column 1: \"1e999\""));
     assert!(refusal("a;b\n1,5;2,5\n3;inf\n").contains("row 3, column 2 (b)"));
-    // Not where nobody asked for the column, nor where the caller can do with infinities.
+    // Infinite cells are accepted in unwanted columns and if the caller allows them.
     let log = Log::new(b"a,b\n1,2\n3,inf\n");
     let mut reader = Reader::open(log.path(), &options, &stop).unwrap();
     reader.select(vec![0]).unwrap();
@@ -154,13 +154,13 @@ fn rows_of_hexadecimal_numbers_are_no_header() {
         }
     }
     assert!(refusal(&["1,-0x1.8p-3"; 100].join("\n")).contains("-0x1.8p-3"));
-    // Registers have such names.
+    // Such words may be names of registers.
     assert_eq!(table("0x10,0x11\n1,2\n3,4\n").header.unwrap(), ["0x10", "0x11"]);
     assert_eq!(table("id,0x1F\nx,y\n1,2\n3,4\n").meta.rows, 2);
 }
 
 #[test]
-fn a_comment_behind_the_numbers_costs_no_row() {
+fn a_trailing_comment_keeps_the_row() {
     for comment in ["# note", "#", "% moved, 3 mm", "// 12", "! see 7"] {
         let one = format!("0.5 {comment}\n1.5\n2.5\t{comment}\n3.5\n");
         assert_eq!(columns(&one), [[0.5, 1.5, 2.5, 3.5]], "{one}");
@@ -174,7 +174,7 @@ fn a_comment_behind_the_numbers_costs_no_row() {
     assert!(refusal("1\n2\n3#4\n").contains("row 3"));
     assert!(refusal("1,2\n3,4\n5 # lost,6\n").contains("row 3"));
     assert!(refusal("1,2\n3,four # 5\n").contains("row 2, column 2: \"four # 5\""));
-    // Of names and of text that nobody asked for nothing is cut.
+    // Names and text in unwanted columns are not cut.
     assert_eq!(table("sensor #1,sensor #2\n1,2\n").header.unwrap(), ["sensor #1", "sensor #2"]);
     let log = Log::new(b"x,note,y\n1,bump # 7,2\n3,,4\n");
     let options = Options { columns: Some(vec![0, 2]), ..Options::default() };
@@ -217,7 +217,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_written_is_read(
+    fn written_numbers_are_read_back(
         rows in numbers(),
         delimiter in prop::sample::select(vec![",", ";", "\t", " ", "  "]),
         end in prop::sample::select(vec!["\n", "\r\n"]),

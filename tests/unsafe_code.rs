@@ -1,6 +1,6 @@
-//! Small inputs through every loop with `unsafe` in it, from buffers that end where the loop may read no further.
+//! Small inputs through every loop that uses `unsafe`, in buffers that end exactly where the loop must stop reading.
 //!
-//! Meant for Miri, with and without wide instructions (`make miri`); quick enough to run always.
+//! Intended for Miri, with and without wide instructions (`make miri`), and fast enough to run always.
 
 use std::sync::atomic::AtomicBool;
 
@@ -26,7 +26,7 @@ fn sums_end_with_their_buffer() {
             let lengths: &[usize] =
                 if set[0] == 50 { &[1, 3, 49, 53, 102, 251, 853] } else { &[0, 1, 4, 7, 18] };
             for &n in lengths {
-                // A buffer for the largest factor; the others have as many terms as fit.
+                // The buffer is sized for the largest factor; other factors have as many terms as fit.
                 let last = set[set.len() - 1];
                 let theta = values(n + 2 * last);
                 let points = theta.len();

@@ -1,4 +1,4 @@
-//! Any first lines, and any options of a caller.
+//! Fuzz target: arbitrary first lines with arbitrary reader options.
 #![no_main]
 
 #[path = "../../tests/common/logs.rs"]

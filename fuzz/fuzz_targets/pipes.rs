@@ -1,4 +1,4 @@
-//! A log that comes through a pipe in pieces of any size.
+//! Fuzz target: a log read through a pipe in pieces of any size.
 #![no_main]
 
 #[path = "../../tests/common/logs.rs"]

@@ -1,4 +1,4 @@
-//! Any bytes as a log: read as a whole, in pieces, and with infinities refused.
+//! Fuzz target: arbitrary bytes as a log, read as a whole, in pieces, and with infinities refused.
 #![no_main]
 
 #[path = "../../tests/common/logs.rs"]

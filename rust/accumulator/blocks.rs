@@ -1,8 +1,8 @@
-//! What is done to the blocks of a level, a sample at a time.
+//! Elementwise operations on the blocks of a level.
 
 use crate::machine::processor::compiled_for_each_width;
 
-/// Runs of finite blocks; the others become zeros.
+/// Half-open index ranges of finite blocks. NaN blocks are set to zero.
 pub fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
     let mut open = 0;
@@ -18,20 +18,20 @@ pub fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
 }
 
 compiled_for_each_width! {
-    /// Samples, counted from an origin.
-    pub fn counted_from(samples: &[f64], origin: f64, out: &mut [f64]) = counted_from_inline
+    /// Samples minus an origin.
+    pub fn minus_origin(samples: &[f64], origin: f64, out: &mut [f64]) = minus_origin_inline
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn counted_from_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
+fn minus_origin_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
     for (out, x) in out.iter_mut().zip(samples) {
         *out = x - origin;
     }
 }
 
 compiled_for_each_width! {
-    /// Sums of pairs; a last one without a partner is left out.
+    /// Sums of adjacent pairs; a last block without a partner is ignored.
     pub fn pair_sums(blocks: &[f64], out: &mut [f64]) = pair_sums_inline
 }
 
@@ -58,7 +58,7 @@ mod tests {
         ) {
             for width in Width::available() {
                 let mut counted = vec![0.0; samples.len()];
-                counted_from(width, &samples, origin, &mut counted);
+                minus_origin(width, &samples, origin, &mut counted);
                 prop_assert!(counted.iter().zip(&samples).all(|(found, x)| *found == x - origin));
                 let mut pairs = vec![0.0; samples.len() / 2];
                 pair_sums(width, &samples, &mut pairs);

@@ -1,25 +1,26 @@
-//! Differences of a power-like kernel at a spacing, without cancellation far from its kink.
+//! Differences of a power-like kernel at a given spacing, free of cancellation far from the kink of the kernel.
 //!
-//! Δ_i^o f(x) = Σ_a (−1)^{o−a} C(o,a) f(x + (a − o/2) i) = (2 sinh(iD/2))^o f: near x = 0 the sum itself, far from it
-//! the series in i/x.
+//! Δ_i^o f(x) = Σ_a (−1)^{o−a} C(o,a) f(x + (a − o/2) i) = (2 sinh(iD/2))^o f. Near x = 0 the sum is evaluated
+//! directly; far from 0 a series in i/x is used.
 
 use super::powers::{Powers, TERMS, power};
 
-/// Terms of the series; at x ≥ 4 o i each is at least 64 times smaller than the one before.
+/// Number of terms of the series. For x ≥ 4 o i each term is at least 64 times smaller than the previous one.
 const SERIES: usize = 8;
 
-/// x^p Σ_n (α_n + β_n ln x) x^{−2n}.
+/// The function x^p Σ_n (α_n + β_n ln x) x^{−2n}.
 #[derive(Debug, Clone)]
 struct Series {
     p: f64,
     terms: [(f64, f64); SERIES],
-    /// Nothing is left of a polynomial.
-    empty: bool,
+    /// True if all coefficients are zero, as after enough derivatives of a polynomial.
+    is_zero: bool,
 }
 
 impl Series {
+    /// Value at x > 0.
     fn at(&self, x: f64) -> f64 {
-        if self.empty {
+        if self.is_zero {
             return 0.0;
         }
         let inverse = 1.0 / (x * x);
@@ -34,7 +35,7 @@ impl Series {
         plain * power(x, self.p)
     }
 
-    /// Applies Σ_k g_k D^{first + 2k} to a tail.
+    /// The operator Σ_k g_k D^{first + 2k} applied to the tail series of a kernel.
     fn of(kernel: &Powers, first: usize, g: &[f64; SERIES]) -> Self {
         let mut terms = [(0.0, 0.0); SERIES];
         for q in 0..TERMS {
@@ -56,12 +57,12 @@ impl Series {
                 current = differentiate();
             }
         }
-        let empty = terms.iter().all(|term| *term == (0.0, 0.0));
-        Self { p: kernel.p - first as f64, terms, empty }
+        let is_zero = terms.iter().all(|term| *term == (0.0, 0.0));
+        Self { p: kernel.p - first as f64, terms, is_zero }
     }
 }
 
-/// Coefficients of (2 sinh(iD/2))^o / D^o in D².
+/// Coefficients, in powers of D², of (2 sinh(iD/2))^order / D^order.
 fn hyperbolic(i: f64, order: usize) -> [f64; SERIES] {
     let mut base = [0.0; SERIES];
     let mut value = i;
@@ -72,6 +73,7 @@ fn hyperbolic(i: f64, order: usize) -> [f64; SERIES] {
     (1..order).fold(base, |product, _| convolve(&product, &base))
 }
 
+/// Product of two truncated power series.
 fn convolve(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
     let mut out = [0.0; SERIES];
     for (i, x) in a.iter().enumerate() {
@@ -82,22 +84,26 @@ fn convolve(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
     out
 }
 
-/// Signs and binomial coefficients of a difference.
+/// Weights of the points of a difference: signed binomial coefficients.
 pub fn binomial(order: usize) -> &'static [f64] {
     if order == 2 { &[1.0, -2.0, 1.0] } else { &[-1.0, 3.0, -3.0, 1.0] }
 }
 
-/// The differences of one kernel at one spacing.
+/// Differences of one kernel at one spacing.
 pub struct Spaced<'a> {
     kernel: &'a Powers,
+    /// Spacing of the difference.
     i: f64,
     order: usize,
+    /// Distance from which the series replaces the direct sum.
     far: f64,
+    /// Coefficients of the difference operator; see [`hyperbolic`].
     g: [f64; SERIES],
     series: Series,
 }
 
 impl<'a> Spaced<'a> {
+    /// Differences of order `order` of `kernel` at spacing `i`.
     pub fn new(kernel: &'a Powers, i: usize, order: usize) -> Self {
         let i = i as f64;
         let reach = i * order as f64 / 2.0;
@@ -107,7 +113,7 @@ impl<'a> Spaced<'a> {
         Self { kernel, i, order, far, g, series: Series::of(kernel, order, &g) }
     }
 
-    /// Δ_i^o of the kernel at centre `x`.
+    /// Δ_i^o of the kernel, centered at `x`.
     pub fn at(&self, x: f64) -> f64 {
         let sign = if x < 0.0 && self.order == 3 { -1.0 } else { 1.0 };
         let x = x.abs();
@@ -123,7 +129,7 @@ impl<'a> Spaced<'a> {
         sign * sum
     }
 
-    /// Cross-covariance of differences at spacings i and j ≥ i whose centres are `t` ≥ 0 apart.
+    /// Cross-covariance of differences at spacings i and j ≥ i, as a function of the distance of their centers.
     pub fn with(&self, j: usize) -> Crossed<'_> {
         let j = j as f64;
         let reach = j * self.order as f64 / 2.0;
@@ -133,7 +139,7 @@ impl<'a> Spaced<'a> {
     }
 }
 
-/// Two spacings together.
+/// Cross-covariance of differences at two spacings.
 pub struct Crossed<'a> {
     inner: &'a Spaced<'a>,
     j: f64,
@@ -142,6 +148,7 @@ pub struct Crossed<'a> {
 }
 
 impl Crossed<'_> {
+    /// Cross-covariance at distance `t` ≥ 0 of the centers.
     pub fn at(&self, t: f64) -> f64 {
         let order = self.inner.order;
         let sign = if order == 3 { -1.0 } else { 1.0 };
@@ -150,7 +157,7 @@ impl Crossed<'_> {
         }
         let m = self.inner.i;
         if order == 2 && self.j == m && t + m < self.inner.far {
-            // Both differences at once: the same sum with its equal places put together.
+            // Both differences are combined into one sum over five distinct points.
             let kernel = |x: f64| self.inner.kernel.at(x);
             let (ends, middle) = (kernel(t + 2.0 * m) + kernel(t - 2.0 * m), kernel(t + m) + kernel(t - m));
             return ends - 4.0 * middle + 6.0 * kernel(t);

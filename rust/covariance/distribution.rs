@@ -1,31 +1,33 @@
-//! Distribution of one variance estimate: a sum of χ² weighted by the eigenvalues of its differences' covariance.
+//! Distribution of one variance estimate: a sum of χ² variables weighted by the eigenvalues of the covariance of its
+//! differences.
 //!
-//! A χ² with the right variance has the wrong shape below some ten degrees of freedom, because one or two
-//! eigenvalues dominate. The distribution function is Barndorff-Nielsen's r* form of the saddle-point
-//! approximation (Biometrika 1986 eq. 3.10). At 2.5 % it errs by 0.2 % of probability for one degree of freedom, by
-//! less than 0.02 % from five on.
+//! A single χ² with the right variance has the wrong shape below about ten degrees of freedom, because one or two
+//! eigenvalues dominate. So the distribution function is computed by Barndorff-Nielsen's r* form of the saddle-point
+//! approximation (Biometrika 1986, eq. 3.10). At the 2.5 % quantile its error is 0.2 % of probability for one degree
+//! of freedom, and less than 0.02 % from five on.
 
-/// Quantiles for eigenvalues of sum 1, stretched to the relative variance: the few differences lose or gain a per cent
-/// of it against all of them, and the exact one is known.
-pub fn stretched(eigenvalues: &[f64], relative: f64, probabilities: &[f64]) -> Vec<f64> {
+/// Quantiles of the estimate over its mean, from eigenvalues of sum 1, scaled to the exact relative variance. The
+/// eigenvalues come from a subset of the differences, which changes the variance by about a percent; `relative` is
+/// the exact relative variance.
+pub fn scaled_quantiles(eigenvalues: &[f64], relative: f64, probabilities: &[f64]) -> Vec<f64> {
     let own: f64 = eigenvalues.iter().map(|l| 2.0 * l * l).sum();
-    let stretch = (relative / own).sqrt();
-    probabilities.iter().map(|p| (1.0 + (quantile(eigenvalues, *p) - 1.0) * stretch).max(1e-12)).collect()
+    let scale = (relative / own).sqrt();
+    probabilities.iter().map(|p| (1.0 + (quantile(eigenvalues, *p) - 1.0) * scale).max(1e-12)).collect()
 }
 
-/// Eigenvalues made non-negative and of sum 1; what is nothing is left out.
-pub fn normalise(found: &mut Vec<f64>) {
+/// Clips eigenvalues at zero, scales them to sum 1, and drops those that are then negligible.
+pub fn normalize(found: &mut Vec<f64>) {
     found.iter_mut().for_each(|l| *l = l.max(0.0));
     let sum: f64 = found.iter().sum();
     found.iter_mut().for_each(|l| *l /= sum);
     found.retain(|l| *l > 1e-9);
 }
 
-/// q with P(Σ λ χ²₁ ≤ q) = p.
+/// Quantile q with P(Σ λ χ²₁ ≤ q) = p.
 pub fn quantile(eigenvalues: &[f64], p: f64) -> f64 {
     let target = normal_quantile(p);
     let pole = 0.5 / eigenvalues.iter().copied().fold(0.0, f64::max);
-    // t = pole (1 − e^y) runs from its upper end down as y grows.
+    // The saddle point t = pole (1 − e^y) decreases from its upper limit as y grows.
     let (mut low, mut high) = (-40.0, 60.0);
     for _ in 0..80 {
         let y = 0.5 * (low + high);
@@ -38,15 +40,15 @@ pub fn quantile(eigenvalues: &[f64], p: f64) -> f64 {
     score(eigenvalues, pole, 0.5 * (low + high)).1
 }
 
-/// Normal score r* of the saddle point t, and its q.
+/// Normal score r* at the saddle point t = pole (1 − e^y), and the quantile q that belongs to it.
 fn score(eigenvalues: &[f64], pole: f64, y: f64) -> (f64, f64) {
     let t = -pole * y.exp_m1();
     let (mut k, mut k1, mut k2, mut k3) = (0.0, 0.0, 0.0, 0.0);
     for l in eigenvalues {
-        // 1 − 2λt keeps its digits next to the pole, where t says too little.
-        let rest = (1.0 - l / (0.5 / pole)) + l / (0.5 / pole) * y.exp();
-        let x = l / rest;
-        k -= 0.5 * rest.ln();
+        // 1 − 2λt, written with y to avoid cancellation close to the pole.
+        let one_minus_2lt = (1.0 - l / (0.5 / pole)) + l / (0.5 / pole) * y.exp();
+        let x = l / one_minus_2lt;
+        k -= 0.5 * one_minus_2lt.ln();
         k1 += x;
         k2 += 2.0 * x * x;
         k3 += 8.0 * x * x * x;
@@ -58,7 +60,7 @@ fn score(eigenvalues: &[f64], pole: f64, y: f64) -> (f64, f64) {
     (w + (t * k2.sqrt() / w).ln() / w, k1)
 }
 
-/// Inverse of the normal distribution function (Acklam; relative error below 1.2e-9).
+/// Quantile of the standard normal distribution (Acklam; relative error below 1.2e-9).
 fn normal_quantile(p: f64) -> f64 {
     const A: [f64; 6] = [
         -3.969683028665376e1,
@@ -102,9 +104,9 @@ fn normal_quantile(p: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Quantiles of χ²/k from tables. The saddle point is good to 1e-3 in probability (2e-3 for one degree of
-    /// freedom), which at the low quantile, where the density of χ²₁ is 12.7 and of χ²₂/2 is 0.975, is 0.16 and
-    /// 0.04 of the quantile.
+    /// Quantiles of χ²/k against tabulated values. The saddle point is accurate to 1e-3 in probability (2e-3 for one
+    /// degree of freedom). At the low quantile the density of χ²₁ is 12.7 and that of χ²₂/2 is 0.975, so the error of
+    /// the quantile is 0.16 and 0.04 of its value.
     #[test]
     fn chi_squared() {
         for (k, low, high, tolerance) in [

@@ -1,32 +1,36 @@
-//! Generalised covariance of r(h) = Re(a φ^|h|), summed once or twice, and its differences.
+//! Generalized covariance of the autocovariance r(h) = Re(a φ^|h|), summed once or twice, and differences of it.
 //!
-//! Summed once: C φ^|h| + G|h|, C = −a/S², G = −a c/ε, with φ = e^{−ε}, S = 2 sinh(ε/2), c = (ε/2) coth(ε/2). Summed twice:
-//! C₂ φ^|h| − G(|h|³−|h|)/6 + H|h|, C₂ = a/S⁴, H = −C c/ε. For ε → 0 these are differences of large numbers; then
-//! e^{−εh} goes without its first powers, and what they leave is a series in ε².
+//! Summed once: C φ^|h| + G|h|, with C = −a/S², G = −a c/ε, φ = e^{−ε}, S = 2 sinh(ε/2), c = (ε/2) coth(ε/2). Summed
+//! twice: C₂ φ^|h| − G(|h|³−|h|)/6 + H|h|, with C₂ = a/S⁴, H = −C c/ε. For ε → 0 these are differences of large
+//! numbers. There the first powers of e^{−εh} are removed, and the remaining coefficients are evaluated as series in
+//! ε².
 
 use faer::c64;
 
 use super::differences::binomial;
 
-/// Terms in ε²: for |ε| < ½, with the poles at ±2πi, each is some hundred times smaller than the one before, so that twelve
-/// reach rounding.
+/// Number of terms in ε². The poles lie at ±2πi, so for |ε| < ½ each term is some hundred times smaller than the
+/// previous one, and twelve terms reach rounding.
 const SERIES: usize = 12;
 
-/// Square of what a term may be beside a sum that it no longer changes.
-const ROUNDING: f64 = 1e-34;
+/// A power series ends when the square of a term, relative to that of the sum, is below this value (1e-17 of the
+/// sum).
+const MAX_TERM_SQUARED: f64 = 1e-34;
 
-/// One exponential, summed `level` times.
+/// Generalized covariance of one exponential, summed `level` times.
 pub struct Exponential {
     level: usize,
+    /// ln φ.
     pub(super) lambda: c64,
     /// Coefficient of φ^|h|.
     pub(super) c: c64,
-    /// Coefficients of |h| and |h|³ beside φ^|h|, and beside φ^|h| without its powers up to 2·level.
-    pub(super) beside: [c64; 2],
+    /// Coefficients of |h| and |h|³ in the full form.
+    pub(super) polynomial: [c64; 2],
+    /// Coefficients of |h| and |h|³ in the reduced form, in which φ^|h| lacks its powers up to 2·level.
     reduced: [c64; 2],
 }
 
-/// Coefficients in ε² of c = (ε/2) coth(ε/2) and of w = (ε/S)².
+/// Coefficients, in powers of ε², of c = (ε/2) coth(ε/2) and of w = (ε/S)².
 fn series() -> ([f64; SERIES], [f64; SERIES]) {
     let mut sinh = [0.0; SERIES];
     let mut cosh = [0.0; SERIES];
@@ -47,6 +51,7 @@ fn series() -> ([f64; SERIES], [f64; SERIES]) {
     (divide(&cosh, &sinh), multiply(&inverse, &inverse))
 }
 
+/// Product of two truncated power series.
 fn multiply(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
     let mut out = [0.0; SERIES];
     for i in 0..SERIES {
@@ -57,6 +62,7 @@ fn multiply(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
     out
 }
 
+/// Quotient of two truncated power series.
 fn divide(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
     let mut out = [0.0; SERIES];
     for k in 0..SERIES {
@@ -65,12 +71,12 @@ fn divide(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
     out
 }
 
-/// Σ_{k ≥ from} s_k ε^{2(k−from)}.
+/// Value of the power series Σ_{k ≥ from} s_k ε^{2(k−from)}.
 fn evaluate(s: &[f64; SERIES], from: usize, e2: c64) -> c64 {
     s[from..].iter().rev().fold(c64::new(0.0, 0.0), |sum, k| sum * e2 + *k)
 }
 
-/// e^z − Σ_{k<count} z^k/k!.
+/// The exponential e^z without its first `count` powers: e^z − Σ_{k<count} z^k/k!.
 fn exp_without(z: c64, count: usize) -> c64 {
     let mut term = c64::new(1.0, 0.0);
     if z.norm() > 1.5 {
@@ -88,7 +94,7 @@ fn exp_without(z: c64, count: usize) -> c64 {
     for k in count..count + 20 {
         term = term * z / (k + 1) as f64;
         sum += term;
-        if term.norm_sqr() < ROUNDING * sum.norm_sqr() {
+        if term.norm_sqr() < MAX_TERM_SQUARED * sum.norm_sqr() {
             break;
         }
     }
@@ -106,6 +112,7 @@ fn sinhc_power_less_one(u: c64, order: usize) -> c64 {
 }
 
 impl Exponential {
+    /// Generalized covariance of r(h) = Re(a φ^|h|), summed `level` = 1 or 2 times.
     pub fn new(a: c64, phi: c64, level: usize) -> Self {
         let lambda = phi.ln();
         let e = -lambda;
@@ -122,11 +129,11 @@ impl Exponential {
                 slope[k] = cs[k] - ws[k];
             }
             let linear = if small { -a * e * evaluate(&slope, 1, e2) } else { g + c1 * lambda };
-            return Self { level, lambda, c: c1, beside: [g, zero], reduced: [linear, zero] };
+            return Self { level, lambda, c: c1, polynomial: [g, zero], reduced: [linear, zero] };
         }
         let c2 = a / (sinh * sinh * sinh * sinh);
         let h = -c1 * 0.5 * half.cosh() / half.sinh();
-        let beside = [h + g / 6.0, -g / 6.0];
+        let polynomial = [h + g / 6.0, -g / 6.0];
         let squared = multiply(&ws, &ws);
         let reduced = if small {
             let product = multiply(&cs, &ws);
@@ -138,30 +145,31 @@ impl Exponential {
             }
             [a * e * evaluate(&linear, 2, e2), a * e * evaluate(&cubic, 1, e2)]
         } else {
-            [beside[0] + c2 * lambda, beside[1] + c2 * lambda * lambda * lambda / 6.0]
+            [polynomial[0] + c2 * lambda, polynomial[1] + c2 * lambda * lambda * lambda / 6.0]
         };
-        Self { level, lambda, c: c2, beside, reduced }
+        Self { level, lambda, c: c2, polynomial, reduced }
     }
 
-    /// Rates of decay and of oscillation per sample.
+    /// ln φ per sample: minus the decay rate, and the angular frequency.
     pub fn lambda(&self) -> c64 {
         self.lambda
     }
 
-    /// Value at |h|; `reduced` leaves out the even powers that differences remove, for h short against the time constant.
+    /// Value at |h|. With `reduced`, even powers of h that differences remove are omitted; use it where h is add_short
+    /// against the time constant.
     pub fn at(&self, h: f64, reduced: bool) -> c64 {
         let h = h.abs();
         let (wave, [one, three]) = if reduced {
             (exp_without(self.lambda * h, 2 * self.level + 1), self.reduced)
         } else {
-            ((self.lambda * h).exp(), self.beside)
+            ((self.lambda * h).exp(), self.polynomial)
         };
         self.c * wave + (one + three * (h * h)) * h
     }
 
-    /// Adds both differences at spacing m, short against the time constant, at some places up to 2m: the kernel 1, −4, 6,
-    /// −4, 1 times at five.
-    pub fn short(&self, at: &[f64], m: f64, out: &mut [f64]) {
+    /// Adds the twofold second difference at spacing m, which is add_short against the time constant, at places up to 2m.
+    /// The five weights are 1, −4, 6, −4, 1.
+    pub fn add_short(&self, at: &[f64], m: f64, out: &mut [f64]) {
         let kernel = |h: f64| (self.c * exp_without(self.lambda * h, 3) + self.reduced[0] * h).re;
         for (slot, &t) in out.iter_mut().zip(at) {
             let ends = kernel(t + 2.0 * m) + kernel(2.0 * m - t);
@@ -170,21 +178,23 @@ impl Exponential {
     }
 }
 
-/// The differences of an exponential at one spacing, up to what the second difference removes.
+/// Differences of an exponential at one spacing, up to powers of h that the second difference removes.
 pub struct Spaced<'a> {
     pub(super) kernel: &'a Exponential,
+    /// Spacing of the difference.
     pub(super) i: f64,
     pub(super) order: usize,
-    /// Short against the time constant: work with φ^h without its first powers.
+    /// True if the spacing is short against the time constant, so that the reduced form is used.
     pub(super) reduced: bool,
-    /// For x ≥ reach: amplitude × φ^(x − reach) + constant; reduced, amplitude × (φ^x without its first powers) + slope·x +
-    /// constant.
+    /// Value for x ≥ reach: amplitude × φ^(x − reach) + constant. In the reduced form: amplitude × (φ^x without its
+    /// first powers) + slope·x + constant.
     amplitude: c64,
     slope: c64,
     constant: c64,
 }
 
 impl<'a> Spaced<'a> {
+    /// Differences of order `order` of `kernel` at spacing `i`.
     pub fn new(kernel: &'a Exponential, i: usize, order: usize) -> Self {
         let i = i as f64;
         let (zero, lambda) = (c64::new(0.0, 0.0), kernel.lambda);
@@ -193,18 +203,18 @@ impl<'a> Spaced<'a> {
         let mut out = Self { kernel, i, order, reduced, amplitude: zero, slope: zero, constant: zero };
         if !reduced {
             out.amplitude = kernel.c * exp_without(w, 1).powu(order as u32);
-            out.constant = kernel.beside[1] * if order == 3 { 6.0 * i.powi(3) } else { 0.0 };
+            out.constant = kernel.polynomial[1] * if order == 3 { 6.0 * i.powi(3) } else { 0.0 };
             return out;
         }
         let more = sinhc_power_less_one(w * 0.5, order);
         let plain = kernel.c * w.powu(order as u32);
         out.amplitude = plain * (more + 1.0);
         match (kernel.level, order) {
-            // The near sum lacks the constant of h²: so does the far one, up to what is left of it.
+            // The near sum omits the constant that h² leaves; the far form must omit it too.
             (1, 2) => out.constant = plain * more,
             (1, _) => {}
             _ => {
-                // Likewise the line of h⁴; the constant joins with the cube beside φ^h.
+                // The same holds for the line that h⁴ leaves. The constant includes that of the cubic term.
                 out.slope = plain * more * lambda;
                 out.constant = plain * more + kernel.reduced[1] * 6.0 * i.powi(3);
             }
@@ -212,6 +222,7 @@ impl<'a> Spaced<'a> {
         out
     }
 
+    /// Difference centered at `x`.
     fn at(&self, x: f64) -> c64 {
         let sign = if x < 0.0 && self.order == 3 { -1.0 } else { 1.0 };
         let x = x.abs();
@@ -233,7 +244,7 @@ impl<'a> Spaced<'a> {
         value * sign
     }
 
-    /// Cross-covariance of differences at spacings i and j ≥ i, by the distance t ≥ 0 of their centres.
+    /// Cross-covariance of differences at spacings i and j ≥ i, as a function of the distance of their centers.
     pub fn with(&self, j: usize) -> Crossed<'_> {
         let (j, o, lambda) = (j as f64, self.order as f64, self.kernel.lambda);
         let sign = if self.order == 3 { -1.0 } else { 1.0 };
@@ -244,16 +255,18 @@ impl<'a> Spaced<'a> {
     }
 }
 
-/// Two spacings together.
+/// Cross-covariance of differences at two spacings.
 pub struct Crossed<'a> {
     pub(super) inner: &'a Spaced<'a>,
     pub(super) j: f64,
     sign: f64,
+    /// From this distance on the covariance is a single exponential, `far` × φ^(t − reach).
     pub(super) reach: f64,
     pub(super) far: c64,
 }
 
 impl Crossed<'_> {
+    /// Cross-covariance at distance `t` ≥ 0 of the centers.
     pub fn at(&self, t: f64) -> f64 {
         if t >= self.reach {
             return (self.far * (self.inner.kernel.lambda * (t - self.reach)).exp()).re;

@@ -1,45 +1,48 @@
-//! A sum over many integer lags of a function that is smooth between a few known points, from few of its values.
+//! Quadrature nodes for a sum over many integer lags of a function that is smooth between a few known breaks.
 //!
-//! Near every break each lag is taken; away from it panels grow with the distance, each with eight nodes on
-//! integers whose weights sum every polynomial of degree seven exactly. The nodes lie next to those of
-//! Gauss-Legendre, so that wide panels gain nearly its degree fifteen.
+//! Near every break each lag is a node. Away from the breaks, panels grow with the distance. Each panel has eight
+//! nodes on integers, whose weights sum every polynomial of degree seven exactly. The nodes lie next to
+//! Gauss-Legendre nodes, so that wide panels almost reach the degree fifteen of Gauss-Legendre quadrature.
 
-/// Lags taken one by one on either side of a break.
+/// Number of lags on either side of a break that are summed one by one.
 const SINGLE: usize = 12;
 /// Positive Gauss-Legendre nodes of order eight.
 const GAUSS: [f64; 4] =
     [0.183_434_642_495_65, 0.525_532_409_916_33, 0.796_666_477_413_63, 0.960_289_856_497_54];
-/// e-foldings after which a wave no longer asks for narrow panels, and the angle by which it turns in one: sums of squares
-/// of narrow lines are right to 5e-4, of which degrees of freedom are made.
-const LIVES: f64 = 6.0;
-const TURN: f64 = 6.0;
-/// Panels narrower than this are summed lag by lag.
+/// A wave that has decayed by this many e-foldings no longer limits the width of panels.
+const MAX_DECAY: f64 = 6.0;
+/// Largest phase, in rad, by which a wave may turn within one panel. With it, sums of squares of narrow lines are
+/// accurate to 5e-4, which suffices for degrees of freedom.
+const MAX_PHASE: f64 = 6.0;
+/// Panels with fewer lags than this are summed lag by lag.
 pub const NARROW: usize = 20;
 
-/// A fast wave that dies with the distance from a break: panels must resolve it while it lives.
+/// An oscillation that decays with the distance from a break. Panels must resolve it until it has decayed.
 #[derive(Debug, Clone, Copy)]
 pub struct Wave {
-    /// Decay and angle per lag.
+    /// Decay in e-foldings per lag, and phase in rad per lag.
     pub decay: f64,
     pub angle: f64,
 }
 
 impl Wave {
+    /// Widest panel, in lags, that resolves the wave at this distance from a break.
     fn widest(self, distance: usize) -> usize {
-        if self.decay * distance as f64 > LIVES || self.angle < 0.2 * self.decay {
+        if self.decay * distance as f64 > MAX_DECAY || self.angle < 0.2 * self.decay {
             return usize::MAX;
         }
-        (TURN / self.angle.max(1e-300)) as usize
+        (MAX_PHASE / self.angle.max(1e-300)) as usize
     }
 }
 
-/// Nodes and weights, panel by panel: ascending, and alike seen from either end of a panel.
+/// Quadrature nodes and weights, panel by panel, in ascending order. The nodes of a panel are symmetric about its
+/// middle.
 pub struct Nodes {
     pub at: Vec<f64>,
     pub weights: Vec<f64>,
-    /// Number of nodes and width of each panel; of panels as wide the nodes lie alike.
+    /// Number of nodes and width of each panel. Panels of equal width have nodes at equal offsets.
     pub panels: Vec<(usize, usize)>,
-    /// How many panels one after the other share what one would have been without waves, its first lag and width.
+    /// For each stretch, which would be one panel without waves: number of panels, first lag, and width.
     pub stretches: Vec<(usize, usize, usize)>,
 }
 
@@ -48,7 +51,8 @@ impl Nodes {
         Self { at: Vec::new(), weights: Vec::new(), panels: Vec::new(), stretches: Vec::new() }
     }
 
-    /// A stretch of panels that waves, from `offset` lags behind a break on, ask for: forth from it, or back.
+    /// Adds a stretch of panels, as narrow as the waves require. The stretch starts `offset` lags from a break;
+    /// `forth` tells whether the distance from the break grows with the lag.
     fn stretch(&mut self, start: usize, width: usize, offset: usize, waves: &[Wave], forth: bool) {
         let before = self.panels.len();
         let mut done = 0;
@@ -61,38 +65,41 @@ impl Nodes {
         self.stretches.push((self.panels.len() - before, start, width));
     }
 
+    /// Adds a panel whose nodes are all its lags.
     fn every(&mut self, start: usize, width: usize) {
         self.at.extend((start..start + width).map(|u| u as f64));
         self.weights.extend(std::iter::repeat_n(1.0, width));
         self.panels.push((width, width));
     }
 
+    /// Adds a panel: with eight nodes, or with all its lags if the panel is narrow.
     fn panel(&mut self, start: usize, width: usize) {
         if width < NARROW {
             self.every(start, width);
             return;
         }
         let half = width as f64 / 2.0;
-        let (centre, at) = places(start, width);
+        let (center, at) = places(start, width);
         let weights = weights(at.map(|y| y / half), half);
-        self.at.extend(at.iter().rev().map(|y| centre - y));
-        self.at.extend(at.iter().map(|y| centre + y));
+        self.at.extend(at.iter().rev().map(|y| center - y));
+        self.at.extend(at.iter().map(|y| center + y));
         self.weights.extend(weights.iter().rev().chain(&weights));
         self.panels.push((2 * GAUSS.len(), width));
     }
 }
 
-/// Middle of a panel, and how far its nodes are from there on either side.
+/// Center of a panel, and the distances of its nodes from the center on either side.
 fn places(start: usize, width: usize) -> (f64, [f64; 4]) {
-    let centre = start as f64 + (width as f64 - 1.0) / 2.0;
+    let center = start as f64 + (width as f64 - 1.0) / 2.0;
     let parity = if width % 2 == 0 { 0.5 } else { 0.0 };
-    (centre, GAUSS.map(|z| (z * width as f64 / 2.0 - parity).round() + parity))
+    (center, GAUSS.map(|z| (z * width as f64 / 2.0 - parity).round() + parity))
 }
 
-/// A smooth function on a stretch of at least `NARROW` lags, by the polynomial through its values at the nodes of one panel.
-/// Beside a break half as far away as the stretch is wide the error is some 3.7⁻⁸ of its size; steep functions lose a digit.
+/// Interpolation of a smooth function on a stretch of at least `NARROW` lags, by the polynomial through its values at
+/// the nodes of one panel. If a break is half a stretch width away, the relative error is about 3.7⁻⁸; steep
+/// functions lose one more digit.
 pub struct Smooth {
-    centre: f64,
+    center: f64,
     half: f64,
     z: [f64; 8],
     /// Divided differences.
@@ -100,29 +107,31 @@ pub struct Smooth {
 }
 
 impl Smooth {
+    /// Interpolation of `f` on the lags `start` to `start + width − 1`.
     pub fn of(start: usize, width: usize, f: impl Fn(f64) -> f64) -> Self {
-        let (centre, apart) = places(start, width);
+        let (center, apart) = places(start, width);
         let half = width as f64 / 2.0;
         let mut z = [0.0; 8];
         for (k, y) in apart.iter().enumerate() {
             (z[3 - k], z[4 + k]) = (-y / half, y / half);
         }
-        let mut newton = z.map(|z| f(centre + z * half));
+        let mut newton = z.map(|z| f(center + z * half));
         for order in 1..8 {
             for k in (order..8).rev() {
                 newton[k] = (newton[k] - newton[k - 1]) / (z[k] - z[k - order]);
             }
         }
-        Self { centre, half, z, newton }
+        Self { center, half, z, newton }
     }
 
+    /// Interpolated value at lag `u`.
     pub fn at(&self, u: f64) -> f64 {
-        let z = (u - self.centre) / self.half;
+        let z = (u - self.center) / self.half;
         (0..7).rev().fold(self.newton[7], |sum, k| sum * (z - self.z[k]) + self.newton[k])
     }
 }
 
-/// Nodes and weights whose sum stands for the sum over the integers 0 ≤ u < `end`. Breaks outside are ignored.
+/// Nodes and weights for the sum over the integers 0 ≤ u < `end`. Breaks outside this range are ignored.
 pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
     let mut inside: Vec<usize> = breaks.iter().copied().filter(|b| *b < end).collect();
     inside.push(0);
@@ -134,7 +143,7 @@ pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
         let next = inside.get(k + 1).copied();
         let (first, stop) = (start + 1, next.unwrap_or(end));
         let length = stop.saturating_sub(first);
-        // Up to the middle panels grow from the left break, after it from the right one.
+        // Panels grow from the left break up to the middle, and from the right break beyond it.
         let left = if next.is_some() { length.div_ceil(2) } else { length };
         for (offset, width) in graded(left) {
             out.stretch(first + offset, width, offset, waves, true);
@@ -146,7 +155,7 @@ pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
     out
 }
 
-/// Offsets and widths that grow with the distance from a break, to a length.
+/// Offsets and widths of stretches that grow with the distance from a break, up to a total length.
 fn graded(length: usize) -> impl Iterator<Item = (usize, usize)> {
     let mut offset = 0;
     std::iter::from_fn(move || {
@@ -157,9 +166,10 @@ fn graded(length: usize) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// Weights of symmetric nodes ±z·half that sum even powers up to the sixth over the panel's integers exactly.
+/// Weights of the symmetric nodes ±z·half with which even powers up to the sixth are summed over the panel's integers
+/// exactly.
 fn weights(z: [f64; 4], half: f64) -> [f64; 4] {
-    // Euler-Maclaurin over midpoints ends after four terms for a polynomial of degree six.
+    // For a polynomial of degree six the midpoint Euler-Maclaurin series ends after four terms.
     let s = 1.0 / (half * half);
     let mut target = [0.0; 4];
     for (k, slot) in target.iter_mut().enumerate() {
@@ -217,14 +227,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_smooth_is_interpolated() {
+    fn smooth_functions_are_interpolated() {
         for (start, width) in [(12, 24), (36, 72), (1000, 2000), (50_000, 100_000)] {
             for f in [f64::sqrt, |u: f64| u * u.ln(), |u: f64| u.powf(-1.5)] {
                 let smooth = Smooth::of(start, width, f);
                 let size = f(start as f64).abs().max(f((start + width) as f64).abs());
                 for u in (start..start + width).map(|u| u as f64) {
                     let (found, expected) = (smooth.at(u), f(u));
-                    // What sums of squares of narrow lines are right to.
+                    // The accuracy required of sums of squares of narrow lines.
                     assert!((found - expected).abs() < 5e-4 * size, "{start} {u}: {found} {expected}");
                 }
             }

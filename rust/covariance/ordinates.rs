@@ -1,12 +1,12 @@
 //! Expectation of the squared cosine ordinates c_j of n samples of a sum of primitive processes.
 //!
-//! With w = πj/n and s = 4 sin²(w/2), white noise and random walks have their spectrum; to all others the ends of the record
-//! add a little: an autocovariance contributes r(0) + (2/n) Σ_h r(h)[(n − h) cos hw − sin hw/sin w], h = 1 … n − 1. Of
-//! r(h) = φ^h these are geometric sums of z = φe^{±iw}, together
+//! Let w = πj/n and s = 4 sin²(w/2). For white noise and random walks the expectation equals the spectrum. For all
+//! other processes the ends of the record add a small term: an autocovariance contributes r(0) + (2/n) Σ_h r(h)[(n −
+//! h) cos hw − sin hw/sin w], h = 1 … n − 1. For r(h) = φ^h these are geometric sums in z = φe^{±iw}, which add up to
 //!
-//! (1 − φ)/q · [1 + φ − (φ/n)(1 − (−1)^j φ^n)(1 − φ)(4 − s)/q],  q = (1 − φ)² + φs = (1 − φe^{iw})(1 − φe^{−iw}),
+//! (1 − φ)/q · [1 + φ − (φ/n)(1 − (−1)^j φ^n)(1 − φ)(4 − s)/q], q = (1 − φ)² + φs = (1 − φe^{iw})(1 − φe^{−iw}).
 //!
-//! which keeps its digits for φ → 1 and w → 0, and takes nothing of a node but s and whether j is odd.
+//! This form keeps its digits for φ → 1 and w → 0, and depends on the ordinate only through s and the parity of j.
 
 use std::f64::consts::PI;
 
@@ -16,14 +16,14 @@ use super::process::{Term, unknown};
 use crate::machine::processor::{Width, compiled_for_each_width};
 use crate::{Error, Result};
 
-/// Nodes that a recurrence takes at once.
+/// Number of ordinates that one recurrence handles at a time.
 const LANES: usize = 8;
 
-/// Ordinates at which expectations are asked for: what depends on them alone.
+/// The ordinates at which expectations are computed, with the quantities that depend on them alone.
 pub struct Ordinates {
     n: f64,
     j: Vec<f64>,
-    /// 4 sin²(w/2), the power of a difference.
+    /// 4 sin²(w/2), the power gain of a first difference.
     s: Vec<f64>,
     /// (−1)^j.
     sign: Vec<f64>,
@@ -42,7 +42,8 @@ impl Ordinates {
         out
     }
 
-    /// E c_j² of the sum of `terms`; a flicker and a power law bring E c_j² over their spectrum at j = 1, 2, … as well.
+    /// E c_j² (k,) of the sum of `terms`. The values of a flicker or power-law term end with the ratios of E c_j² to
+    /// its spectrum at j = 1, 2, ….
     pub fn variance(&self, terms: &[Term]) -> Result<Vec<f64>> {
         let mut total = vec![0.0; self.j.len()];
         for (name, values) in terms {
@@ -64,7 +65,7 @@ impl Ordinates {
         Ok(total)
     }
 
-    /// The same as means over bins: `owner` names the bin of each ordinate, those of a bin beside each other.
+    /// Means of E c_j² over bins. `owner` (k,) names the bin of each ordinate; ordinates of a bin must be adjacent.
     pub fn means(&self, terms: &[Term], owner: &[i64]) -> Result<Vec<f64>> {
         let values = self.variance(terms)?;
         if owner.len() != values.len() {
@@ -79,13 +80,15 @@ impl Ordinates {
         Ok(owner.chunk_by(|a, b| a == b).map(mean).collect())
     }
 
+    /// Adds a spectrum, given as a function of s.
     fn add(&self, total: &mut [f64], spectrum: impl Fn(f64) -> f64) {
         for (sum, s) in total.iter_mut().zip(&self.s) {
             *sum += spectrum(*s);
         }
     }
 
-    /// What the ends do beyond the ordinates of which it is known falls as 1/j.
+    /// Adds a power law times the ratios for its ends. Beyond the tabulated ordinates, the excess of the ratio falls
+    /// as 1/j.
     fn power_law(&self, total: &mut [f64], exponent: f64, level: f64, ends: &[f64]) {
         let (known, last) = (ends.len() as f64, ends[ends.len() - 1]);
         for ((sum, s), j) in total.iter_mut().zip(&self.s).zip(&self.j) {
@@ -95,6 +98,7 @@ impl Ordinates {
         }
     }
 
+    /// Adds the expectation of r(h) = Re(a φ^h).
     fn exponential(&self, total: &mut [f64], a: c64, phi: c64) {
         let rest = 1.0 - phi;
         let last = if phi.norm() > 0.0 { (phi.ln() * self.n).exp() } else { c64::new(0.0, 0.0) };
@@ -102,38 +106,39 @@ impl Ordinates {
         let odd = ends * last;
         let numbers = [square, phi, main, ends, odd];
         if phi.im == 0.0 {
-            add_lag(Width::best(), total, &self.s, &self.sign, &numbers.map(|z| z.re));
+            add_real_exponential(Width::best(), total, &self.s, &self.sign, &numbers.map(|z| z.re));
         } else {
-            add_wave(Width::best(), total, &self.s, &self.sign, &numbers);
+            add_complex_exponential(Width::best(), total, &self.s, &self.sign, &numbers);
         }
     }
 
-    /// Σ r(h) cos hw and Σ r(h) sin(hw)/sin(w) by Clenshaw's recurrence, as Reinsch wrote it: differences keep the digits
-    /// of small w.
+    /// Adds the expectation of an autocovariance with finitely many lags. Its sums over cos hw and sin(hw)/sin(w) use
+    /// Clenshaw's recurrence in Reinsch's form, whose differences keep the digits at small w.
     fn lags(&self, total: &mut [f64], lags: &[f64]) {
         let lags = &lags[..lags.len().min(self.n as usize)];
-        add_few(Width::best(), total, &self.s, lags, self.n);
+        add_finite_lags(Width::best(), total, &self.s, lags, self.n);
     }
 }
 
 compiled_for_each_width! {
-    /// A lag of real φ: (1 − φ)², φ, and what is divided by q and by its square, of an even and of an odd ordinate.
-    fn add_lag(total: &mut [f64], s: &[f64], sign: &[f64], numbers: &[f64; 5]) = lag
+    /// Adds the expectation of an exponential with real φ. `numbers` are (1 − φ)², φ, the numerator over q, and the
+    /// numerators over q² for even and odd ordinates.
+    fn add_real_exponential(total: &mut [f64], s: &[f64], sign: &[f64], numbers: &[f64; 5]) = real_exponential
 }
 
 compiled_for_each_width! {
-    /// The same of complex φ.
-    fn add_wave(total: &mut [f64], s: &[f64], sign: &[f64], numbers: &[c64; 5]) = wave
+    /// Like [`add_real_exponential`], for complex φ.
+    fn add_complex_exponential(total: &mut [f64], s: &[f64], sign: &[f64], numbers: &[c64; 5]) = complex_exponential
 }
 
 compiled_for_each_width! {
-    /// A few lags of n samples.
-    fn add_few(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) = few
+    /// Adds the expectation of an autocovariance with finitely many lags, for n samples.
+    fn add_finite_lags(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) = finite_lags
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn lag(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, odd]: &[f64; 5]) {
+fn real_exponential(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, odd]: &[f64; 5]) {
     for ((sum, s), sign) in total.iter_mut().zip(s).zip(sign) {
         let inverse = 1.0 / (square + phi * s);
         *sum += inverse * (main - (ends - sign * odd) * (4.0 - s) * inverse);
@@ -142,7 +147,12 @@ fn lag(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, od
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn wave(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, odd]: &[c64; 5]) {
+fn complex_exponential(
+    total: &mut [f64],
+    s: &[f64],
+    sign: &[f64],
+    &[square, phi, main, ends, odd]: &[c64; 5],
+) {
     for ((sum, s), sign) in total.iter_mut().zip(s).zip(sign) {
         let (re, im) = (square.re + phi.re * s, square.im + phi.im * s);
         let norm = 1.0 / (re * re + im * im);
@@ -156,7 +166,7 @@ fn wave(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, o
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn few(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) {
+fn finite_lags(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) {
     for (total, nodes) in total.chunks_mut(LANES).zip(s.chunks(LANES)) {
         let mut s = [0.0; LANES];
         s[..nodes.len()].copy_from_slice(nodes);
@@ -181,7 +191,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The double sum over pairs of samples of r(k, l) cos(w(k+½)) cos(w(l+½)).
+    /// E c_j² by the definition: the double sum over pairs of samples of r(k, l) cos(w(k+½)) cos(w(l+½)).
     fn naive(r: impl Fn(usize, usize) -> f64, n: usize) -> Vec<f64> {
         let at = |j: usize| {
             let w = PI * j as f64 / n as f64;
@@ -212,11 +222,12 @@ mod tests {
             let radius = (-10_f64.powf(rate)).exp();
             let angle = if turns { angle } else { 0.0 };
             let (a, phi) = (c64::new(1.0, tilt), c64::new(radius * angle.cos(), radius * angle.sin()));
-            // Without the constant, which no ordinate sees.
+            // The constant is subtracted because no ordinate depends on it.
             let r = |k: usize, l: usize| (a * (phi.powu(k.abs_diff(l) as u32) - 1.0)).re;
             let (found, expected) = (found(&[("exponential", vec![a.re, a.im, phi.re, phi.im])], n), naive(r, n));
-            // phi^n is known to n eps; what the ends do carries that over the square of the distance to the pole, so
-            // that an undamped line on an ordinate loses digits there (seen: 2.7e-9 of 10 at a distance of 2e-6).
+            // phi^n is known to n eps. The term of the ends divides that error by the square of the distance to the
+            // pole, so that an undamped line on an ordinate loses digits (observed: 2.7e-9 of 10 at a distance of
+            // 2e-6).
             let size = expected.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
             for (j, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 let s = (2.0 * (PI * (j + 1) as f64 / (2 * n) as f64).sin()).powi(2);
@@ -243,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_power_law_is_its_spectrum_times_what_the_ends_do() {
+    fn a_power_law_is_its_spectrum_times_the_end_ratios() {
         let ends = [0.5, 0.75];
         let n = 6;
         for (name, before, a) in [("flicker", vec![2.0], -1.0), ("power_law", vec![0.4, 2.0], 0.4)] {
@@ -268,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_term_is_refused() {
+    fn unknown_terms_are_refused() {
         for (name, values) in
             [("white", 2), ("flicker", 1), ("power_law", 2), ("exponential", 3), ("lags", 0)]
         {

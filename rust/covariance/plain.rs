@@ -1,4 +1,4 @@
-//! Differences at every place of a record: all estimators but the total one.
+//! Covariance of the estimators that use differences at every place of a record: all except the total variance.
 
 use faer::{Mat, Side};
 use rayon::prelude::*;
@@ -8,12 +8,13 @@ use super::process::{Kind, Process, Spaced, Term};
 use crate::parallel::pooled;
 use crate::{Error, Result};
 
-/// Differences taken for each factor's length, and bounds on their number.
-const DENSITY: usize = 16;
-const FEWEST: usize = 96;
-const MOST: usize = 400;
+/// Number of differences per averaging time in the eigenvalue problem, and bounds on their total number. Chosen by
+/// judgment; not measured.
+const DIFFERENCES_PER_FACTOR: usize = 16;
+const MIN_DIFFERENCES: usize = 96;
+const MAX_DIFFERENCES: usize = 400;
 
-/// The process through every factor, with the number of squares of each.
+/// The differences of the process at every factor, and the number of differences of each factor in the record.
 fn prepared<'a>(
     process: &'a Process,
     n: usize,
@@ -76,7 +77,8 @@ pub fn quantiles(
 ) -> Result<Vec<f64>> {
     let (expected, variance) = variances(terms, n, &[factor], kind)?;
     let relative = variance[0] / (expected[0] * expected[0]);
-    // White phase noise has a degree of freedom for every sample: among few differences it is but its mean.
+    // White phase noise has one degree of freedom per sample. In an eigenvalue problem with few differences it
+    // contributes only its mean, so it is left out.
     let slow: Vec<Term> = terms.iter().filter(|(name, _)| name != "blue").cloned().collect();
     let eigenvalues = if slow.is_empty() { Vec::new() } else { weights(&slow, n, factor, kind)? };
     if eigenvalues.is_empty() {
@@ -84,15 +86,15 @@ pub fn quantiles(
             "the distribution of a variance needs a process slower than quantization".into(),
         ));
     }
-    Ok(distribution::stretched(&eigenvalues, relative, probabilities))
+    Ok(distribution::scaled_quantiles(&eigenvalues, relative, probabilities))
 }
 
-/// Eigenvalues, of sum 1, of the covariance of evenly chosen differences.
+/// Eigenvalues, scaled to sum 1, of the covariance of evenly chosen differences.
 fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f64>> {
     let process = Process::new(terms, n, kind)?;
     let spaced = process.spaced(factor, kind.order());
     let count = kind.count(n, factor);
-    let wanted = (DENSITY * count / factor).clamp(FEWEST, MOST).min(count);
+    let wanted = (DIFFERENCES_PER_FACTOR * count / factor).clamp(MIN_DIFFERENCES, MAX_DIFFERENCES).min(count);
     let stride = count.div_ceil(wanted);
     let size = count.div_ceil(stride);
     let covariance = spaced.with(factor);
@@ -101,7 +103,7 @@ fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f6
     let mut found = matrix
         .self_adjoint_eigenvalues(Side::Lower)
         .map_err(|_| Error::Input("the eigenvalues of the model's covariance did not converge".into()))?;
-    distribution::normalise(&mut found);
+    distribution::normalize(&mut found);
     Ok(found)
 }
 

@@ -1,25 +1,27 @@
-//! Generalised covariance of the spectrum (2 sin(w/2))^b, for b ≤ 0: an exact table, then its power series.
+//! Generalized covariance of the spectrum (2 sin(w/2))^b for b ≤ 0: an exact table at small lags, then its power
+//! series.
 //!
-//! With d = −b/2 it is Γ(1−2d) Γ(h+d) / (Γ(d) Γ(1−d) Γ(h+1−d)) (Hosking 1981), continued beyond d = ½ where only
-//! differences of it have a meaning: even powers of h below the order of the differences may be left out. At odd
-//! b the limit is a polynomial times Σ_{k≤h} 1/(2k−1).
+//! With d = −b/2 the covariance is Γ(1−2d) Γ(h+d) / (Γ(d) Γ(1−d) Γ(h+1−d)) (Hosking 1981). The formula is continued
+//! beyond d = ½, where only differences of the covariance have a meaning, so even powers of h below the order of the
+//! differences may be omitted. At odd b the limit is a polynomial times Σ_{k≤h} 1/(2k−1).
 
 use std::f64::consts::PI;
 
-/// Lags held as numbers; from here on four terms of the series are exact to 1e-14.
+/// Number of tabulated lags. From here on four terms of the series are exact to 1e-14.
 const TABLE: usize = 64;
-/// Terms of a tail.
+/// Number of terms of the series.
 pub const TERMS: usize = 5;
-/// Exponents nearer than this to an odd number are interpolated from their neighbours: Γ(1−2d) has a pole there.
+/// Exponents closer than this to an odd number are interpolated from their neighbors, because Γ(1−2d) has a pole at
+/// odd b.
 const POLE: f64 = 2e-3;
 
-/// A function of |h|: `table[h]`, and from there on h^p Σ_q (α_q + β_q ln h) h^{−2q}.
+/// A function of |h|: `table[h]` inside the table, and h^p Σ_q (α_q + β_q ln h) h^{−2q} beyond it.
 #[derive(Debug, Clone)]
 pub struct Powers {
     pub table: Vec<f64>,
     pub p: f64,
     pub tail: [(f64, f64); TERMS],
-    /// The tail is a polynomial, so that its differences are finite sums.
+    /// True if the tail is a polynomial, so that its differences are finite sums.
     pub polynomial: bool,
 }
 
@@ -33,6 +35,7 @@ impl Powers {
         }
     }
 
+    /// Value of the series at h > 0.
     fn beyond(&self, h: f64) -> f64 {
         let inverse = 1.0 / (h * h);
         let (mut plain, mut with_log) = (0.0, 0.0);
@@ -46,6 +49,7 @@ impl Powers {
         plain * power(h, self.p)
     }
 
+    /// The same function with its table computed from the series.
     fn fill_from_tail(mut self) -> Self {
         self.table = (0..TABLE).map(|h| self.beyond(h as f64)).collect();
         self.table[0] = 0.0;
@@ -53,11 +57,12 @@ impl Powers {
     }
 }
 
-/// h^p, quickly where p is whole.
+/// h^p, by repeated multiplication if p is a even_exponent number.
 pub fn power(h: f64, p: f64) -> f64 {
     if p.fract() == 0.0 { h.powi(p as i32) } else { h.powf(p) }
 }
 
+/// The function Σ_q c_q h^(p − 2q).
 fn polynomial(p: f64, coefficients: &[f64]) -> Powers {
     let mut tail = [(0.0, 0.0); TERMS];
     for (slot, c) in tail.iter_mut().zip(coefficients) {
@@ -68,23 +73,23 @@ fn polynomial(p: f64, coefficients: &[f64]) -> Powers {
     out
 }
 
-/// `scale` times the generalised covariance of (2 sin(w/2))^b.
+/// `scale` times the generalized covariance of (2 sin(w/2))^b.
 pub fn fractional(b: f64, scale: f64) -> Vec<Powers> {
     let odd = ((b - 1.0) / 2.0).round() * 2.0 + 1.0;
     let from_odd = b - odd;
     if from_odd.abs() >= POLE {
-        return vec![whole(b, scale).unwrap_or_else(|| generic(b, scale))];
+        return vec![even_exponent(b, scale).unwrap_or_else(|| any_exponent(b, scale))];
     }
     let share = from_odd.abs() / POLE;
-    let mut out = vec![harmonic(odd, scale * (1.0 - share))];
+    let mut out = vec![odd_exponent(odd, scale * (1.0 - share))];
     if share > 1e-6 {
-        out.push(generic(odd + POLE.copysign(from_odd), scale * share));
+        out.push(any_exponent(odd + POLE.copysign(from_odd), scale * share));
     }
     out
 }
 
-/// Even b: polynomials.
-fn whole(b: f64, scale: f64) -> Option<Powers> {
+/// Covariance for even b, which is a polynomial; `None` for any other b.
+fn even_exponent(b: f64, scale: f64) -> Option<Powers> {
     let coefficients: &[f64] = match (b.round() as i64, (b - b.round()).abs() < 1e-12) {
         (0, true) => {
             let nothing = [(0.0, 0.0); TERMS];
@@ -99,8 +104,8 @@ fn whole(b: f64, scale: f64) -> Option<Powers> {
     Some(polynomial(-b - 1.0, &scaled))
 }
 
-/// Odd b = −1 − 2k: C Π_{l=1..k} (h² − (l−½)²) · Σ_{r≤h} 1/(2r−1), without the constant of the sum.
-fn harmonic(b: f64, scale: f64) -> Powers {
+/// Covariance for odd b = −1 − 2k: C Π_{l=1..k} (h² − (l−½)²) · Σ_{r≤h} 1/(2r−1), without the constant of the sum.
+fn odd_exponent(b: f64, scale: f64) -> Powers {
     let k = ((-b - 1.0) / 2.0).round() as usize;
     let mut c = -2.0 / PI * scale;
     for l in 1..=k {
@@ -122,7 +127,7 @@ fn harmonic(b: f64, scale: f64) -> Powers {
             tail[q].1 -= root * tail[q - 1].1;
         }
     }
-    // The constant of the sum, ln 2 + γ/2, multiplies even powers of h that every difference removes.
+    // The constant of the sum, ln 2 + γ/2, multiplies only even powers of h, which every difference removes.
     let constant = std::f64::consts::LN_2 + 0.5 * 0.577_215_664_901_532_9;
     let mut sum = 0.0;
     let table = (0..TABLE)
@@ -137,8 +142,8 @@ fn harmonic(b: f64, scale: f64) -> Powers {
     Powers { table, p: 2.0 * k as f64, tail, polynomial: false }
 }
 
-/// Any other b.
-fn generic(b: f64, scale: f64) -> Powers {
+/// Covariance for any b that is not close to an odd number.
+fn any_exponent(b: f64, scale: f64) -> Powers {
     let d = -b / 2.0;
     let mu = d - 0.5;
     // ln Γ(h+½+μ)/Γ(h+½−μ) = 2μ ln h − Σ 2 B_{k+1}(½+μ)/(k(k+1) h^k), k = 2, 4, 6, 8.
@@ -161,7 +166,7 @@ fn generic(b: f64, scale: f64) -> Powers {
     let mut table = vec![0.0; TABLE];
     let mut value = out.beyond(TABLE as f64);
     for h in (0..TABLE).rev() {
-        // Γ(h+d)/Γ(h+1−d) one step down.
+        // Recurrence of Γ(h+d)/Γ(h+1−d) from h + 1 to h.
         value *= (h as f64 + 1.0 - d) / (h as f64 + d);
         table[h] = value;
     }
@@ -169,23 +174,24 @@ fn generic(b: f64, scale: f64) -> Powers {
     out
 }
 
-/// An autocovariance that ends, r(0), r(1), …, summed `level` times.
+/// Generalized covariance of an autocovariance with finitely many lags r(0), r(1), …, summed `level` times.
 pub fn finite(lags: &[f64], level: usize) -> Powers {
     let sum = |power: i32| -> f64 {
         lags.iter().enumerate().skip(1).map(|(h, r)| 2.0 * r * (h as f64).powi(power)).sum()
     };
     let total = lags[0] + sum(0);
-    let once = led_back(polynomial(1.0, &[-0.5 * total]), lags.len(), |h| lags[h]);
+    let once = extended_down(polynomial(1.0, &[-0.5 * total]), lags.len(), |h| lags[h]);
     if level == 1 {
         return once;
     }
-    led_back(polynomial(3.0, &[total / 12.0, 0.25 * sum(2) - total / 12.0]), lags.len(), |h| {
+    extended_down(polynomial(3.0, &[total / 12.0, 0.25 * sum(2) - total / 12.0]), lags.len(), |h| {
         once.at(h as f64)
     })
 }
 
-/// A kernel whose polynomial holds from `length` − 1 on, with a table below: its second difference is minus `less`.
-fn led_back(mut kernel: Powers, length: usize, less: impl Fn(usize) -> f64) -> Powers {
+/// Extends a kernel, whose polynomial holds from `length` − 1 on, to smaller lags: its second difference there is
+/// −`less`.
+fn extended_down(mut kernel: Powers, length: usize, less: impl Fn(usize) -> f64) -> Powers {
     let mut table = vec![0.0; length];
     let (mut here, mut next) = (kernel.beyond(length as f64 - 1.0), kernel.beyond(length as f64));
     for h in (0..length).rev() {
@@ -196,7 +202,7 @@ fn led_back(mut kernel: Powers, length: usize, less: impl Fn(usize) -> f64) -> P
     kernel
 }
 
-/// Γ(x) for x in (0, 10], Lanczos (g = 7, nine terms), 1e-15.
+/// Γ(x) for x in (0, 10] by the Lanczos approximation (g = 7, nine terms), accurate to 1e-15.
 fn gamma(x: f64) -> f64 {
     const C: [f64; 9] = [
         0.999_999_999_999_809_9,
@@ -222,7 +228,7 @@ fn gamma(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Where the table ends, the tail goes on with the same function.
+    /// The last table entry equals the value of the series.
     #[test]
     fn table_meets_tail() {
         for b in [-0.3, -0.7, -1.0, -1.7, -2.0, -2.5, -3.0, -3.4, -4.0, -4.7, -5.0, -5.5, -6.0] {
@@ -242,7 +248,7 @@ mod tests {
         for b in [-0.4, -1.0, -1.5, -2.0, -3.0] {
             let (upper, lower) = (fractional(b - 2.0, 1.0).remove(0), fractional(b, 1.0).remove(0));
             let miss = |h: f64| upper.at(h + 1.0) - 2.0 * upper.at(h) + upper.at(h - 1.0) + lower.at(h);
-            // For b = −3 the left-out powers are h² as well.
+            // For b = −3 the omitted powers include h².
             let curved = miss(7.0) - 2.0 * miss(4.0) + miss(1.0);
             let again = miss(12.0) - 2.0 * miss(9.0) + miss(6.0);
             assert!((curved - again).abs() < 1e-9, "b {b}: {curved} {again}");

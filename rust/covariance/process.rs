@@ -1,4 +1,4 @@
-//! The generalised covariance of a sum of primitive processes, and of their differences.
+//! Generalized covariance of a sum of primitive processes, and of its differences.
 
 use faer::c64;
 
@@ -9,7 +9,7 @@ use super::powers::{self, Powers};
 use super::runs::Runs;
 use crate::{Error, Result};
 
-/// Which estimator.
+/// The variance estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Overlapping Allan.
@@ -23,7 +23,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// From its name in the package.
+    /// Estimator with this name in the Python package.
     pub fn named(name: &str) -> Result<Self> {
         match name {
             "oadev" => Ok(Self::Allan),
@@ -36,21 +36,22 @@ impl Kind {
         }
     }
 
+    /// Order of the difference that the estimator squares.
     pub fn order(self) -> usize {
         if matches!(self, Self::Allan | Self::Total) { 2 } else { 3 }
     }
 
-    /// How often the samples are summed.
+    /// How many times the samples are summed before the difference is taken.
     pub fn level(self) -> usize {
         if self == Self::Modified { 2 } else { 1 }
     }
 
-    /// Number of squares in the estimate at factor m of n samples.
+    /// Number of squared differences in the estimate at factor m of n samples.
     pub fn count(self, n: usize, m: usize) -> usize {
         (n + self.level()).saturating_sub(self.order() * m)
     }
 
-    /// Mean square difference over variance.
+    /// Ratio of the mean square difference to the variance.
     pub fn scale(self, m: usize) -> f64 {
         let m = m as f64;
         match self {
@@ -61,15 +62,15 @@ impl Kind {
     }
 }
 
-/// Panels of a stretch from which on what is smooth is interpolated.
-const MANY: usize = 3;
-/// Distance of the kinks of an autocovariance that ends.
-const NEAR: usize = 20;
+/// A smooth function is interpolated on stretches with at least this many panels.
+const MIN_INTERPOLATED_PANELS: usize = 3;
+/// Distance in lags of the breaks within an autocovariance of finitely many lags: every lag near a break is summed.
+const KINK_DISTANCE: usize = 20;
 
-/// A named primitive process with its numbers per sample.
+/// Name of a primitive process and its parameters, in units of one sample.
 pub type Term = (String, Vec<f64>);
 
-/// What is said of a term that is none.
+/// Error for a term with an unknown name or a wrong number of values.
 pub fn unknown(name: &str, values: usize) -> Error {
     Error::Input(format!(
         "term {name:?} with {values} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, power_law 2, \
@@ -77,16 +78,16 @@ pub fn unknown(name: &str, values: usize) -> Error {
     ))
 }
 
-/// Everything about the process that the differences need.
+/// Generalized covariance of a sum of processes.
 pub struct Process {
     pub powers: Vec<Powers>,
     pub exponentials: Vec<Exponential>,
-    /// Distances at which the covariance has a kink besides 0.
+    /// Lags other than 0 at which the covariance is not smooth.
     pub kinks: Vec<usize>,
 }
 
 impl Process {
-    /// Generalised covariance of `terms` summed as `kind` needs, for records of `n` samples.
+    /// Generalized covariance of `terms` summed as `kind` needs, for records of `n` samples.
     pub fn new(terms: &[Term], n: usize, kind: Kind) -> Result<Self> {
         let mut out = Self { powers: Vec::new(), exponentials: Vec::new(), kinks: Vec::new() };
         for (name, values) in terms {
@@ -95,6 +96,7 @@ impl Process {
         Ok(out)
     }
 
+    /// Adds one term.
     fn add(&mut self, name: &str, values: &[f64], n: usize, kind: Kind) -> Result<()> {
         let level = kind.level();
         if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
@@ -137,8 +139,8 @@ impl Process {
             }
             ("lags", lags) if !lags.is_empty() => {
                 self.powers.push(powers::finite(lags, level));
-                // Near every one each lag is taken: between them nothing is smooth.
-                self.kinks.extend((NEAR..lags.len()).step_by(NEAR));
+                // These breaks make every lag a node, because the autocovariance is not smooth between its lags.
+                self.kinks.extend((KINK_DISTANCE..lags.len()).step_by(KINK_DISTANCE));
                 self.kinks.push(lags.len());
             }
             _ => return Err(unknown(name, values.len())),
@@ -146,10 +148,12 @@ impl Process {
         Ok(())
     }
 
+    /// Decay and phase of every exponential.
     pub fn waves(&self) -> Vec<Wave> {
         self.exponentials.iter().map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() }).collect()
     }
 
+    /// Differences of the process at spacing `i`.
     pub fn spaced(&self, i: usize, order: usize) -> Spaced<'_> {
         Spaced {
             i,
@@ -160,7 +164,7 @@ impl Process {
     }
 }
 
-/// The process seen through differences at one spacing.
+/// Differences of a process at one spacing.
 pub struct Spaced<'a> {
     pub i: usize,
     order: usize,
@@ -169,7 +173,7 @@ pub struct Spaced<'a> {
 }
 
 impl Spaced<'_> {
-    /// R_ij(t) for t ≥ 0, j ≥ i.
+    /// The cross-covariance R_ij(t) of differences at spacings i and j ≥ i, as a function of t ≥ 0.
     pub fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
         let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
         let exponentials: Vec<_> = self.exponentials.iter().map(|e| e.with(j)).collect();
@@ -178,7 +182,7 @@ impl Spaced<'_> {
         }
     }
 
-    /// Distances between centres at which some pair of points meets.
+    /// Distances between centers at which two points of the differences coincide or are a kink apart.
     fn breaks(&self, j: usize, kinks: &[usize]) -> Vec<f64> {
         let half = self.order as f64 / 2.0;
         let mut out = Vec::new();
@@ -192,10 +196,10 @@ impl Spaced<'_> {
         out
     }
 
-    /// Σ_t count(t) R_ij(t)² / (M_i M_j) over all pairs of centres.
+    /// Σ_t count(t) R_ij(t)² / (M_i M_j) over all pairs of centers.
     pub fn mean_square(&self, other: &Self, counts: (usize, usize), kinks: &[usize], waves: &[Wave]) -> f64 {
         let (order, i, j) = (self.order, self.i, other.i);
-        // Centres are whole numbers apart, or whole numbers and a half.
+        // Distances of centers are whole numbers, or whole numbers plus one half.
         let base = if order * (i + j) % 2 == 1 { 0.5 } else { 0.0 };
         let flat = order as f64 * (j - i) as f64 / 2.0;
         let end = (flat + counts.1 as f64 - base).ceil() as usize;
@@ -209,7 +213,7 @@ impl Spaced<'_> {
         let (mut at, mut covariance) = (Vec::new(), Vec::new());
         let mut panels = nodes.panels.iter();
         for &(count, start, width) in &nodes.stretches {
-            let smooth = (count >= MANY && width >= lags::NARROW)
+            let smooth = (count >= MIN_INTERPOLATED_PANELS && width >= lags::NARROW)
                 .then(|| Smooth::of(start, width, |u| slow(u + base)));
             for &(size, width) in panels.by_ref().take(count) {
                 let own = first..first + size;

@@ -1,80 +1,86 @@
-//! Differences of exponentials on panels one after the other, each a step from the one before.
+//! Differences of exponentials on consecutive panels, each computed from the panel before.
 
 use faer::c64;
 
 use super::exponential::{Crossed, Exponential};
 
-/// e-foldings after which nothing is left of an exponential.
-const DEAD: f64 = 45.0;
+/// An exponential that has decayed by this many e-foldings is neglected (e^−45 = 3e-20).
+const MAX_DECAY: f64 = 45.0;
 
-/// Where the differences of a kernel are one formula: each is done at once for all nodes of a panel.
+/// Interval in which the differences of a kernel follow a single formula, which is evaluated at all nodes of a panel
+/// at once: beyond their reach, between 0 and m, or between m and 2m.
+/// at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Piece {
+enum Zone {
     Far,
     Inner,
     Outer,
 }
 
-/// Values of exponentials, summed, on panels one after the other.
+/// Sum of the differences of several exponentials, panel by panel.
 pub struct Runs<'a> {
     runs: Vec<Run<'a>>,
-    /// Coefficient of |h| beside all of them.
-    beside: f64,
+    /// Sum of the coefficients of |h|.
+    linear: f64,
 }
 
 impl<'a> Runs<'a> {
-    /// Of exponentials at the same two spacings.
+    /// For exponentials whose differences have the same two spacings.
     pub fn of(crossed: &'a [Crossed<'a>]) -> Self {
-        let line = |one: &Crossed<'_>| if one.inner.reduced { 0.0 } else { one.inner.kernel.beside[0].re };
-        Self { runs: crossed.iter().map(Run::of).collect(), beside: crossed.iter().map(line).sum() }
+        let line =
+            |one: &Crossed<'_>| if one.inner.reduced { 0.0 } else { one.inner.kernel.polynomial[0].re };
+        Self { runs: crossed.iter().map(Run::of).collect(), linear: crossed.iter().map(line).sum() }
     }
 
-    /// Adds the values at ascending places of a panel between two breaks that look alike from either end.
+    /// Adds the values at the nodes of a panel, which lies between two breaks. The nodes ascend and are symmetric
+    /// about the middle.
     pub fn add(&mut self, at: &[f64], width: usize, out: &mut [f64]) {
         let Some(Crossed { inner, j, reach, .. }) = self.runs.first().map(|run| run.crossed) else { return };
         let (first, last, m) = (at[0], at[at.len() - 1], inner.i);
-        let piece = if first >= *reach {
-            Piece::Far
+        let zone = if first >= *reach {
+            Zone::Far
         } else if inner.order == 2 && *j == m && last <= m {
-            Piece::Inner
+            Zone::Inner
         } else if inner.order == 2 && *j == m && first >= m && last <= 2.0 * m {
-            Piece::Outer
+            Zone::Outer
         } else {
             for (slot, t) in out.iter_mut().zip(at) {
                 *slot += self.runs.iter().map(|run| run.crossed.at(*t)).sum::<f64>();
             }
             return;
         };
-        // From the break before these places and from the one behind them.
-        let (before, behind, line) = match piece {
-            Piece::Far => (first - reach, f64::INFINITY, [0.0, 0.0]),
-            Piece::Inner => (first, m - last, [-4.0 * m, 6.0]),
-            Piece::Outer => (first - m, 2.0 * m - last, [4.0 * m, -2.0]),
+        // Distances from the break below the panel and from the break above it.
+        let (before, behind, line) = match zone {
+            Zone::Far => (first - reach, f64::INFINITY, [0.0, 0.0]),
+            Zone::Inner => (first, m - last, [-4.0 * m, 6.0]),
+            Zone::Outer => (first - m, 2.0 * m - last, [4.0 * m, -2.0]),
         };
         for (slot, t) in out.iter_mut().zip(at) {
-            *slot += self.beside * (line[0] + line[1] * t);
+            *slot += self.linear * (line[0] + line[1] * t);
         }
         for run in &mut self.runs {
-            if piece != Piece::Far && run.crossed.inner.reduced {
-                run.crossed.inner.kernel.short(at, m, out);
+            if zone != Zone::Far && run.crossed.inner.reduced {
+                run.crossed.inner.kernel.add_short(at, m, out);
             } else {
-                run.add(piece, at, width, [before, behind], out);
+                run.add(zone, at, width, [before, behind], out);
             }
         }
     }
 }
 
-/// One of them: of panels as wide the nodes lie alike, and of two side by side each exponential is a step from the other.
+/// Values of one exponential. On panels of equal width the nodes have equal offsets, so that each value is that of
+/// the previous panel times a constant.
 struct Run<'a> {
     crossed: &'a Crossed<'a>,
-    /// Of each piece: times φ to the distance from the break before a panel, and from the one behind it.
+    /// For each zone: factors of φ to the distance from the break below a panel, and from the break above it.
     amounts: [[c64; 2]; 3],
     width: usize,
-    /// φ to the distances of the nodes from the first of them, real and imaginary parts, and to the width.
+    /// Powers of φ at the offsets of the nodes from the first node (real and imaginary parts), and over the panel
+    /// width.
     turns: [Vec<f64>; 2],
     step: c64,
-    /// First place of the panel before, and the exponentials forth and back there, where they live.
-    before: Option<(Piece, f64, [Option<c64>; 2])>,
+    /// Zone and first node of the previous panel, and its forward and backward exponentials unless they have decayed.
+    before: Option<(Zone, f64, [Option<c64>; 2])>,
 }
 
 impl<'a> Run<'a> {
@@ -90,6 +96,7 @@ impl<'a> Run<'a> {
         Self { crossed, amounts, width: 0, turns, step: c64::new(1.0, 0.0), before: None }
     }
 
+    /// Updates the powers of φ for panels of another width.
     fn turn(&mut self, at: &[f64], width: usize) {
         if width == self.width {
             return;
@@ -106,29 +113,29 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Adds what lives so far from the breaks on either side.
-    fn add(&mut self, piece: Piece, at: &[f64], width: usize, distances: [f64; 2], out: &mut [f64]) {
+    /// Adds the exponentials from the breaks on either side, unless they have decayed over these distances.
+    fn add(&mut self, zone: Zone, at: &[f64], width: usize, distances: [f64; 2], out: &mut [f64]) {
         let lambda = self.crossed.inner.kernel.lambda;
-        let lives = |distance: f64| -lambda.re * distance < DEAD;
-        if !distances.iter().any(|distance| lives(*distance)) {
+        let has_not_decayed = |distance: f64| -lambda.re * distance < MAX_DECAY;
+        if !distances.iter().any(|distance| has_not_decayed(*distance)) {
             return;
         }
         self.turn(at, width);
-        // One step further from a break than the panel before, or nearer to it.
-        let known = self.before.filter(|(own, ..)| *own == piece && lives(width as f64));
+        // The panel is one step farther from a break than the previous panel, or one step closer.
+        let known = self.before.filter(|(own, ..)| *own == zone && has_not_decayed(width as f64));
         let mut found = [None; 2];
         for (which, (slot, distance)) in found.iter_mut().zip(distances).enumerate() {
-            if !lives(distance) {
+            if !has_not_decayed(distance) {
                 continue;
             }
-            let moved = known.and_then(|(_, place, values)| {
+            let stepped = known.and_then(|(_, place, values)| {
                 let value = values[which].filter(|_| (place - at[0]).abs() == width as f64)?;
                 Some(if (place > at[0]) == (which == 0) { value / self.step } else { value * self.step })
             });
-            let amount = self.amounts[piece as usize][which];
-            *slot = Some(moved.unwrap_or_else(|| amount * (lambda * distance).exp()));
+            let amount = self.amounts[zone as usize][which];
+            *slot = Some(stepped.unwrap_or_else(|| amount * (lambda * distance).exp()));
         }
-        self.before = Some((piece, at[0], found));
+        self.before = Some((zone, at[0], found));
         let [re, im] = &self.turns;
         if let Some(forth) = found[0] {
             for ((slot, re), im) in out.iter_mut().zip(re).zip(im) {
@@ -178,8 +185,8 @@ mod tests {
                 runs.add(at, width, &mut values);
                 for (t, value) in at.iter().zip(values) {
                     let expected: f64 = crossed.iter().map(|one| one.at(*t)).sum();
-                    // Rounding of terms that cancel, up to a/(S^2), and of a thousand steps.
-                    let terms: f64 = kernels.iter().map(|e| e.c.norm() + (e.beside[0] * 4.0 * m as f64).norm()).sum();
+                    // Rounding of canceling terms, up to a/(S^2), and of a thousand steps.
+                    let terms: f64 = kernels.iter().map(|e| e.c.norm() + (e.polynomial[0] * 4.0 * m as f64).norm()).sum();
                     prop_assert!((value - expected).abs() < 1e-12 * (size + terms), "{t}: {value} {expected}");
                 }
             }

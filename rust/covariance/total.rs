@@ -1,10 +1,11 @@
-//! The total variance: second differences about every inner point of the record reflected at its ends.
+//! Covariance of the total variance: second differences about every inner point of the record reflected at its ends.
 //!
-//! NIST SP 1065 eq. 25. The reflection is odd about the first and the last point, so that a difference is a sum over up to
-//! five points of the record that a straight line does not see; its covariance with another follows from the generalised
-//! covariance of the phase, like that of plain differences, but depends on where both are. Sums over centres become means
-//! over evenly chosen ones, which the differences of long averaging times hardly notice. Where a record holds more than
-//! `LONG` averaging times, reflection changes only its two ends, and the overlapping Allan variance tells the scatter.
+//! NIST SP 1065 eq. 25. The reflection is odd about the first and the last point. So a difference is a sum over up to
+//! five points of the record, and a straight line does not change it. Its covariance with another difference follows
+//! from the generalized covariance of the phase, but depends on both positions. Sums over centers are replaced by
+//! means over evenly chosen centers, which hardly changes the result at long averaging times. If the record is longer
+//! than `MAX_REFLECTED_LENGTH` averaging times, reflection affects only its two ends, and the variance of the overlapping Allan
+//! estimate is used.
 
 use faer::{Mat, Side};
 use rayon::prelude::*;
@@ -14,16 +15,18 @@ use super::{distribution, plain};
 use crate::parallel::pooled;
 use crate::{Error, Result};
 
-/// Averaging times in a record from which on the ends no longer matter.
-const LONG: usize = 50;
-/// Centres for the variance at one factor, and for the covariance between two.
-const OWN: usize = 400;
-const BETWEEN: usize = 128;
+/// Records longer than this many averaging times are treated like the overlapping Allan variance. Chosen by judgment;
+/// not measured.
+const MAX_REFLECTED_LENGTH: usize = 50;
+/// Number of centers for the variance at one factor. Chosen by judgment; not measured.
+const CENTERS: usize = 400;
+/// Number of centers for the covariance between two factors. Chosen by judgment; not measured.
+const CENTERS_OF_PAIRS: usize = 128;
 
-/// A difference as points and their weights.
+/// A difference as a list of points and weights.
 type Points = Vec<(f64, f64)>;
 
-/// Reflected differences of one factor about evenly chosen centres.
+/// Reflected differences of one factor about at most `most` evenly chosen centers.
 fn differences(n: usize, m: usize, most: usize) -> Vec<Points> {
     let count = n - 1;
     let size = most.min(count);
@@ -48,23 +51,26 @@ fn differences(n: usize, m: usize, most: usize) -> Vec<Points> {
 }
 
 impl Process {
-    /// Generalised covariance of the phase at a distance, up to even powers below the fourth.
+    /// Generalized covariance of the phase at distance `h`, up to even powers below the fourth.
     fn phase(&self, h: f64, n: usize) -> f64 {
         let plain: f64 = self.powers.iter().map(|p| p.at(h)).sum();
         let waves = self.exponentials.iter().map(|e| e.at(h, e.lambda().norm() * (n as f64) < 1.0).re);
         plain + waves.sum::<f64>()
     }
 
+    /// Covariance of two differences.
     fn between(&self, a: &Points, b: &Points, n: usize) -> f64 {
         a.iter().flat_map(|(p, u)| b.iter().map(move |(q, v)| u * v * self.phase(p - q, n))).sum()
     }
 }
 
-/// White phase noise has a degree of freedom for every sample: among few centres it is but its mean.
-fn slow(terms: &[Term]) -> Vec<Term> {
+/// Terms without white phase noise, which has one degree of freedom per sample and so contributes only its mean to a
+/// few centers.
+fn without_white_phase(terms: &[Term]) -> Vec<Term> {
     terms.iter().filter(|(name, _)| name != "blue").cloned().collect()
 }
 
+/// Error if a factor is too long for the record.
 fn check(n: usize, factors: &[usize]) -> Result<()> {
     match factors.iter().find(|m| **m == 0 || **m + 1 > n) {
         Some(m) => Err(Error::TooShort(format!(
@@ -75,38 +81,39 @@ fn check(n: usize, factors: &[usize]) -> Result<()> {
     }
 }
 
-/// Mean of the estimate, its bias included.
+/// Expectation of the estimate, including its bias.
 fn expected(process: &Process, n: usize, m: usize) -> f64 {
-    let centres = differences(n, m, OWN);
-    let sum: f64 = centres.iter().map(|p| process.between(p, p, n)).sum();
-    sum / (centres.len() as f64 * Kind::Total.scale(m))
+    let centers = differences(n, m, CENTERS);
+    let sum: f64 = centers.iter().map(|p| process.between(p, p, n)).sum();
+    sum / (centers.len() as f64 * Kind::Total.scale(m))
 }
 
-fn short(n: usize, m: usize) -> bool {
-    n <= LONG * m
+/// True if reflection matters: the record holds at most `MAX_REFLECTED_LENGTH` averaging times.
+fn reflection_matters(n: usize, m: usize) -> bool {
+    n <= MAX_REFLECTED_LENGTH * m
 }
 
 /// Expected estimates (k,) and their variances (k,).
 pub fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
     check(n, factors)?;
     let whole = Process::new(terms, n, Kind::Total)?;
-    let rest = slow(terms);
+    let rest = without_white_phase(terms);
     let process = Process::new(&rest, n, Kind::Total)?;
     let of_one = |&m: &usize| {
         let mean = expected(&whole, n, m);
-        if !short(n, m) || rest.is_empty() {
+        if !reflection_matters(n, m) || rest.is_empty() {
             let m2 = m.min(n / 2);
             let (_, own) = plain::variances(terms, n, &[m2], Kind::Allan)?;
-            // As many more differences as reflection adds.
+            // Reflection adds differences, which reduces the variance in proportion.
             return Ok((mean, own[0] * Kind::Allan.count(n, m2) as f64 / (n - 1) as f64));
         }
-        let centres = differences(n, m, OWN);
+        let centers = differences(n, m, CENTERS);
         let mut sum = 0.0;
-        for (a, p) in centres.iter().enumerate() {
+        for (a, p) in centers.iter().enumerate() {
             sum += process.between(p, p, n).powi(2);
-            sum += 2.0 * centres[..a].iter().map(|q| process.between(p, q, n).powi(2)).sum::<f64>();
+            sum += 2.0 * centers[..a].iter().map(|q| process.between(p, q, n).powi(2)).sum::<f64>();
         }
-        let scale = centres.len() as f64 * Kind::Total.scale(m);
+        let scale = centers.len() as f64 * Kind::Total.scale(m);
         Ok((mean, 2.0 * sum / (scale * scale)))
     };
     let found: Result<Vec<(f64, f64)>> = pooled(|| factors.par_iter().map(of_one).collect());
@@ -117,7 +124,7 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64
 pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
     let (means, own) = variances(terms, n, factors)?;
     let k = factors.len();
-    // Correlation as of the overlapping variance, but for pairs that both feel the ends.
+    // Correlations are those of the overlapping variance, except for pairs of factors for which reflection matters.
     let inside: Vec<usize> = factors.iter().map(|m| (*m).min(n / 2)).collect();
     let (_, mut matrix) = plain::covariance(terms, n, &inside, Kind::Allan)?;
     let spread: Vec<f64> = (0..k).map(|a| (own[a] / matrix[a * k + a]).sqrt()).collect();
@@ -126,19 +133,20 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f6
             matrix[a * k + b] *= spread[a] * spread[b];
         }
     }
-    let rest = slow(terms);
+    let rest = without_white_phase(terms);
     if rest.is_empty() {
         return Ok((means, matrix));
     }
     let process = Process::new(&rest, n, Kind::Total)?;
-    let ends: Vec<usize> = (0..k).filter(|a| short(n, factors[*a])).collect();
-    let centres: Vec<Vec<Points>> = ends.iter().map(|a| differences(n, factors[*a], BETWEEN)).collect();
+    let ends: Vec<usize> = (0..k).filter(|a| reflection_matters(n, factors[*a])).collect();
+    let centers: Vec<Vec<Points>> =
+        ends.iter().map(|a| differences(n, factors[*a], CENTERS_OF_PAIRS)).collect();
     let mean_square = |a: usize, b: usize| {
-        let sum: f64 = centres[a]
+        let sum: f64 = centers[a]
             .iter()
-            .map(|p| centres[b].iter().map(|q| process.between(p, q, n).powi(2)).sum::<f64>())
+            .map(|p| centers[b].iter().map(|q| process.between(p, q, n).powi(2)).sum::<f64>())
             .sum();
-        sum / (centres[a].len() * centres[b].len()) as f64
+        sum / (centers[a].len() * centers[b].len()) as f64
     };
     let alone: Vec<f64> = pooled(|| (0..ends.len()).into_par_iter().map(|a| mean_square(a, a)).collect());
     let pairs: Vec<(usize, usize)> = (0..ends.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
@@ -156,24 +164,24 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f6
 /// Quantiles of the estimate over its mean, at one factor.
 pub fn quantiles(terms: &[Term], n: usize, factor: usize, probabilities: &[f64]) -> Result<Vec<f64>> {
     let (mean, variance) = variances(terms, n, &[factor])?;
-    if !short(n, factor) {
+    if !reflection_matters(n, factor) {
         return plain::quantiles(terms, n, factor, probabilities, Kind::Allan);
     }
-    let rest = slow(terms);
+    let rest = without_white_phase(terms);
     if rest.is_empty() {
         return Err(Error::Input(
             "the distribution of a variance needs a process slower than quantization".into(),
         ));
     }
     let process = Process::new(&rest, n, Kind::Total)?;
-    let centres = differences(n, factor, OWN);
-    let size = centres.len();
+    let centers = differences(n, factor, CENTERS);
+    let size = centers.len();
     let matrix = Mat::from_fn(size, size, |a, b| {
-        if a < b { 0.0 } else { process.between(&centres[a], &centres[b], n) / size as f64 }
+        if a < b { 0.0 } else { process.between(&centers[a], &centers[b], n) / size as f64 }
     });
     let mut eigenvalues = matrix
         .self_adjoint_eigenvalues(Side::Lower)
         .map_err(|_| Error::Input("the eigenvalues of the model's covariance did not converge".into()))?;
-    distribution::normalise(&mut eigenvalues);
-    Ok(distribution::stretched(&eigenvalues, variance[0] / (mean[0] * mean[0]), probabilities))
+    distribution::normalize(&mut eigenvalues);
+    Ok(distribution::scaled_quantiles(&eigenvalues, variance[0] / (mean[0] * mean[0]), probabilities))
 }

@@ -1,9 +1,9 @@
 //! Overlapping Allan variance: O(n) per averaging factor, at the limit of the machine.
 //!
-//! `σ²(m) = 1/(2 m² M) Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])²`, NIST SP 1065 eq. 11, IEEE 952 annex C. The phase is made
-//! block by block; factors up to [`phase::LOCAL`] are summed from the block while it is in the cache, the others
-//! afterwards from the global phase. Partial sums are added in the order of the blocks: the number of threads does
-//! not change a bit.
+//! `σ²(m) = 1/(2 m² M) Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])²`, NIST SP 1065 eq. 11, IEEE 952 annex C. The phase is computed
+//! block by block. Factors up to [`phase::LOCAL`] are summed while the block is in the cache, the others afterwards
+//! from the global phase. Partial sums are added in the order of the blocks, so that the number of threads does not
+//! change a bit.
 
 use std::mem::take;
 use std::sync::atomic::AtomicBool;
@@ -16,14 +16,16 @@ use crate::machine::processor::Width;
 use crate::parallel::for_each;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 
-/// Cache tiers of the far factors: (largest m, terms per item), chosen to stay in L2, then twice in L3, then memory.
+/// Cache tiers of the factors above [`phase::LOCAL`]: (largest m, terms per work item). The first tier stays in L2,
+/// the next two in L3, the last in memory.
 const TIERS: [(usize, usize); 4] =
     [(1 << 14, 1 << 16), (1 << 17, 1 << 20), (1 << 19, 1 << 21), (usize::MAX, 1 << 25)];
 
-/// Groups or factors of an item of work: memory in proportion to their number, and an interrupt heard between them.
+/// Maximum number of groups or factors of a work item. This limits memory, and the stop flag is checked between
+/// items.
 const BATCH: usize = 64;
 
-/// Sums of squared second differences, one per factor, in units of one sample (phase: of one point).
+/// Sums of squared second differences, one per factor, in units of one sample (for phase data, of one point).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Terms {
     /// Σ d².
@@ -32,7 +34,7 @@ pub struct Terms {
     pub count: Vec<u64>,
 }
 
-/// What one item of work found of its factors.
+/// Sum and number of terms of each factor, from one work item.
 type Found = Vec<(f64, u64)>;
 
 impl Terms {
@@ -40,7 +42,7 @@ impl Terms {
         Self { sum: vec![0.0; factors], count: vec![0; factors] }
     }
 
-    /// Adds what the parts found, in their order: sum and number of terms, one a place.
+    /// Adds the results of work items, in their order, to the factors at `places`.
     fn gather<'p>(&mut self, places: &[usize], parts: impl Iterator<Item = &'p Found>) {
         let mut sums: Vec<_> = places.iter().map(|place| [self.sum[*place], 0.0]).collect();
         for part in parts {
@@ -54,7 +56,7 @@ impl Terms {
         }
     }
 
-    /// Allan variance in units of the samples; NaN where there is no term.
+    /// Allan variance in units of the samples; NaN where a factor has no term.
     pub fn variance(&self, factors: &[usize], quantity: Quantity) -> Vec<f64> {
         let scale = |m: usize| if quantity == Quantity::Rate { m as f64 * m as f64 } else { 1.0 };
         let each = self.sum.iter().zip(&self.count).zip(factors);
@@ -62,18 +64,19 @@ impl Terms {
     }
 }
 
-/// How to compute; the result does not depend on `threads`.
+/// How to compute. The result does not depend on `threads`.
 #[derive(Clone, Copy)]
 pub struct Execution<'a> {
     /// Worker threads, at least one.
     pub threads: usize,
     /// Vector unit.
     pub width: Width,
-    /// Turns true when the caller wants to stop.
+    /// Set to true when the caller wants to stop.
     pub stop: &'a AtomicBool,
 }
 
-/// Terms of the overlapping Allan variance of `record` for rising factors; and the global phase where it was made.
+/// Sums of the overlapping Allan variance of `record` for ascending factors, and the global phase (empty if it was
+/// not needed).
 pub fn overlapping<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
@@ -82,7 +85,7 @@ pub fn overlapping<T: Sample>(
     terms(record, factors, execution, false)
 }
 
-/// The same of adjacent averages only: every m-th term.
+/// Like [`overlapping`], for adjacent averages: every m-th term.
 pub fn adjacent<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
@@ -104,7 +107,7 @@ fn terms<T: Sample>(
     let mut theta = Buffer::new(if far.is_empty() { 0 } else { points });
     let pass = Pass { record, factors, execution, adjacent, blocks: points.div_ceil(BLOCK) };
     let mut terms = pass.near(near, &mut theta)?;
-    let (runs, rest) = if pass.whole() { sums::doubling(far) } else { (Vec::new(), far.to_vec()) };
+    let (runs, rest) = if pass.is_complete() { sums::doubling(far) } else { (Vec::new(), far.to_vec()) };
     for run in tiles::parts(execution.width, &theta, &runs) {
         pass.doubling(&run, &mut terms)?;
     }
@@ -120,6 +123,7 @@ fn terms<T: Sample>(
     Ok((terms, theta))
 }
 
+/// One computation of the Allan variance.
 struct Pass<'a, 'r, T: Sample> {
     record: &'a Record<'r, T>,
     factors: &'a [usize],
@@ -129,25 +133,26 @@ struct Pass<'a, 'r, T: Sample> {
 }
 
 impl<T: Sample> Pass<'_, '_, T> {
-    /// Blocks of one partial sum: bounded memory for many factors, fixed whatever the number of threads.
+    /// Number of partial sums, and blocks per partial sum. Both do not depend on the number of threads, and their
+    /// product with the number of factors is bounded.
     fn segments(&self) -> (usize, usize) {
         let most = ((1 << 22) / self.factors.len().max(1)).max(16);
-        // Neighbouring blocks on one thread find the phase of the next ones in its own cache.
+        // A thread that handles consecutive blocks finds the phase of the next block in its own cache.
         let size = self.blocks.div_ceil(most).max((self.blocks / 32).clamp(1, 8));
         (self.blocks.div_ceil(size), size)
     }
 
-    /// Phase with gaps in it: its terms are tested one by one.
-    fn masked(&self) -> bool {
+    /// True for phase data with gaps, whose terms are tested one by one.
+    fn has_phase_gaps(&self) -> bool {
         self.record.quantity() == Quantity::Angle && self.record.gaps() > 0
     }
 
-    /// Whether every term of every factor counts.
-    fn whole(&self) -> bool {
+    /// True if no term is excluded.
+    fn is_complete(&self) -> bool {
         !self.adjacent && self.record.gaps() == 0
     }
 
-    /// Runs of samples, of which a term of factor m takes 2m.
+    /// Half-open ranges of samples without gaps. A term of factor m needs 2m samples of one range.
     fn runs(&self) -> Vec<(usize, usize)> {
         match self.record.quantity() {
             Quantity::Rate => self.record.runs().to_vec(),
@@ -155,7 +160,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         }
     }
 
-    /// `work(phase, block, global phase of the block if it is wanted, sums)` of every block; `theta` is that of all, or empty.
+    /// Sums over all blocks of `work(phase, block, global phase of the block if `theta` is not empty, sums)`.
     fn segmented(
         &self,
         threads: usize,
@@ -183,6 +188,8 @@ impl<T: Sample> Pass<'_, '_, T> {
         Ok(total)
     }
 
+    /// Sums of the factors up to [`phase::LOCAL`], from the local phase of each block; fills the global phase `theta`
+    /// unless it is empty.
     fn near(&self, factors: &[(usize, usize)], theta: &mut [f64]) -> Result<Terms> {
         let points = self.record.points();
         let groups = sums::groups(self.execution.width, factors);
@@ -202,10 +209,11 @@ impl<T: Sample> Pass<'_, '_, T> {
         })
     }
 
+    /// Adds the sums of larger factors, from the global phase, in work items of `span` terms.
     fn far(&self, factors: &[(usize, usize)], span: usize, theta: &[f64], terms: &mut Terms) -> Result<()> {
         let points = self.record.points();
         let groups: Vec<Group> = sums::groups(self.execution.width, factors);
-        let batches: Vec<(&[(usize, usize)], &[Group])> = if self.adjacent || self.masked() {
+        let batches: Vec<(&[(usize, usize)], &[Group])> = if self.adjacent || self.has_phase_gaps() {
             factors.chunks(BATCH).map(|part| (part, [].as_slice())).collect()
         } else {
             let each = if span > 1 << 16 { 1 } else { BATCH };
@@ -239,6 +247,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         Ok(())
     }
 
+    /// Adds the sums of one doubling run of factors; see `tiles.rs`.
     fn doubling(&self, run: &tiles::Run<'_>, terms: &mut Terms) -> Result<()> {
         let threads = self.threads_for(self.record.points());
         let places: Vec<usize> = run.factors().iter().map(|(place, _)| *place).collect();
@@ -252,6 +261,8 @@ impl<T: Sample> Pass<'_, '_, T> {
         Ok(())
     }
 
+    /// Adds the terms that start in `span` to `part`, with the loop that suits the record. `theta.0[0]` is phase
+    /// point `theta.1`.
     fn add(
         &self,
         theta: (&[f64], usize),
@@ -263,20 +274,21 @@ impl<T: Sample> Pass<'_, '_, T> {
     ) {
         if self.adjacent {
             sums::add_adjacent(theta, span, runs, factors, &mut part.sum, &mut part.count);
-        } else if self.masked() {
+        } else if self.has_phase_gaps() {
             sums::add_with_gaps(self.execution.width, theta, span, factors, &mut part.sum, &mut part.count);
         } else {
             sums::add(self.execution.width, theta, span, runs, groups, &mut part.sum);
         }
     }
 
-    /// Threads pay from about a quarter of a millisecond of work.
+    /// Number of threads for this amount of work. Threads pay off from about a quarter of a millisecond on.
     fn threads_for(&self, work: usize) -> usize {
         if work < 1 << 20 { 1 } else { self.execution.threads }
     }
 
+    /// Sets the number of terms of each factor, unless the loops have counted them.
     fn count(&self, terms: &mut Terms) {
-        if self.masked() || self.adjacent {
+        if self.has_phase_gaps() || self.adjacent {
             return;
         }
         let runs = self.runs();

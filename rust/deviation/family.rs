@@ -1,18 +1,18 @@
-//! Every other estimator: one loop over (averaging factor, block of terms), the estimators in their own files.
+//! All other estimators: one loop over averaging factors and blocks of terms. Each estimator has its own file.
 
 use std::sync::atomic::Ordering;
 
 use super::allan::{Execution, Terms};
-use super::{Piece, allan, hadamard, modified, modified_total, theo, tie, total};
+use super::{Block, allan, hadamard, modified, modified_total, theo, tie, total};
 use crate::Result;
 use crate::machine::buffer_pool::Buffer;
 use crate::parallel::for_each;
 use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
 
-/// Terms of a block that costs nothing to begin: between two of them an interrupt is heard.
-const LONGEST: usize = 1 << 20;
+/// Maximum number of terms of a block that has no startup cost. The stop flag is checked between blocks.
+const MAX_BLOCK: usize = 1 << 20;
 
-/// Which statistic of the phase.
+/// The estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Third differences at every point.
@@ -25,9 +25,9 @@ pub enum Kind {
     Parabolic,
     /// Second differences of the record reflected at its ends.
     Total,
-    /// Modified variance of every 3m points, reflected.
+    /// Modified variance of every segment of 3m points, reflected.
     ModifiedTotal,
-    /// Hadamard variance of every 3m rates, reflected.
+    /// Hadamard variance of every segment of 3m rates, reflected.
     HadamardTotal,
     /// All strides up to m.
     Theo1,
@@ -38,7 +38,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Every estimator with its name: what is not here cannot be asked for, and what is here is tried against `naive`.
+    /// Every estimator with its name. Tests compare each estimator of this list with `naive`.
     pub const NAMED: [(&'static str, Self); 10] = [
         ("ohdev", Self::Hadamard),
         ("hdev", Self::AdjacentHadamard),
@@ -52,12 +52,12 @@ impl Kind {
         ("mtie", Self::Mtie),
     ];
 
-    /// The estimator of that name.
+    /// The estimator with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMED.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind)
     }
 
-    /// Phase points behind the first one that a term of factor m needs.
+    /// A record needs one point more than this after the start of a term of factor m.
     pub fn reach(self, m: usize) -> usize {
         match self {
             Self::Hadamard | Self::AdjacentHadamard | Self::HadamardTotal => 3 * m,
@@ -68,33 +68,35 @@ impl Kind {
         }
     }
 
-    /// Points behind the first one that a term touches.
+    /// Offset of the last point that a term of factor m uses.
     fn touched(self, m: usize) -> usize {
         if self == Self::Parabolic { 2 * m - 1 } else { self.reach(m) }
     }
 
-    /// Terms in one block: long ones where a block costs O(m) to begin, short ones where a term costs O(m).
+    /// Number of terms in one block. Blocks are long if starting a block costs O(m), and short if each term costs
+    /// O(m).
     fn block(self, m: usize) -> usize {
         match self {
             Self::ModifiedTotal | Self::HadamardTotal => m.max(512),
             Self::Theo1 => 2048,
             Self::Mtie => usize::MAX / 2,
             Self::Modified | Self::Parabolic => BLOCK.max(m),
-            _ => BLOCK.max(m.min(LONGEST)),
+            _ => BLOCK.max(m.min(MAX_BLOCK)),
         }
     }
 
-    /// Terms of single points, of which a missing one is left out by itself.
-    fn pointwise(self) -> bool {
+    /// True if a term depends only on a few single points, so that terms with a missing point are NaN and can be
+    /// skipped one by one.
+    fn skips_missing_points(self) -> bool {
         matches!(self, Self::Hadamard | Self::AdjacentHadamard | Self::TieRms)
     }
 
-    /// Needs the phase of the whole record in one piece.
-    fn global(self) -> bool {
+    /// True if the estimator needs the phase of the whole record.
+    fn needs_global_phase(self) -> bool {
         matches!(self, Self::Total | Self::TieRms | Self::Mtie)
     }
 
-    /// The variance (of TIE: the square) from a sum of `count` terms, in units of one sample.
+    /// Variance (for TIE: the square) from the sum of `count` terms, in units of one sample.
     fn scaled(self, sum: f64, count: u64, m: usize) -> f64 {
         let (n, m) = (count as f64, m as f64);
         sum / match self {
@@ -111,9 +113,10 @@ impl Kind {
     }
 }
 
-/// Variances and numbers of terms for rising factors, and the global phase.
+/// Variances and numbers of terms for ascending factors, and the global phase.
 ///
-/// At m = 1 the parabolic variance is Allan's and the Hadamard total variance is the overlapping Hadamard variance.
+/// At m = 1 the parabolic variance equals the Allan variance, and the Hadamard total variance equals the overlapping
+/// Hadamard variance.
 pub fn variances<T: Sample>(
     record: &Record<'_, T>,
     kind: Kind,
@@ -124,16 +127,16 @@ pub fn variances<T: Sample>(
     if matches!(kind, Kind::TieRms | Kind::Mtie) && record.quantity() == Quantity::Rate {
         remove_slope(&mut theta);
     }
-    let runs = point_runs(record, kind.pointwise());
+    let runs = point_runs(record, kind.skips_missing_points());
     let points = record.points();
-    let (begun, factors) = if kind == Kind::Total && record.quantity() == Quantity::Rate && record.gaps() == 0
+    let (small, factors) = if kind == Kind::Total && record.quantity() == Quantity::Rate && record.gaps() == 0
     {
         let near = factors.partition_point(|&m| m <= LOCAL && 2 * m < points);
-        (begin(record, &theta, &factors[..near], execution)?, &factors[near..])
+        (small_factor_totals(record, &theta, &factors[..near], execution)?, &factors[near..])
     } else {
         (Terms::default(), factors)
     };
-    let local = record.quantity() == Quantity::Rate && !kind.global();
+    let local = record.quantity() == Quantity::Rate && !kind.needs_global_phase();
     let plan = Plan::new(kind, factors, points, local);
     let threads = if plan.cost() < 1 << 20 { 1 } else { execution.threads };
     let make = || (Vec::new(), Vec::new());
@@ -154,7 +157,7 @@ pub fn variances<T: Sample>(
                 break;
             }
             let (sum, count) = if kind == Kind::Total || kind == Kind::Mtie {
-                whole(kind, record, (phase, execution), (item.from, item.to), item.m, work)
+                over_whole_record(kind, record, (phase, execution), (item.from, item.to), item.m, work)
             } else {
                 between_gaps(kind, (phase, origin), &runs, item, execution, work)
             };
@@ -174,22 +177,23 @@ pub fn variances<T: Sample>(
     }
     let scaled = (0..factors.len())
         .map(|i| replaced(kind, factors[i]).scaled(sums[i][0] + sums[i][1], terms.count[i], factors[i]));
-    Ok((begun.sum.into_iter().chain(scaled).collect(), [begun.count, terms.count].concat(), theta))
+    Ok((small.sum.into_iter().chain(scaled).collect(), [small.count, terms.count].concat(), theta))
 }
 
-/// Total variances, in place of sums, of factors that the local phase serves: the Allan variance's terms are the inner
-/// ones, and lose nothing to the size of the global phase; those about the ends are few.
-fn begin<T: Sample>(
+/// Total variances of small factors, in the place of sums. The inner terms are those of the Allan variance and are
+/// computed from the local phase, which avoids the rounding of the large global phase. Only the few terms at the ends
+/// use the global phase.
+fn small_factor_totals<T: Sample>(
     record: &Record<'_, T>,
     theta: &[f64],
     factors: &[usize],
     execution: Execution<'_>,
 ) -> Result<Terms> {
     let mut terms = allan::overlapping(record, factors, execution)?.0;
-    let (points, whole) = (theta.len(), [(0, theta.len() - 1)]);
+    let (points, all_points) = (theta.len(), [(0, theta.len() - 1)]);
     for (i, &m) in factors.iter().enumerate() {
         for span in [(1, m), (points - m, points - 1)] {
-            let (sum, count) = total::reflected(execution.width, theta, &whole, span, m);
+            let (sum, count) = total::reflected(execution.width, theta, &all_points, span, m);
             terms.sum[i] += sum;
             terms.count[i] += count;
         }
@@ -198,7 +202,7 @@ fn begin<T: Sample>(
     Ok(terms)
 }
 
-/// Terms `from..to` of one factor.
+/// Work item: the terms `from..to` of one factor.
 struct Item {
     place: usize,
     m: usize,
@@ -206,15 +210,15 @@ struct Item {
     to: usize,
 }
 
-/// Items of work, which are made when their turn comes: there may be as many as factors times blocks.
+/// Iterator of work items. They are created on demand, because there may be as many as factors times blocks.
 struct Plan<'a> {
     kind: Kind,
     factors: &'a [usize],
     points: usize,
     local: bool,
-    /// Blocks of the local phase, which serve several factors.
+    /// Number of blocks of the local phase. Each block serves several factors.
     near: usize,
-    /// Items of the other factors before each factor, and of all.
+    /// Number of items of the other factors before each factor; the last entry counts all items.
     before: Vec<usize>,
 }
 
@@ -226,29 +230,30 @@ impl<'a> Plan<'a> {
             if plan.shared(m) {
                 plan.near = points.div_ceil(BLOCK);
             } else {
-                all += plan.last(m).div_ceil(replaced(kind, m).block(m));
+                all += plan.term_count(m).div_ceil(replaced(kind, m).block(m));
             }
             plan.before.push(all);
         }
         plan
     }
 
-    /// Whether a factor is done together with others from one block of the local phase, which is then made once.
+    /// True if a factor shares each block of the local phase with other factors.
     fn shared(&self, m: usize) -> bool {
         self.local && m <= LOCAL && replaced(self.kind, m).block(m) == BLOCK
     }
 
-    /// End of the terms of a factor.
-    fn last(&self, m: usize) -> usize {
+    /// Number of terms of a factor.
+    fn term_count(&self, m: usize) -> usize {
         self.points.saturating_sub(replaced(self.kind, m).reach(m))
     }
 
+    /// Estimated number of operations.
     fn cost(&self) -> usize {
-        let costs = self.factors.iter().map(|m| self.last(*m).saturating_mul(per_term(self.kind, *m)));
+        let costs = self.factors.iter().map(|m| self.term_count(*m).saturating_mul(per_term(self.kind, *m)));
         costs.fold(0, usize::saturating_add)
     }
 
-    /// Items that are done together.
+    /// Groups of items that one worker handles together.
     fn batches(&self) -> impl ExactSizeIterator<Item = Vec<Item>> + Send {
         (0..self.near + self.before[self.factors.len()]).map(|number| {
             if let Some(number) = number.checked_sub(self.near) {
@@ -259,22 +264,24 @@ impl<'a> Plan<'a> {
         })
     }
 
+    /// Items of all factors that share the block of local phase from point `from` on.
     fn block(&self, from: usize) -> Vec<Item> {
         let placed = self.factors.iter().copied().enumerate().filter(|(_, m)| self.shared(*m));
-        let item = |(place, m)| Item { place, m, from, to: self.last(m).min(from + BLOCK) };
+        let item = |(place, m)| Item { place, m, from, to: self.term_count(m).min(from + BLOCK) };
         placed.map(item).filter(|item| item.to > from).collect()
     }
 
+    /// Item `number` of the factors that do not share blocks.
     fn alone(&self, number: usize) -> Item {
         let place = self.before.partition_point(|before| *before <= number) - 1;
         let m = self.factors[place];
         let block = replaced(self.kind, m).block(m);
         let from = (number - self.before[place]) * block;
-        Item { place, m, from, to: self.last(m).min(from + block) }
+        Item { place, m, from, to: self.term_count(m).min(from + block) }
     }
 }
 
-/// The terms of an item that touch no gap; `phase[0]` is phase point `origin`.
+/// Sum and number of the terms of an item that use no missing sample. `phase[0]` is phase point `origin`.
 fn between_gaps(
     kind: Kind,
     (phase, origin): (&[f64], usize),
@@ -292,8 +299,8 @@ fn between_gaps(
         if from < to {
             let theta = &phase[from - origin..to + touched - origin];
             let Execution { width, stop, .. } = execution;
-            let piece = Piece { theta, first: from, n: to - from, m, width, stop };
-            let found = one(kind, &piece, work);
+            let block = Block { theta, first: from, n: to - from, m, width, stop };
+            let found = one(kind, &block, work);
             sum += found.0;
             count += found.1;
         }
@@ -301,7 +308,7 @@ fn between_gaps(
     (sum, count)
 }
 
-/// At m = 1 two estimators are defined as, or agreed to be, a simpler one.
+/// The simpler estimator that two estimators are defined as, or known to equal, at m = 1.
 fn replaced(kind: Kind, m: usize) -> Kind {
     match kind {
         Kind::HadamardTotal if m == 1 => Kind::Hadamard,
@@ -310,6 +317,7 @@ fn replaced(kind: Kind, m: usize) -> Kind {
     }
 }
 
+/// Estimated number of operations per term.
 fn per_term(kind: Kind, m: usize) -> usize {
     match kind {
         Kind::ModifiedTotal | Kind::HadamardTotal => 9 * m.min(64),
@@ -318,21 +326,23 @@ fn per_term(kind: Kind, m: usize) -> usize {
     }
 }
 
-fn one(kind: Kind, piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+/// Sum and number of the terms of a block.
+fn one(kind: Kind, block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
     match kind {
-        Kind::Hadamard => hadamard::overlapping(piece),
-        Kind::AdjacentHadamard => hadamard::adjacent(piece),
-        Kind::Modified => modified::averages(piece),
-        Kind::Parabolic => modified::slopes(piece),
-        Kind::ModifiedTotal => modified_total::of_phase(piece, work),
-        Kind::HadamardTotal => modified_total::of_rates(piece, work),
-        Kind::Theo1 => theo::theo1(piece, work),
-        Kind::TieRms => tie::mean_square(piece),
+        Kind::Hadamard => hadamard::overlapping(block),
+        Kind::AdjacentHadamard => hadamard::adjacent(block),
+        Kind::Modified => modified::averages(block),
+        Kind::Parabolic => modified::slopes(block),
+        Kind::ModifiedTotal => modified_total::of_phase(block, work),
+        Kind::HadamardTotal => modified_total::of_rates(block, work),
+        Kind::Theo1 => theo::theo1(block, work),
+        Kind::TieRms => tie::mean_square(block),
         Kind::Total | Kind::Mtie => unreachable!("handled by the caller"),
     }
 }
 
-fn whole<T: Sample>(
+/// Sum and number of the terms of estimators that need the whole record (for MTIE: the largest squared range).
+fn over_whole_record<T: Sample>(
     kind: Kind,
     record: &Record<'_, T>,
     (theta, execution): (&[f64], Execution<'_>),
@@ -346,11 +356,11 @@ fn whole<T: Sample>(
     total::reflected(execution.width, theta, &point_runs(record, true), span, m)
 }
 
-/// Runs of finite phase points as (first, last); `pointwise`: of a phase with gaps, everything.
-fn point_runs<T: Sample>(record: &Record<'_, T>, pointwise: bool) -> Vec<(usize, usize)> {
+/// Ranges (first, last) of finite phase points. With `skips_missing_points`, phase data with gaps are one range.
+fn point_runs<T: Sample>(record: &Record<'_, T>, skips_missing_points: bool) -> Vec<(usize, usize)> {
     match record.quantity() {
         Quantity::Rate => record.runs().to_vec(),
-        Quantity::Angle if pointwise => vec![(0, record.points() - 1)],
+        Quantity::Angle if skips_missing_points => vec![(0, record.points() - 1)],
         Quantity::Angle => record.runs().iter().map(|run| (run.0, run.1 - 1)).collect(),
     }
 }
@@ -370,10 +380,11 @@ pub fn global_phase<T: Sample>(record: &Record<'_, T>, execution: Execution<'_>)
     Ok(theta)
 }
 
-/// Of integers only a whole number was subtracted; the interval error needs the mean itself gone.
+/// Removes the mean rate from the phase. Only a whole number was subtracted from integer samples, but the time
+/// interval error needs the exact mean removed.
 fn remove_slope(theta: &mut [f64]) {
-    if let [_, .., last] = *theta {
-        let slope = last / (theta.len() - 1) as f64;
+    if let [_, .., term_count] = *theta {
+        let slope = term_count / (theta.len() - 1) as f64;
         for (k, value) in theta.iter_mut().enumerate() {
             *value -= slope * k as f64;
         }

@@ -1,19 +1,20 @@
-//! Hadamard variance: third differences of the phase, blind to a drift of the rate. NIST SP 1065 eqs. 18 and 20.
+//! Hadamard variance: third differences of the phase, which a linear drift of the rate does not change. NIST SP 1065
+//! eqs. 18 and 20.
 
-use super::Piece;
+use super::Block;
 use crate::machine::processor::Width;
 
-/// Σ (θ[k+3m] − 3θ[k+2m] + 3θ[k+m] − θ[k])² at every k; terms that are NaN are left out.
+/// Sum and number of (θ[k+3m] − 3θ[k+2m] + 3θ[k+m] − θ[k])² at every k. Terms that are NaN are skipped.
 ///
-/// A strip whose sum is a number has no NaN in it; only the others are gone through term by term.
-pub fn overlapping(piece: &Piece<'_>) -> (f64, u64) {
-    // Four streams of 32 KiB stay in the second-level cache while a strip with gaps is read again.
+/// If the sum of a strip is finite, the strip contains no NaN. Only other strips are examined term by term.
+pub fn overlapping(block: &Block<'_>) -> (f64, u64) {
+    // Four streams of 32 KiB stay in the second-level cache when a strip with gaps is read again.
     const STRIP: usize = 4096;
     let (mut sum, mut count) = (0.0, 0);
-    for from in (0..piece.n).step_by(STRIP) {
-        let n = STRIP.min(piece.n - from);
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| &piece.theta[from + i * piece.m..][..n]);
-        let strip = third_differences(piece.width, [a, b, c, d]);
+    for from in (0..block.n).step_by(STRIP) {
+        let n = STRIP.min(block.n - from);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| &block.theta[from + i * block.m..][..n]);
+        let strip = third_differences(block.width, [a, b, c, d]);
         if strip.is_nan() {
             for i in 0..n {
                 let value = third(a[i], b[i], c[i], d[i]);
@@ -28,7 +29,7 @@ pub fn overlapping(piece: &Piece<'_>) -> (f64, u64) {
     (sum, count)
 }
 
-/// Σ (d − 3c + 3b − a)² of four stretches of one length.
+/// Σ (d − 3c + 3b − a)² over four slices of equal length.
 pub fn third_differences(width: Width, parts: [&[f64]; 4]) -> f64 {
     #[cfg(target_arch = "x86_64")]
     if width.is_wide() {
@@ -64,12 +65,12 @@ fn third_differences_plain([a, b, c, d]: [&[f64]; 4]) -> f64 {
     sums.iter().sum::<f64>() + (whole..n).map(|i| third(a[i], b[i], c[i], d[i]).powi(2)).sum::<f64>()
 }
 
-/// The same at every m-th point of the record.
-pub fn adjacent(piece: &Piece<'_>) -> (f64, u64) {
-    let m = piece.m;
-    let theta = piece.theta;
+/// Like [`overlapping`], at every m-th point of the record.
+pub fn adjacent(block: &Block<'_>) -> (f64, u64) {
+    let m = block.m;
+    let theta = block.theta;
     let (mut sum, mut count) = (0.0, 0);
-    for k in (piece.first.next_multiple_of(m) - piece.first..piece.n).step_by(m) {
+    for k in (block.first.next_multiple_of(m) - block.first..block.n).step_by(m) {
         let value = third(theta[k], theta[k + m], theta[k + 2 * m], theta[k + 3 * m]);
         if !value.is_nan() {
             sum += value * value;

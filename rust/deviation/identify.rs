@@ -1,50 +1,54 @@
-//! Which power law dominates at an averaging time: lag-1 autocorrelation.
+//! The power law that dominates at an averaging time, from the lag-1 autocorrelation.
 //!
-//! Riley and Greenhall, "Power law noise identification using the lag 1 autocorrelation" (2004); NIST SP 1065
-//! §5.5.6. The phase taken every m points is detrended and differenced until its lag-1 autocorrelation r says
-//! stationary, δ = r/(1+r) < ¼ after d differences; then `S_y` ∝ f^α with α = 2 − 2(δ + d).
+//! Riley and Greenhall, "Power law noise identification using the lag 1 autocorrelation" (2004); NIST SP 1065 §5.5.6.
+//! The phase at every m-th point is detrended. Then it is differenced until its lag-1 autocorrelation r indicates a
+//! stationary series, δ = r/(1+r) < ¼. After d differences `S_y` ∝ f^α with α = 2 − 2(δ + d).
 
 #[cfg(target_arch = "x86_64")]
 use crate::machine::processor::Width;
 use crate::phase::{Quantity, Record, Sample, plain_sum};
 
-/// Points used per factor: enough for the noise type, few enough to cost nothing beside the deviation.
-const POINTS: usize = 8192;
-/// Points made where there is no global phase: enough for `FEWEST` at the largest factor without one.
-const STRETCH: usize = 1 << 18;
+/// Maximum number of points per factor: enough to identify the noise, at a negligible cost compared with the
+/// deviation.
+const MAX_POINTS: usize = 8192;
+/// Number of points computed if there is no global phase: enough for `MIN_POINTS` at the largest factor without one.
+const LOCAL_POINTS: usize = 1 << 18;
 /// Independent partial sums.
 const LANES: usize = 8;
-/// Fewer points than this say too little.
-const FEWEST: usize = 90;
+/// Minimum number of points. Chosen by judgment; not measured.
+const MIN_POINTS: usize = 90;
 
-/// Between the values that the lag-1 estimate takes for averaged α = −2 … 2. Averages of flicker and random-walk FM read
-/// −1.45 and −2.40 (second differences of h² ln h and h³ at lag 1 over lag 0), single samples −1 and −2. Towards white
-/// PM a little towards red: mistaking white FM for it would narrow the interval fivefold.
+/// Borders between the estimates of α for averaged noise with α = −2 … 2. Averages of flicker and random-walk FM give
+/// −1.45 and −2.40 (second differences of h² ln h and h³ at lag 1 over lag 0); single samples give −1 and −2. The
+/// border towards white PM is shifted towards red noise, because mistaking white FM for white PM would make the
+/// interval five times too narrow.
 const BORDERS: [f64; 4] = [-1.75, -0.55, 0.65, 1.8];
 
-/// What white FM is carried on as where nothing more can be identified: halfway to flicker FM. Noise becomes redder, and there
-/// the interval of white FM covers 91 % at a quarter of the record; of white FM itself this one covers 97 %.
-const UNSURE: f64 = -0.5;
+/// α used for longer factors if the last identified noise is white FM: halfway to flicker FM. Noise becomes redder at
+/// long τ; there, at a quarter of the record, the interval for white FM would cover only 91 %. For white FM itself
+/// the interval with this α covers 97 %.
+const ALPHA_BEYOND_WHITE_FM: f64 = -0.5;
 
-/// α of the nearest power law at every factor, taken anew every half octave. Where the record is too short, constant or
-/// full of gaps that of the next shorter factor (white FM as `UNSURE`), of the first known one, or white FM where none is known.
+/// α of the nearest power law at every factor, estimated once per half octave. If the record is too short, constant,
+/// or full of gaps, α of the next shorter factor is used (white FM becomes `ALPHA_BEYOND_WHITE_FM`). The shortest
+/// factors use the first known α, and white FM is used if none is known.
 ///
-/// `theta` is the global phase, or empty: then a stretch of it is made from the record.
+/// `theta` is the global phase. If it is empty, a segment of the phase is computed from the record.
 pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize]) -> Vec<f64> {
     let run = record.runs().iter().max_by_key(|run| run.1 - run.0).copied().unwrap_or((0, 0));
     let extra = usize::from(record.quantity() == Quantity::Rate);
     let (mut start, mut points) = (run.0, run.1 - run.0 + extra);
     let mut stretch = Vec::new();
     if theta.is_empty() {
-        start += points.saturating_sub(STRETCH) / 2;
-        points = points.min(STRETCH);
+        start += points.saturating_sub(LOCAL_POINTS) / 2;
+        points = points.min(LOCAL_POINTS);
         stretch.resize(points, 0.0);
         record.local(start, &mut stretch);
     }
     let phase = if theta.is_empty() { stretch.as_slice() } else { &theta[start..start + points] };
     let (mut last, mut known, mut first) = (0, f64::NAN, f64::NAN);
     let mut found = Vec::with_capacity(factors.len());
-    let mut thinned = Vec::with_capacity(POINTS.min(points));
+    let mut thinned = Vec::with_capacity(MAX_POINTS.min(points));
     for &m in factors {
         if 2 * m >= 3 * last {
             last = m;
@@ -54,7 +58,7 @@ pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize])
                 known = BORDERS.iter().filter(|border| **border <= law).count() as f64 - 2.0;
                 first = if first.is_nan() { known } else { first };
             } else if known == 0.0 {
-                known = UNSURE;
+                known = ALPHA_BEYOND_WHITE_FM;
             }
         }
         found.push(known);
@@ -64,15 +68,15 @@ pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize])
     found
 }
 
-/// The phase every m points; of many of them those in the middle.
+/// Copies every m-th point of the phase to `to`, at most `MAX_POINTS` from the middle.
 fn thin(phase: &[f64], m: usize, to: &mut Vec<f64>) {
     let all = phase.len().div_ceil(m);
-    let count = all.min(POINTS);
+    let count = all.min(MAX_POINTS);
     to.clear();
     to.extend(phase[(all - count) / 2 * m..].iter().step_by(m).take(count));
 }
 
-/// α, not rounded; what it takes is changed. On wide registers where there are any: the same operations, the same bits.
+/// Estimate of α, not rounded; overwrites `z`. All vector units run the same operations and give the same bits.
 fn exponent(z: &mut [f64]) -> f64 {
     #[cfg(target_arch = "x86_64")]
     if Width::best().is_wide() {
@@ -91,7 +95,7 @@ fn exponent_wide(z: &mut [f64]) -> f64 {
 #[expect(clippy::inline_always, reason = "compiled again inside `exponent_wide` with its registers")]
 #[inline(always)]
 fn exponent_by(mut z: &mut [f64]) -> f64 {
-    if z.len() < FEWEST {
+    if z.len() < MIN_POINTS {
         return f64::NAN;
     }
     detrend(z);
@@ -112,7 +116,7 @@ fn exponent_by(mut z: &mut [f64]) -> f64 {
     }
 }
 
-/// Removes the mean; the sums of squares and of products of neighbours that are left.
+/// Removes the mean from `z`; returns Σ z[i]² and Σ z[i]·z[i+1].
 #[expect(clippy::inline_always, reason = "part of `exponent_by`")]
 #[inline(always)]
 fn moments(z: &mut [f64]) -> (f64, f64) {
@@ -135,7 +139,7 @@ fn moments(z: &mut [f64]) -> (f64, f64) {
     (power, lagged.iter().sum::<f64>() + rest(|w| w[0] * w[1]))
 }
 
-/// Removes the least-squares parabola (orthogonal polynomials on an even grid).
+/// Removes the least-squares parabola, by orthogonal polynomials on an even grid.
 #[expect(clippy::inline_always, reason = "part of `exponent_by`")]
 #[inline(always)]
 fn detrend(z: &mut [f64]) {

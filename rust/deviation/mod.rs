@@ -1,4 +1,4 @@
-//! Allan variance and its relatives: one estimator a file.
+//! Allan variance and related statistics, one estimator per file.
 
 pub mod allan;
 pub mod family;
@@ -16,11 +16,11 @@ use std::sync::atomic::AtomicBool;
 
 use crate::machine::processor::Width;
 
-/// What a block of terms is computed from.
-pub struct Piece<'a> {
+/// Input of a block of terms. A term is one squared difference of an estimator.
+pub struct Block<'a> {
     /// Phase points `k .. k + n + reach`.
     pub theta: &'a [f64],
-    /// Place of the first of them in the record.
+    /// Index of the first of these points in the record.
     pub first: usize,
     /// Number of terms.
     pub n: usize,
@@ -28,6 +28,6 @@ pub struct Piece<'a> {
     pub m: usize,
     /// Vector unit.
     pub width: Width,
-    /// Turns true when the sum is not wanted any more.
+    /// Set to true when the caller wants to stop; the sum is then unspecified.
     pub stop: &'a AtomicBool,
 }

@@ -1,9 +1,9 @@
-//! The definitions, word for word, for tests.
+//! Estimators computed directly from their definitions, as a reference for tests.
 
 use super::family::Kind;
 use crate::phase::Quantity;
 
-/// Phase of rates: the running sum with the leading zero.
+/// Phase of the samples. For rates this is the running sum with a leading zero.
 pub fn phase(samples: &[f64], quantity: Quantity) -> Vec<f64> {
     match quantity {
         Quantity::Angle => samples.to_vec(),
@@ -18,7 +18,7 @@ pub fn phase(samples: &[f64], quantity: Quantity) -> Vec<f64> {
     }
 }
 
-/// Mean of the squared second differences, and their number; terms that touch a NaN are left out.
+/// Sum of the squared second differences and their number. Terms that use a NaN sample are skipped.
 pub fn second_differences(samples: &[f64], quantity: Quantity, m: usize) -> (f64, u64) {
     let clean: Vec<f64> = samples.iter().map(|x| if x.is_nan() { 0.0 } else { *x }).collect();
     let theta = phase(if quantity == Quantity::Rate { &clean } else { samples }, quantity);
@@ -34,21 +34,21 @@ pub fn second_differences(samples: &[f64], quantity: Quantity, m: usize) -> (f64
     (sum, count)
 }
 
-/// Variance (of TIE: the square) and number of terms of a gapless phase, by the definition.
+/// Variance (for TIE: the square) and number of terms of a phase without gaps.
 pub fn variance(kind: Kind, theta: &[f64], m: usize) -> (f64, u64) {
     mean(kind, &terms(kind, theta, m))
 }
 
-/// The same of samples with NaN among them: terms that touch one are left out. Of rates the phase across a gap is not
-/// known, so that a term touches all samples between its first and its last point.
+/// Like [`variance`] for samples with NaN; terms that use a NaN sample are skipped. For rates the phase across a gap
+/// is unknown, so that a term uses all samples between its first and its last point.
 pub fn variance_with_gaps(kind: Kind, samples: &[f64], quantity: Quantity, m: usize) -> (f64, u64) {
     if quantity == Quantity::Angle {
         return mean(kind, &terms(kind, samples, m));
     }
     let present: Vec<f64> = samples.iter().copied().filter(|x| !x.is_nan()).collect();
     let level = present.iter().sum::<f64>() / present.len() as f64;
-    let centred: Vec<f64> = samples.iter().map(|x| if x.is_nan() { 0.0 } else { x - level }).collect();
-    let mut terms = terms(kind, &phase(&centred, Quantity::Rate), m);
+    let centered: Vec<f64> = samples.iter().map(|x| if x.is_nan() { 0.0 } else { x - level }).collect();
+    let mut terms = terms(kind, &phase(&centered, Quantity::Rate), m);
     let last = samples.len();
     for (i, term) in terms.iter_mut().enumerate() {
         let (from, to) = match kind {
@@ -73,6 +73,7 @@ pub fn variance_with_gaps(kind: Kind, samples: &[f64], quantity: Quantity, m: us
     mean(kind, &terms)
 }
 
+/// Mean of the terms that are not NaN (for MTIE: their maximum), and their number.
 fn mean(kind: Kind, terms: &[f64]) -> (f64, u64) {
     let kept: Vec<f64> = terms.iter().copied().filter(|d| !d.is_nan()).collect();
     let count = kept.len() as u64;
@@ -82,7 +83,7 @@ fn mean(kind: Kind, terms: &[f64]) -> (f64, u64) {
     (kept.iter().sum::<f64>() / count as f64, count)
 }
 
-/// The terms in units of the answer; NaN where one touches a NaN.
+/// Terms in units of the result; NaN where a term uses a NaN.
 fn terms(kind: Kind, theta: &[f64], m: usize) -> Vec<f64> {
     let n = theta.len();
     let tau = m as f64;
@@ -115,11 +116,11 @@ fn terms(kind: Kind, theta: &[f64], m: usize) -> Vec<f64> {
             (1..last).map(|i| term(i) / (2.0 * tau * tau)).collect()
         }
         Kind::ModifiedTotal => {
-            theta.windows(3 * m).map(|stretch| mean_around(stretch, m) / (2.0 * tau * tau)).collect()
+            theta.windows(3 * m).map(|segment| mean_around(segment, m) / (2.0 * tau * tau)).collect()
         }
         Kind::HadamardTotal => {
             let rates: Vec<f64> = theta.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            rates.windows(3 * m).map(|stretch| mean_around(stretch, m) / 6.0).collect()
+            rates.windows(3 * m).map(|segment| mean_around(segment, m) / 6.0).collect()
         }
         Kind::Theo1 => {
             let half = m / 2;
@@ -143,13 +144,13 @@ fn terms(kind: Kind, theta: &[f64], m: usize) -> Vec<f64> {
     }
 }
 
-/// Mean of the 6m squared second differences of m-point means of a stretch of 3m points, detrended and reflected.
-fn mean_around(stretch: &[f64], m: usize) -> f64 {
-    let length = stretch.len();
+/// Mean of the 6m squared second differences of m-point means of a segment of 3m points, detrended and reflected.
+fn mean_around(segment: &[f64], m: usize) -> f64 {
+    let length = segment.len();
     let (half, other) = (length / 2, length.div_ceil(2));
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let slope = (mean(&stretch[other..]) - mean(&stretch[..half])) / other as f64;
-    let flat: Vec<f64> = stretch.iter().enumerate().map(|(i, x)| x - slope * i as f64).collect();
+    let slope = (mean(&segment[other..]) - mean(&segment[..half])) / other as f64;
+    let flat: Vec<f64> = segment.iter().enumerate().map(|(i, x)| x - slope * i as f64).collect();
     let all: Vec<f64> = flat.iter().rev().chain(&flat).chain(flat.iter().rev()).copied().collect();
     let d = |i: usize| {
         mean(&all[i..i + m]) - 2.0 * mean(&all[i + m..i + 2 * m]) + mean(&all[i + 2 * m..i + 3 * m])

@@ -1,21 +1,22 @@
-//! Theo1: every stride up to m inside m + 1 points. NIST SP 1065 eq. 30; m even, effective τ = 0.75 m τ₀.
+//! Theo1: differences of every stride up to m within m + 1 points. NIST SP 1065 eq. 30; m is even, and the effective
+//! τ is 0.75 m τ₀.
 
 use std::sync::atomic::Ordering;
 
-use super::Piece;
+use super::Block;
 use crate::machine::processor::Width;
 
-/// `Σ_i Σ_{δ<m/2} (x[i] − x[i−δ+m/2] + x[i+m] − x[i+δ+m/2])² / (m/2 − δ)`, and the number of i.
-pub fn theo1(piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
-    let (n, m, theta) = (piece.n, piece.m, piece.theta);
+/// Sum of `Σ_{δ<m/2} (x[i] − x[i−δ+m/2] + x[i+m] − x[i+δ+m/2])² / (m/2 − δ)` over i, and the number of i.
+pub fn theo1(block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+    let (n, m, theta) = (block.n, block.m, block.theta);
     work.clear();
     work.extend(theta[..n].iter().zip(&theta[m..m + n]).map(|(a, b)| a + b));
     let half = m / 2;
     let sum = (0..half)
-        .take_while(|_| !piece.stop.load(Ordering::Relaxed))
+        .take_while(|_| !block.stop.load(Ordering::Relaxed))
         .map(|delta| {
             let (near, far) = (&theta[half - delta..][..n], &theta[half + delta..][..n]);
-            squares(piece.width, work, near, far) / (half - delta) as f64
+            squares(block.width, work, near, far) / (half - delta) as f64
         })
         .sum();
     (sum, n as u64)

@@ -1,15 +1,15 @@
-//! Time interval error: how far the phase gets in m samples. ITU-T G.810.
+//! Time interval error: the change of the phase over m samples. ITU-T G.810.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Piece;
+use super::Block;
 
-/// Points between two looks at the flag: about a millisecond.
-const LOOK: usize = 1 << 18;
+/// Number of points between two checks of the stop flag: about a millisecond.
+const CHECK_INTERVAL: usize = 1 << 18;
 
-/// Σ (θ[k+m] − θ[k])²; terms that are NaN are left out.
-pub fn mean_square(piece: &Piece<'_>) -> (f64, u64) {
-    let (n, m, theta) = (piece.n, piece.m, piece.theta);
+/// Sum and number of (θ[k+m] − θ[k])². Terms that are NaN are skipped.
+pub fn mean_square(block: &Block<'_>) -> (f64, u64) {
+    let (n, m, theta) = (block.n, block.m, block.theta);
     let (mut sum, mut count) = (0.0, 0);
     for (a, b) in theta[..n].iter().zip(&theta[m..m + n]) {
         let d = b - a;
@@ -19,10 +19,10 @@ pub fn mean_square(piece: &Piece<'_>) -> (f64, u64) {
     (sum, count)
 }
 
-/// Square of the largest max − min within m + 1 points, and the number of windows.
+/// Square of the largest range (maximum minus minimum) within windows of m + 1 points, and the number of windows.
 ///
-/// Van Herk: a window is the tail of one block of m + 1 points and the head of the next, so that two passes serve every
-/// window, whatever its length. The first keeps the extremes of all tails, the second those of the head so far.
+/// Van Herk's algorithm: a window is the tail of one block of m + 1 points and the head of the next. Two passes serve
+/// all windows of any length. The first pass stores the extremes of all tails, the second those of the growing head.
 pub fn largest_range(
     theta: &[f64],
     runs: &[(usize, usize)],
@@ -40,25 +40,27 @@ pub fn largest_range(
             let windows = (m + 1).min(windows - first);
             let (block, next) = run[first..].split_at(m + 1);
             since += m + 1;
-            if since >= LOOK {
+            if since >= CHECK_INTERVAL {
                 since = 0;
                 if stop.load(Ordering::Relaxed) {
                     return (0.0, 0);
                 }
             }
-            let Some(range) = of_block(block, &next[..windows - 1], tails, stop) else { return (0.0, 0) };
+            let Some(range) = largest_in_block(block, &next[..windows - 1], tails, stop) else {
+                return (0.0, 0);
+            };
             largest = largest.max(range);
         }
     }
     (largest * largest, count)
 }
 
-/// Largest range of the windows that begin in a block; nothing when the caller wants to stop.
-fn of_block(block: &[f64], next: &[f64], tails: &mut Vec<f64>, stop: &AtomicBool) -> Option<f64> {
+/// Largest range of the windows that start in a block; `None` if the caller wants to stop.
+fn largest_in_block(block: &[f64], next: &[f64], tails: &mut Vec<f64>, stop: &AtomicBool) -> Option<f64> {
     tails.clear();
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for part in block.rchunks(LOOK) {
-        if part.len() == LOOK && stop.load(Ordering::Relaxed) {
+    for part in block.rchunks(CHECK_INTERVAL) {
+        if part.len() == CHECK_INTERVAL && stop.load(Ordering::Relaxed) {
             return None;
         }
         tails.extend(part.iter().rev().flat_map(|&x| {
@@ -66,13 +68,13 @@ fn of_block(block: &[f64], next: &[f64], tails: &mut Vec<f64>, stop: &AtomicBool
             [low, high]
         }));
     }
-    // From the tail that is the whole block on.
+    // The first tail is the whole block.
     let (tails, _) = tails.as_chunks::<2>();
     let mut tails = tails.iter().rev();
     let mut largest = tails.next().map_or(0.0, |[low, high]| high - low);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for part in next.chunks(LOOK) {
-        if part.len() == LOOK && stop.load(Ordering::Relaxed) {
+    for part in next.chunks(CHECK_INTERVAL) {
+        if part.len() == CHECK_INTERVAL && stop.load(Ordering::Relaxed) {
             return None;
         }
         for (&x, tail) in part.iter().zip(&mut tails) {
@@ -83,11 +85,12 @@ fn of_block(block: &[f64], next: &[f64], tails: &mut Vec<f64>, stop: &AtomicBool
     Some(largest)
 }
 
-/// One instruction each; there is no NaN within a run.
+/// The smaller number, in one instruction. The arguments are never NaN.
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
+/// The larger number, in one instruction. The arguments are never NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }

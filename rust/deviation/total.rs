@@ -1,13 +1,14 @@
 //! Total variance: second differences about every inner point of the record reflected at its ends.
 //!
-//! NIST SP 1065 eq. 25: the reflection is odd about the first and the last point, θ*(−j) = 2θ(0) − θ(j), so that all
-//! N − 2 centres serve every m up to N − 1. Centres farther than m from both ends are those of the Allan variance.
+//! NIST SP 1065 eq. 25. The reflection is odd about the first and the last point, θ*(−j) = 2θ(0) − θ(j), so that all
+//! N − 2 centers serve every m up to N − 1. Terms whose center is at least m from both ends are those of the Allan
+//! variance.
 
 use super::loops::sums;
 use crate::machine::processor::Width;
 
-/// Σ (θ*[i−m] − 2θ[i] + θ*[i+m])² over the centres i in `span`; those whose stretch of samples holds a gap are left
-/// out, and those that are NaN. `runs` are (first, last) points without a gap between them.
+/// Sum and number of (θ*[i−m] − 2θ[i] + θ*[i+m])² over the centers i in `span`. Terms whose samples contain a gap and
+/// terms that are NaN are skipped. `runs` are ranges (first, last) of points without a gap.
 pub fn reflected(
     width: Width,
     theta: &[f64],
@@ -20,13 +21,13 @@ pub fn reflected(
     if runs != [(0, last)] {
         return one_by_one(theta, runs, (from, to), m);
     }
-    // Whole: the inner centres by the fast loop, if what comes out is a number.
+    // Without gaps, the inner centers use the fast loop, unless its sum is NaN.
     let first = from.max(m);
     let end = to.min((last + 1).saturating_sub(m));
     if first >= end {
         return one_by_one(theta, runs, (from, to), m);
     }
-    let inner = sums::one_by_rows(width, &theta[first - m..], m, end - first);
+    let inner = sums::sum_of_factor_in_rows(width, &theta[first - m..], m, end - first);
     if inner.is_nan() {
         return one_by_one(theta, runs, (from, to), m);
     }
@@ -35,6 +36,7 @@ pub fn reflected(
     (left + inner + right, left_count + (end - first) as u64 + right_count)
 }
 
+/// Like [`reflected`], one term at a time.
 fn one_by_one(theta: &[f64], runs: &[(usize, usize)], (from, to): (usize, usize), m: usize) -> (f64, u64) {
     let last = theta.len() - 1;
     let (mut sum, mut count) = (0.0, 0);

@@ -1,4 +1,4 @@
-//! F, Q, H, R, P0, and the products with them. F is mostly zeros: blocks of one or two states.
+//! The matrices F, Q, H, R, P0 of a linear system, and products with them. F is sparse: blocks of one or two states.
 
 use crate::{Error, Result};
 
@@ -6,9 +6,9 @@ use crate::{Error, Result};
 #[derive(Debug, Clone)]
 pub struct System {
     states: usize,
-    /// (column, value) of the nonzero elements of each row of F.
+    /// Nonzero elements (column, value) of each row of F.
     rows: Vec<Vec<(usize, f64)>>,
-    /// F_i F_j where F is diagonal.
+    /// Products F_i F_j, if F is diagonal.
     products: Option<Vec<f64>>,
     q: Vec<f64>,
     h: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct System {
 }
 
 impl System {
-    /// Matrices row by row.
+    /// System from its matrices, given row by row. Error if sizes do not match or values are not finite.
     pub fn new(f: &[f64], q: &[f64], h: &[f64], r: f64, p0: &[f64]) -> Result<Self> {
         let d = h.len();
         for (name, matrix) in [("F", f), ("Q", q), ("P0", p0)] {
@@ -52,17 +52,17 @@ impl System {
         self.states
     }
 
-    /// P0.
+    /// Initial covariance P0.
     pub fn initial(&self) -> &[f64] {
         &self.p0
     }
 
-    /// R.
+    /// Variance R of the measurement noise.
     pub fn noise(&self) -> f64 {
         self.r
     }
 
-    /// H s.
+    /// Observed value H s of a state.
     pub fn observe(&self, state: &[f64]) -> f64 {
         self.h.iter().zip(state).map(|(h, s)| h * s).sum()
     }
@@ -74,41 +74,41 @@ impl System {
         }
     }
 
-    /// s ← F s.
-    pub fn advance(&self, state: &mut [f64], room: &mut [f64]) {
-        room[..self.states].copy_from_slice(state);
+    /// Predicts the state: s ← F s.
+    pub fn advance(&self, state: &mut [f64], scratch: &mut [f64]) {
+        scratch[..self.states].copy_from_slice(state);
         for (value, row) in state.iter_mut().zip(&self.rows) {
-            *value = row.iter().map(|&(j, f)| f * room[j]).sum();
+            *value = row.iter().map(|&(j, f)| f * scratch[j]).sum();
         }
     }
 
-    /// u ← F' u.
-    pub fn retreat(&self, adjoint: &mut [f64], room: &mut [f64]) {
-        room[..self.states].copy_from_slice(adjoint);
+    /// Moves the adjoint one sample back: u ← F' u.
+    pub fn retreat(&self, adjoint: &mut [f64], scratch: &mut [f64]) {
+        scratch[..self.states].copy_from_slice(adjoint);
         adjoint.fill(0.0);
-        for (row, &value) in self.rows.iter().zip(room.iter()) {
+        for (row, &value) in self.rows.iter().zip(scratch.iter()) {
             for &(j, f) in row {
                 adjoint[j] += f * value;
             }
         }
     }
 
-    /// u ← u + H' value.
+    /// Adds an observation to the adjoint: u ← u + H' value.
     pub fn add_observed(&self, adjoint: &mut [f64], value: f64) {
         for (u, h) in adjoint.iter_mut().zip(&self.h) {
             *u += h * value;
         }
     }
 
-    /// s ← s + Q r.
+    /// Adds the smoothed disturbance to the state: s ← s + Q r.
     pub fn disturb(&self, state: &mut [f64], adjoint: &[f64]) {
         for (value, row) in state.iter_mut().zip(self.q.chunks(self.states)) {
             *value += row.iter().zip(adjoint).map(|(q, r)| q * r).sum::<f64>();
         }
     }
 
-    /// P ← F (P − weight · spread spread') F' + Q.
-    pub fn propagate(&self, covariance: &mut [f64], spread: &[f64], weight: f64, room: &mut [f64]) {
+    /// Updates and predicts the covariance: P ← F (P − weight · spread spread') F' + Q.
+    pub fn propagate(&self, covariance: &mut [f64], spread: &[f64], weight: f64, scratch: &mut [f64]) {
         let d = self.states;
         if let Some(products) = &self.products {
             for (i, row) in covariance.chunks_mut(d).enumerate() {
@@ -126,16 +126,16 @@ impl System {
                 *p -= own * s;
             }
         }
-        // F P, transposed, is P F'; F times that.
+        // First (F P)' = P F', then F P F'.
         for (i, row) in self.rows.iter().enumerate() {
             for k in 0..d {
-                room[k * d + i] = row.iter().map(|&(j, f)| f * covariance[j * d + k]).sum();
+                scratch[k * d + i] = row.iter().map(|&(j, f)| f * covariance[j * d + k]).sum();
             }
         }
         covariance.copy_from_slice(&self.q);
         for (row, out) in self.rows.iter().zip(covariance.chunks_mut(d)) {
             for &(j, f) in row {
-                for (p, m) in out.iter_mut().zip(&room[j * d..(j + 1) * d]) {
+                for (p, m) in out.iter_mut().zip(&scratch[j * d..(j + 1) * d]) {
                     *p += f * m;
                 }
             }

@@ -1,25 +1,25 @@
-//! The maximum over coefficients θ ≥ 0 by Fisher scoring.
+//! Maximum of the likelihood over coefficients θ ≥ 0, by Fisher scoring.
 
-// Compiled with the instructions of the caller.
+// Functions are inlined so that they are compiled with the instructions of their caller.
 #![allow(clippy::inline_always)]
 
 use std::sync::atomic::AtomicBool;
 
 use super::nonnegative::Nonnegative;
-use super::{Judged, Likelihood, Ratio};
+use super::{Evaluation, Likelihood, Ratio};
 #[cfg(target_arch = "x86_64")]
 use crate::machine::processor::{Unit, Width};
 use crate::parallel;
 use crate::{Error, Result};
 
-/// Parts of a step that are tried until logL rises.
+/// Fractions of a step that are tried in this order until logL rises.
 const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
-/// A round that gains less is the last.
-const GAIN: f64 = 1e-6;
-/// Climbs for which a thread is worth its start.
-const WORTH: usize = 8;
+/// The iteration ends when a round raises logL by less than this. Chosen by judgment; not measured.
+const MIN_DELTA_LOGL: f64 = 1e-6;
+/// Minimum number of maximizations per thread. Chosen by judgment; not measured.
+const MIN_STARTS_PER_THREAD: usize = 8;
 
-/// A spectrum S = offset + Gθ to be fitted.
+/// A spectrum S = offset + Gθ to be fitted to a measured power.
 #[derive(Clone, Copy)]
 pub struct Problem<'a> {
     pub likelihood: &'a Likelihood,
@@ -27,11 +27,11 @@ pub struct Problem<'a> {
     pub power: &'a [f64],
     /// Expected power of each effect at coefficient 1, shape (p, bins).
     pub columns: &'a [f64],
-    /// Power that is there in any case, shape (bins,) or none.
+    /// Power that does not depend on θ, shape (bins,) or `None`.
     pub offset: Option<&'a [f64]>,
 }
 
-/// The maximum that lies uphill of a start.
+/// Local maximum of the likelihood.
 #[derive(Debug, Clone)]
 pub struct Maximum {
     /// Shape (p,).
@@ -40,10 +40,11 @@ pub struct Maximum {
     pub spectrum: Vec<f64>,
     /// Index of the scale; `None` at δ = 0.
     pub scale: Option<usize>,
-    pub judged: Judged,
+    pub evaluation: Evaluation,
 }
 
 impl Problem<'_> {
+    /// Error if the sizes of the arrays do not match.
     fn check(&self, p: usize, scale: Option<usize>) -> Result<()> {
         let bins = self.power.len();
         self.likelihood.check(self.power, self.offset.unwrap_or(self.power), scale)?;
@@ -56,7 +57,7 @@ impl Problem<'_> {
         Ok(())
     }
 
-    /// Columns in units of the measured power, and the unit of each.
+    /// Columns scaled to a maximum of 1 relative to the measured power, and the unit of each column.
     fn scaled(&self, p: usize) -> (Vec<f64>, Vec<f64>) {
         let bins = self.power.len();
         let unit = |c: usize| {
@@ -69,7 +70,7 @@ impl Problem<'_> {
         (columns, units)
     }
 
-    /// Least squares in units of the measured power: a start, shape (p,).
+    /// Starting point (p,): non-negative least squares, relative to the measured power.
     pub fn first(&self, p: usize) -> Result<Vec<f64>> {
         self.check(p, None)?;
         let (columns, units) = self.scaled(p);
@@ -85,8 +86,8 @@ impl Problem<'_> {
         Ok(theta.iter().zip(units).map(|(t, unit)| t * unit).collect())
     }
 
-    /// The maximum uphill of `start`; a scale is fitted on the way. Each round is non-negative least squares with the degrees
-    /// of freedom that are left, made shorter until logL rises.
+    /// The local maximum uphill of `start`. The scale of the discrepancy is fitted too unless it is `None`. Each
+    /// round is a non-negative least-squares step with the effective degrees of freedom, shortened until logL rises.
     pub fn climb(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Result<Maximum> {
         self.check(start.len(), scale)?;
         #[cfg(target_arch = "x86_64")]
@@ -129,15 +130,15 @@ impl Problem<'_> {
         let (mut design, mut target) = (vec![0.0; p * rows], vec![0.0; rows]);
         let (mut spectrum, mut moved) = (vec![0.0; bins], vec![0.0; bins]);
         let (mut y, mut moved_y) = (Ratio::default(), Ratio::default());
-        let (mut best, mut spare) = (Judged::default(), Judged::default());
+        let (mut best, mut spare) = (Evaluation::default(), Evaluation::default());
         let mut solver = Nonnegative::new(rows, p);
         let floor = self.floor();
         self.fill(&columns, &theta, floor, &mut spectrum);
         law.fill_body::<FUSED>(self.power, &spectrum, &mut y);
-        law.judge_body::<FUSED>(&y, scale, &mut best);
-        // Without a column there is nothing to fit, nor is the scale.
+        law.evaluate_body::<FUSED>(&y, scale, &mut best);
+        // Without a column there is nothing to fit, and the scale is kept.
         for _ in 0..if p > 0 { rounds } else { 0 } {
-            self.linearise(&columns, &spectrum, &y, &best.weight, &mut design, &mut target);
+            self.linearize(&columns, &spectrum, &y, &best.weight, &mut design, &mut target);
             solver.solve(&design, None, &target, &mut goal);
             let before = best.log_likelihood;
             for step in STEPS {
@@ -146,7 +147,7 @@ impl Problem<'_> {
                 }
                 self.fill(&columns, &tried, floor, &mut moved);
                 law.fill_body::<FUSED>(self.power, &moved, &mut moved_y);
-                law.judge_body::<FUSED>(&moved_y, scale, &mut spare);
+                law.evaluate_body::<FUSED>(&moved_y, scale, &mut spare);
                 if spare.log_likelihood > before {
                     std::mem::swap(&mut theta, &mut tried);
                     std::mem::swap(&mut spectrum, &mut moved);
@@ -156,23 +157,24 @@ impl Problem<'_> {
                 }
             }
             if let Some(scale) = &mut scale {
-                law.better_at(&y, scale, &mut best, &mut spare);
+                law.climb_scale(&y, scale, &mut best, &mut spare);
             }
-            if !(best.log_likelihood - before >= GAIN) {
+            if !(best.log_likelihood - before >= MIN_DELTA_LOGL) {
                 break;
             }
         }
         let theta = theta.iter().zip(units).map(|(t, unit)| t * unit).collect();
-        Maximum { theta, spectrum, scale, judged: law.finished(&best) }
+        Maximum { theta, spectrum, scale, evaluation: law.per_bin(&best) }
     }
 
-    /// Least squares for θ about a spectrum: bins against the mean of their cell with all their degrees of freedom, then the
-    /// mean of each cell with those that the discrepancy leaves it.
+    /// The least-squares problem for θ, linearized about a spectrum. Its first rows compare bins with the mean of
+    /// their cell, with all their degrees of freedom. Its last rows are the means of cells, with the degrees of
+    /// freedom that the discrepancy leaves.
     ///
-    /// ∂logL/∂ln S of a bin is ½n[q(r/R − 1) + (w/N)(R − 1)], q = 1 + (w/N)(R − 1), with r = I/S, R its mean over the cell,
-    /// w and N the weight and the degrees of freedom of the cell.
+    /// ∂logL/∂ln S of a bin is ½n[q(r/R − 1) + (w/N)(R − 1)] with q = 1 + (w/N)(R − 1). Here r = I/S, R is its mean
+    /// over the cell, and w and N are the weight and the degrees of freedom of the cell.
     #[inline(always)]
-    fn linearise(
+    fn linearize(
         &self,
         columns: &[f64],
         spectrum: &[f64],
@@ -218,12 +220,12 @@ impl Problem<'_> {
         }
     }
 
-    /// The least a spectrum can be.
+    /// Lower bound of the fitted spectrum, which keeps it positive.
     fn floor(&self) -> f64 {
         1e-24 * self.power.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 1e-300
     }
 
-    /// S at these coefficients, positive.
+    /// The spectrum S at coefficients `theta`, not below `floor`.
     #[inline(always)]
     fn fill(&self, columns: &[f64], theta: &[f64], floor: f64, out: &mut [f64]) {
         match self.offset {
@@ -237,8 +239,9 @@ impl Problem<'_> {
     }
 }
 
-/// `climb` without an offset from many starts, each with columns of its own: `columns` has shape (m, p, bins), `starts` (m, p).
-#[allow(clippy::too_many_arguments)] // they are the problem
+/// Local maxima from many starts, without an offset. Each start has its own columns: `columns` has shape (m, p,
+/// bins), `starts` (m, p).
+#[allow(clippy::too_many_arguments)] // they define the problem
 pub fn climb_many(
     likelihood: &Likelihood,
     power: &[f64],
@@ -262,6 +265,6 @@ pub fn climb_many(
         let problem = Problem { likelihood, power, columns, offset: None };
         problem.climb(&starts[i * p..(i + 1) * p], scale, rounds)
     };
-    let threads = parallel::default_threads().min(m.div_ceil(WORTH));
+    let threads = parallel::default_threads().min(m.div_ceil(MIN_STARTS_PER_THREAD));
     parallel::for_each(threads, 0..m, stop, || (), work)?.into_iter().collect()
 }

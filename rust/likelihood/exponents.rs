@@ -1,23 +1,23 @@
-//! Exponentials and logarithms, several at a time where the compiler puts them side by side.
+//! Exponentials and logarithms without branches, so that the compiler can vectorize loops over them.
 
-// Compiled with the instructions of the caller.
+// Functions are inlined so that they are compiled with the instructions of their caller.
 #![allow(clippy::inline_always)]
 
-/// a·b + c.
+/// a·b + c, rounded once if `FUSED`.
 #[inline(always)]
 pub fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// e^x of x ≤ 0 to 3e-16 of its value, and 1e-304 where that is less.
+/// e^x for x ≤ 0 with a relative error of 3e-16; not less than 1e-304.
 #[inline(always)]
 pub fn exp<const FUSED: bool>(x: f64) -> f64 {
-    // ln 2 in two parts, of which the first has zeros behind: n times it is exact (Cody & Waite 1980).
+    // ln 2 in two parts. The first ends with zeros, so that its product with n is exact (Cody & Waite 1980).
     const LN2_HIGH: f64 = 6.93147180369123816490e-01;
     const LN2_LOW: f64 = 1.90821492927058770002e-10;
-    // Adding it leaves the nearest whole number in the last bits.
+    // Adding this number rounds x to the nearest whole number in the last bits.
     const ROUND: f64 = 6755399441055744.0;
-    // 1/j!; on |r| ≤ ½ ln 2 the next term is 2e-16.
+    // Coefficients 1/j!. For |r| ≤ ½ ln 2 the next term is 2e-16.
     const SERIES: [f64; 13] = [
         1.0 / 479001600.0,
         1.0 / 39916800.0,
@@ -44,7 +44,8 @@ pub fn exp<const FUSED: bool>(x: f64) -> f64 {
     sum * f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)
 }
 
-/// ln x of a positive normal number to 2e-16 of the larger of its value and 1; elsewhere what `f64::ln` says is not promised.
+/// ln x for a positive normal number, with an error of 2e-16 relative to the larger of |ln x| and 1. The result for
+/// other numbers is unspecified.
 #[inline(always)]
 pub fn ln<const FUSED: bool>(x: f64) -> f64 {
     const LN2_HIGH: f64 = 6.93147180369123816490e-01;
@@ -59,10 +60,10 @@ pub fn ln<const FUSED: bool>(x: f64) -> f64 {
         3.999999999940941908e-01,
         6.666666666666735130e-01,
     ];
-    // Bits of √½: what is above goes into the exponent, so that the rest lies between √½ and √2.
+    // Bits of √½. The exponent is chosen so that the remaining factor lies between √½ and √2.
     const ROOT: u64 = 0x3fe6_a09e_667f_3bcd;
     const ONE: u64 = 0x3ff0_0000_0000_0000;
-    // A whole number below 2⁵² in the last bits of 2⁵².
+    // 2⁵², which turns a whole number in the low bits into a double.
     const WHOLE: f64 = 4503599627370496.0;
     let bits = x.to_bits().wrapping_add(ONE - ROOT);
     let exponent = f64::from_bits((bits >> 52) | WHOLE.to_bits()) - (WHOLE + 1023.0);

@@ -1,34 +1,36 @@
-//! Least squares with coefficients that are not negative, many times over on nearly the same columns.
+//! Non-negative least squares for many problems in a row with almost the same columns.
 //!
-//! The columns are reduced to a triangle by reflections, which keeps the digits that normal equations would lose; the active
-//! set of Lawson and Hanson (Solving Least Squares Problems, 1974, ch. 23) is searched on the triangle, beginning with the
-//! one found last time.
+//! The columns are reduced to a triangle by Householder reflections, which keeps digits that normal equations would
+//! lose. The active-set search of Lawson and Hanson (Solving Least Squares Problems, 1974, ch. 23) runs on the
+//! triangle and starts from the previous active set.
 
-// Compiled with the instructions of the caller.
+// Functions are inlined so that they are compiled with the instructions of their caller.
 #![allow(clippy::inline_always)]
 
-/// A column is taken for one that the others give when less than this of it is left.
-const DEPENDENT: f64 = 1e-13;
+/// A column counts as linearly dependent if its component orthogonal to the others is below this fraction of its
+/// length.
+const DEPENDENCE_TOLERANCE: f64 = 1e-13;
 
-/// The memory of a solver for systems of one size.
+/// Solver for systems of one size, with its work arrays.
 pub struct Nonnegative {
     bins: usize,
     p: usize,
-    /// Columns and target times the weights, shape (p + 1, bins); then the triangle at their heads.
+    /// Weighted columns and target, shape (p + 1, bins); the triangle overwrites their first rows.
     system: Vec<f64>,
     /// Length of each column.
     length: Vec<f64>,
-    /// Columns that are positive, in the order in which they entered.
+    /// Columns with positive coefficients, in the order in which they became active.
     active: Vec<usize>,
-    /// Columns that cannot enter now.
-    refused: Vec<bool>,
-    /// Active columns of the triangle and its target, reduced again.
+    /// Columns that cannot become active at present.
+    is_refused: Vec<bool>,
+    /// Active columns of the triangle and its target, reduced to a triangle again.
     inner: Vec<f64>,
     trial: Vec<f64>,
     rest: Vec<f64>,
 }
 
 impl Nonnegative {
+    /// Solver for `p` columns of `bins` rows.
     pub fn new(bins: usize, p: usize) -> Self {
         Self {
             bins,
@@ -36,14 +38,15 @@ impl Nonnegative {
             system: vec![0.0; (p + 1) * bins],
             length: vec![0.0; p],
             active: Vec::with_capacity(p),
-            refused: vec![false; p],
+            is_refused: vec![false; p],
             inner: vec![0.0; p * (p + 1)],
             trial: vec![0.0; p],
             rest: vec![0.0; p],
         }
     }
 
-    /// Minimises Σ weight² (target − columns·x)² over x ≥ 0; without weights they are 1. `columns` has shape (p, bins).
+    /// Computes x ≥ 0 that minimizes Σ weight² (target − columns·x)². Without weights they are 1. `columns` has shape
+    /// (p, bins).
     #[inline(always)]
     pub fn solve(&mut self, columns: &[f64], weight: Option<&[f64]>, target: &[f64], x: &mut [f64]) {
         let (bins, p) = (self.bins, self.p);
@@ -68,15 +71,15 @@ impl Nonnegative {
         self.search(x, goal);
     }
 
-    /// Lets columns enter while one would make the sum of squares less.
+    /// Activates columns while one of them would reduce the sum of squares.
     #[inline(always)]
     fn search(&mut self, x: &mut [f64], goal: f64) {
         let (bins, p) = (self.bins, self.p);
         let size = bins.min(p);
-        // What rounding leaves of a slope of zero.
+        // A slope below this is indistinguishable from zero.
         let tolerance = 10.0 * p as f64 * f64::EPSILON * goal;
-        self.refused.fill(false);
-        // Lawson and Hanson prove an end; the bound guards against rounding alone.
+        self.is_refused.fill(false);
+        // Lawson and Hanson prove termination; the bound protects only against rounding.
         for _ in 0..10 * p + 10 {
             self.rest[..size].copy_from_slice(&self.system[p * bins..p * bins + size]);
             for c in self.active.iter().copied() {
@@ -85,7 +88,7 @@ impl Nonnegative {
             }
             let slope = |c: usize| dot(&self.system[c * bins..c * bins + size], &self.rest[..size]);
             let enter = (0..p)
-                .filter(|c| !self.refused[*c] && !self.active.contains(c))
+                .filter(|c| !self.is_refused[*c] && !self.active.contains(c))
                 .map(|c| (c, slope(c) / self.length[c]))
                 .filter(|(_, slope)| *slope > tolerance)
                 .max_by(|a, b| a.1.total_cmp(&b.1));
@@ -93,15 +96,16 @@ impl Nonnegative {
             self.active.push(enter);
             if !(self.try_active() && self.trial[self.active.len() - 1] > 0.0) {
                 self.active.pop();
-                self.refused[enter] = true;
+                self.is_refused[enter] = true;
                 continue;
             }
-            self.refused.fill(false);
+            self.is_refused.fill(false);
             self.retreat(x);
         }
     }
 
-    /// Moves to the solution of the active columns, which the ones that would become negative leave.
+    /// Moves `x` to the solution of the active columns. Columns whose coefficients would become negative are
+    /// deactivated.
     #[inline(always)]
     fn retreat(&mut self, x: &mut [f64]) {
         while !self.active.is_empty() {
@@ -122,12 +126,12 @@ impl Nonnegative {
                 }
                 stays
             });
-            // Columns of an independent set are independent.
+            // This cannot fail: a subset of independent columns is independent.
             self.try_active();
         }
     }
 
-    /// x goes this part of the way to the solution of the active columns.
+    /// Moves `x` by the fraction `step` towards the solution of the active columns.
     #[inline(always)]
     fn take(&mut self, x: &mut [f64], step: f64) {
         for (c, trial) in self.active.iter().zip(&self.trial) {
@@ -135,7 +139,8 @@ impl Nonnegative {
         }
     }
 
-    /// Least squares over the active columns into `trial`; false if the last of them is not independent of the others.
+    /// Solves the least-squares problem of the active columns into `trial`; false if the last of them depends on the
+    /// others.
     #[inline(always)]
     fn try_active(&mut self) -> bool {
         let (bins, p, k) = (self.bins, self.p, self.active.len());
@@ -150,7 +155,7 @@ impl Nonnegative {
         triangle(&mut self.inner[..(k + 1) * size], size, k);
         for row in (0..k).rev() {
             let pivot = self.inner[row * size + row];
-            if !(pivot.abs() > DEPENDENT * self.length[self.active[row]]) {
+            if !(pivot.abs() > DEPENDENCE_TOLERANCE * self.length[self.active[row]]) {
                 return false;
             }
             let known: f64 = (row + 1..k).map(|c| self.inner[c * size + row] * self.trial[c]).sum();
@@ -160,7 +165,7 @@ impl Nonnegative {
     }
 }
 
-/// Reflects p columns of this length into a triangle, and the column behind them with them.
+/// Reduces p columns to a triangle by reflections, which are also applied to the column after them.
 #[inline(always)]
 fn triangle(columns: &mut [f64], length: usize, p: usize) {
     for c in 0..p.min(length) {
@@ -184,7 +189,7 @@ fn triangle(columns: &mut [f64], length: usize, p: usize) {
     }
 }
 
-/// Σ a b in eight sums, which a processor adds side by side.
+/// Σ a b in eight independent partial sums.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
@@ -224,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn negative_ones_leave_and_copies_or_zeros_never_enter() {
+    fn negative_coefficients_are_dropped_and_copies_or_zeros_stay_inactive() {
         let (one, line) = ([1.0; 5], [0.0, 1.0, 2.0, 3.0, 4.0]);
         let target = line.map(|v| 2.0 * v - 1.0);
         let x = solve(&[&one, &line, &line, &[0.0; 5]], &target);
@@ -235,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn more_columns_than_bins_and_numbers_that_are_none_come_to_an_end() {
+    fn more_columns_than_bins_and_nan_terminate() {
         let x = solve(&[&[1.0, 0.0], &[0.0, 1.0], &[1.0, 1.0]], &[3.0, 2.0]);
         assert!((x[0] + x[2] - 3.0).abs() < 1e-12 && (x[1] + x[2] - 2.0).abs() < 1e-12, "{x:?}");
         let mut solver = Nonnegative::new(2, 1);

@@ -1,16 +1,17 @@
-//! The hot loop: the sum over nodes of w, eight bins at a time.
+//! The innermost loop: the sum over nodes of w, eight cells at a time.
 
-// Compiled with the instructions of the caller.
+// Functions are inlined so that they are compiled with the instructions of their caller.
 #![allow(clippy::inline_always)]
 
 use super::Block;
 use super::exponents::{exp, fused};
 use super::gamma::{NODES, WIDTH};
 
-/// Blocks whose sums multiply without an overflow: 14^(128) is 1e147.
+/// Number of blocks whose sums can be multiplied without overflow: 14^128 is 1e147.
 const FLUSH: usize = 128;
 
-/// Marginal logL but for a constant, and twice the mean shape of each bin into `weight`; `y` and `weight` are whole blocks.
+/// Marginal logL up to a constant; writes twice the mean shape of each cell to `weight`. `y` and `weight` consist of
+/// whole blocks.
 #[allow(clippy::needless_range_loop)] // node and lane index several arrays alike
 #[inline(always)]
 pub fn marginal<const FUSED: bool>(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
@@ -23,7 +24,7 @@ pub fn marginal<const FUSED: bool>(blocks: &[Block], y: &[f64], weight: &mut [f6
             for lane in 0..WIDTH {
                 let value = fused::<FUSED>(block.shape[node][lane], y[lane], block.norm[node][lane]);
                 log[node][lane] = value;
-                // In this order a value that is not a number stays.
+                // With the operands in this order a NaN is kept.
                 top[lane] = if value < top[lane] { top[lane] } else { value };
             }
         }

@@ -7,7 +7,7 @@ fn scales() -> Vec<f64> {
     (0..57).map(|i| 1e-3 * 3000f64.powf(f64::from(i) / 56.0)).collect()
 }
 
-/// Eleven bins: a whole block and a part of one.
+/// Eleven bins: one whole block and a partial one.
 fn bins() -> (Vec<f64>, Vec<f64>) {
     let count: Vec<f64> = (0..11).map(|i| 3f64.powi(i)).collect();
     let power = (0..11).map(|i| 1.0 + 0.4 * (f64::from(i) * 2.3).sin()).collect();
@@ -15,7 +15,7 @@ fn bins() -> (Vec<f64>, Vec<f64>) {
 }
 
 #[test]
-fn exponentials_are_those_of_the_library() {
+fn exp_equals_the_library() {
     for i in 0..70_000 {
         let x = -f64::from(i) / 100.0;
         for found in [exponents::exp::<false>(x), exponents::exp::<true>(x)] {
@@ -26,7 +26,7 @@ fn exponentials_are_those_of_the_library() {
 }
 
 #[test]
-fn norms_are_those_of_factorials_and_halves() {
+fn norms_equal_factorials_and_halves() {
     let mut factorial = 1.0f64;
     for k in 1..60 {
         let k = f64::from(k);
@@ -40,12 +40,12 @@ fn norms_are_those_of_factorials_and_halves() {
 }
 
 #[test]
-fn a_scale_that_is_nothing_is_the_whittle_likelihood() {
+fn a_negligible_scale_gives_the_whittle_likelihood() {
     let (count, power) = bins();
     let law = Likelihood::new(count.clone(), vec![1e-12], (0..count.len()).collect()).unwrap();
     let spectrum = vec![1.1; count.len()];
-    let plain = law.judge(&power, &spectrum, None).unwrap();
-    let found = law.judge(&power, &spectrum, Some(0)).unwrap();
+    let plain = law.evaluate(&power, &spectrum, None).unwrap();
+    let found = law.evaluate(&power, &spectrum, Some(0)).unwrap();
     let whittle: f64 = count.iter().zip(&power).map(|(n, p)| -0.5 * n * (1.1f64.ln() + p / 1.1)).sum();
     assert!((plain.log_likelihood / whittle - 1.0).abs() < 1e-12);
     assert!((found.log_likelihood / whittle - 1.0).abs() < 1e-9);
@@ -73,7 +73,7 @@ fn climbs_to_an_exact_mixture_alone_and_among_many() {
         for (found, want) in one.theta.iter().zip(want) {
             assert!((found / want - 1.0).abs() < 1e-6, "{:?}", one.theta);
         }
-        // Perfect data: the least of all discrepancies.
+        // Perfect data have the smallest discrepancy.
         assert_eq!(one.scale, scale.map(|_| 0));
         let stop = AtomicBool::new(false);
         let two = climb_many(
@@ -93,23 +93,23 @@ fn climbs_to_an_exact_mixture_alone_and_among_many() {
 }
 
 #[test]
-fn what_does_not_fit_together_is_refused_and_what_is_no_number_ends() {
+fn wrong_sizes_are_refused_and_nan_terminates() {
     let (count, power) = bins();
     let law = Likelihood::new(count.clone(), scales(), (0..count.len()).collect()).unwrap();
     assert!(Likelihood::new(vec![0.0], scales(), vec![0]).is_err());
-    assert!(law.judge(&power, &power[1..], None).is_err());
-    assert!(law.judge(&power, &power, Some(57)).is_err());
+    assert!(law.evaluate(&power, &power[1..], None).is_err());
+    assert!(law.evaluate(&power, &power, Some(57)).is_err());
     let columns = power.clone();
     let problem = Problem { likelihood: &law, power: &power, columns: &columns, offset: None };
     assert!(problem.climb(&[1.0, 1.0], None, 80).is_err());
     let mut broken = power.clone();
     broken[3] = f64::NAN;
     let found = Problem { power: &broken, ..problem }.climb(&[1.0], Some(3), 80).unwrap();
-    assert!(found.judged.log_likelihood.is_nan());
+    assert!(found.evaluation.log_likelihood.is_nan());
 }
 
 #[test]
-fn logarithms_are_those_of_the_library() {
+fn ln_equals_the_library() {
     for i in 0..200_000 {
         let x = 10f64.powf(f64::from(i) / 333.0 - 300.0);
         for found in [exponents::ln::<false>(x), exponents::ln::<true>(x)] {

@@ -1,46 +1,47 @@
-//! Reused huge-page buffers: zeroing fresh pages costs more than the running sum.
+//! Large buffers that are reused between calls, because zeroing fresh pages costs more than a running sum.
 //!
-//! At most [`SPARES`] are kept between calls, each with less than twice the memory that its last user took; the system may
-//! take back what they hold at any time, and [`release`] gives them back at once.
+//! At most [`MAX_SPARES`] buffers are kept between calls. A kept buffer is smaller than twice the size its last user
+//! asked for. The system may reclaim its pages at any time, and [`release`] frees all kept buffers at once.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Mutex;
 
-/// Doubles of a buffer that is kept: from 1 MiB to 256 MiB, which the system may take back at any time.
-const KEPT: std::ops::RangeInclusive<usize> = 1 << 17..=1 << 25;
+/// Sizes in doubles of the buffers that are kept: 1 MiB to 256 MiB. The system may reclaim their pages at any time.
+const KEPT_SIZES: std::ops::RangeInclusive<usize> = 1 << 17..=1 << 25;
 
-/// Buffers kept: a simulated record and its phase.
-const SPARES: usize = 2;
+/// Maximum number of kept buffers: one for a simulated record and one for its phase.
+const MAX_SPARES: usize = 2;
 
 static SPARE: Mutex<Vec<Vec<f64>>> = Mutex::new(Vec::new());
 
-/// Gives the buffers that are kept back to the system; returns their bytes.
+/// Frees all kept buffers and returns their total size in bytes.
 pub fn release() -> usize {
     let spares = SPARE.lock().map_or_else(|_| Vec::new(), |mut spares| std::mem::take(&mut *spares));
     spares.iter().map(|spare| std::mem::size_of_val(spare.as_slice())).sum()
 }
 
-/// Gives what was freed, but is kept by the allocator of each thread for what comes next, back to the system.
+/// Returns memory that the allocator has cached after frees to the system.
 pub fn trim() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: touches free memory alone, and may be called at any time from any thread.
+    // SAFETY: touches only free memory, and may be called at any time from any thread.
     unsafe {
         libc::malloc_trim(0);
     }
 }
 
-/// From now on all threads allocate from two arenas: what is free in one of many is lost to the others.
+/// Limits the allocator to two arenas for all threads. With many arenas, memory freed in one cannot be used by the
+/// others.
 ///
-/// For programs only, at their beginning: a library leaves the allocator alone.
+/// Call this only from a program, at its start. A library must not change the allocator.
 pub fn few_arenas() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: sets a number of the allocator; a refusal costs only memory.
+    // SAFETY: sets a parameter of the allocator. A refusal costs only memory.
     unsafe {
         libc::mallopt(libc::M_ARENA_MAX, 2);
     }
 }
 
-/// Doubles that hold anything until they are written.
+/// Reused buffer of doubles. Its contents are unspecified until they are written.
 #[derive(Debug, Default)]
 pub struct Buffer {
     all: Vec<f64>,
@@ -48,9 +49,9 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Room for `len` doubles.
+    /// A buffer of `len` doubles with unspecified contents: a kept one if one fits, else a new one.
     pub fn new(len: usize) -> Self {
-        if !KEPT.contains(&len) {
+        if !KEPT_SIZES.contains(&len) {
             return Self { all: zeroed(len), len };
         }
         let fits = |spare: &Vec<f64>| spare.len() >= len && spare.len() / 2 <= len;
@@ -65,12 +66,12 @@ impl Buffer {
 impl Drop for Buffer {
     fn drop(&mut self) {
         let buffer = std::mem::take(&mut self.all);
-        if KEPT.contains(&buffer.len())
+        if KEPT_SIZES.contains(&buffer.len())
             && let Ok(mut spares) = SPARE.lock()
         {
             advise(&buffer, Advice::Free);
-            if spares.len() == SPARES {
-                // The one that has waited longest.
+            if spares.len() == MAX_SPARES {
+                // Free the buffer that has been kept longest.
                 spares.remove(0);
             }
             spares.push(buffer);
@@ -92,21 +93,23 @@ impl DerefMut for Buffer {
     }
 }
 
-/// `len` zeros.
+/// A new vector of `len` zeros, backed by huge pages where the system offers them.
 pub fn zeroed(len: usize) -> Vec<f64> {
     let buffer = vec![0.0; len];
     advise(&buffer, Advice::Large);
     buffer
 }
 
+/// Advice to the system about the pages of a buffer.
 #[derive(Clone, Copy)]
 enum Advice {
-    /// Ask for huge pages.
+    /// Back the pages by huge pages.
     Large,
-    /// The content is not needed.
+    /// The contents are no longer needed.
     Free,
 }
 
+/// Passes advice about the whole pages inside a buffer to the system.
 #[cfg(all(target_os = "linux", not(miri)))]
 fn advise(buffer: &[f64], advice: Advice) {
     const PAGE: usize = 2 << 20;
@@ -119,8 +122,8 @@ fn advise(buffer: &[f64], advice: Advice) {
             Advice::Large => libc::MADV_HUGEPAGE,
             Advice::Free => libc::MADV_FREE,
         };
-        // SAFETY: the range lies inside of the buffer. The first advice changes how it is backed, the second may turn
-        // its doubles, which are written before they are read, into zeros. A refusal costs only speed.
+        // SAFETY: the range lies inside the buffer. `Large` changes only the page size. `Free` may turn the doubles
+        // into zeros, but they are always written before they are read. A refusal costs only speed.
         unsafe { libc::madvise(first as *mut libc::c_void, last - first, advice) };
     }
 }

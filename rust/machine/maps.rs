@@ -1,20 +1,21 @@
-//! Files that are mapped into memory and become shorter: the system then ends the process, with a signal and no word.
+//! SIGBUS when a mapped file is truncated: without this module the process would end without a message.
 
 #[cfg(unix)]
 use std::sync::OnceLock;
 
-/// What is said, and the exit code.
+/// Message to print and exit code.
 #[cfg(unix)]
-static LAST: OnceLock<(Vec<u8>, i32)> = OnceLock::new();
+static FINAL_MESSAGE: OnceLock<(Vec<u8>, i32)> = OnceLock::new();
 
-/// From now on the process ends with this line on standard error and this exit code where it would end with SIGBUS.
+/// Installs a handler for SIGBUS that prints this line to standard error and exits with this code.
 ///
-/// For programs only: a library leaves signals alone. The first line stays. Windows has no such signal.
+/// Call this only from a program; a library must not handle signals. The line of the first call is kept. Windows has
+/// no such signal, so the function does nothing there.
 #[cfg(unix)]
 pub fn end_with(line: &str, code: i32) {
-    LAST.get_or_init(|| (line.as_bytes().to_vec(), code));
-    let handler: extern "C" fn(libc::c_int) = told;
-    // SAFETY: `told` has the signature of a handler and calls only what POSIX allows in one.
+    FINAL_MESSAGE.get_or_init(|| (line.as_bytes().to_vec(), code));
+    let handler: extern "C" fn(libc::c_int) = print_and_exit;
+    // SAFETY: `print_and_exit` has the signature of a handler and calls only functions that POSIX allows in handlers.
     unsafe { libc::signal(libc::SIGBUS, handler as libc::sighandler_t) };
 }
 
@@ -22,9 +23,9 @@ pub fn end_with(line: &str, code: i32) {
 pub fn end_with(_line: &str, _code: i32) {}
 
 #[cfg(unix)]
-extern "C" fn told(_: libc::c_int) {
-    if let Some((line, code)) = LAST.get() {
-        // SAFETY: both calls are allowed in a handler; `line` is whole and never freed.
+extern "C" fn print_and_exit(_: libc::c_int) {
+    if let Some((line, code)) = FINAL_MESSAGE.get() {
+        // SAFETY: POSIX allows both calls in a signal handler; `line` is complete and never freed.
         unsafe {
             libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len());
             libc::_exit(*code);

@@ -1,4 +1,4 @@
-//! The machine, below everything else: vector units, the buffer pool, what a program says of files cut under it.
+//! Access to the machine: vector units, the buffer pool, and the exit message for truncated files.
 
 pub mod buffer_pool;
 pub mod maps;

@@ -1,13 +1,13 @@
-//! What the processor can do: asked here and nowhere else.
+//! Detection of the vector units of the processor. No other module asks the processor.
 //!
-//! Code for a wider unit is `unsafe` to call; a [`Width`] is the proof that the processor has it. [`keep_to`] narrower units
-//! than there are, so that each path can be tested on any machine.
+//! Code for a wider unit is `unsafe` to call. A [`Width`] is the proof that the processor has the unit. [`keep_to`]
+//! restricts the process to narrower units, so that each code path can be tested on any machine.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::{Error, Result};
 
-/// A vector unit. Every one has what those before it have.
+/// A vector unit. Each unit includes the instructions of the units before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Unit {
     /// Plain Rust.
@@ -26,14 +26,15 @@ impl Unit {
     #[cfg(not(target_arch = "x86_64"))]
     const ALL: [Self; 1] = [Self::Portable];
 
-    fn is_there(self) -> bool {
+    /// True if this processor has the unit.
+    fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => {
-                Self::Avx2.is_there()
+                Self::Avx2.is_available()
                     && is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512vl")
             }
@@ -51,10 +52,10 @@ impl Unit {
     }
 }
 
-/// Place in `Unit::ALL` of the widest unit to use, and one more; 0 before the processor has been asked.
+/// 1 + index in `Unit::ALL` of the widest unit to use; 0 until the processor has been examined.
 static BEST: AtomicUsize = AtomicUsize::new(0);
 
-/// Uses no wider unit than the one of this name, in this process and from now on.
+/// Restricts this process, from this call on, to the named unit and narrower ones.
 pub fn keep_to(name: &str) -> Result<()> {
     let Some(width) = Width::available().find(|width| width.name() == name) else {
         let names: Vec<_> = Width::available().map(Width::name).collect();
@@ -72,7 +73,7 @@ pub fn keep_to(name: &str) -> Result<()> {
 pub struct Width(Unit);
 
 impl Width {
-    /// The widest unit that this processor has, or that was asked for by [`keep_to`].
+    /// The widest unit of this processor, or the one set by [`keep_to`].
     pub fn best() -> Self {
         match BEST.load(Ordering::Relaxed) {
             0 => {
@@ -80,39 +81,40 @@ impl Width {
                 BEST.store(width.0 as usize + 1, Ordering::Relaxed);
                 width
             }
-            // Only units that are there have been stored.
+            // Only available units are stored.
             place => Self(Unit::ALL[place - 1]),
         }
     }
 
-    /// All units that this processor has, the widest last.
+    /// All units of this processor, the widest last.
     pub fn available() -> impl DoubleEndedIterator<Item = Self> {
-        Unit::ALL.into_iter().filter(|unit| unit.is_there()).map(Self)
+        Unit::ALL.into_iter().filter(|unit| unit.is_available()).map(Self)
     }
 
-    /// Plain Rust, on any processor.
+    /// The unit that every processor has: plain Rust.
     pub fn portable() -> Self {
         Self(Unit::Portable)
     }
 
-    /// Whether the processor has been found to have AVX2 and FMA.
+    /// True if the unit includes AVX2 and FMA.
     pub fn is_wide(self) -> bool {
         self != Self::portable()
     }
 
-    /// Which unit it is: the processor has it.
+    /// The unit, which the processor is known to have.
     pub fn unit(self) -> Unit {
         self.0
     }
 
-    /// `portable`, `avx2`, `avx512`.
+    /// Name of the unit: `portable`, `avx2` or `avx512`.
     pub fn name(self) -> &'static str {
         self.0.name()
     }
 }
 
-/// A function of a [`Width`] that does what a plain one does, which is compiled for each unit; without fused sums, so
-/// that all give the same bits. The plain one must be `#[inline(always)]`.
+/// Defines a function that takes a [`Width`] and runs the code of a plain function, compiled for that unit. Fused
+/// multiply-adds are not enabled, so that all units give the same bits. The plain function must be
+/// `#[inline(always)]`.
 macro_rules! compiled_for_each_width {
     ($(#[$about:meta])* $public:vis fn $name:ident($($arg:ident: $type:ty),*) $(-> $out:ty)? = $plain:path) => {
         $(#[$about])*

@@ -1,38 +1,40 @@
-//! Ladders of log-spaced first-order sections for fractional powers of frequency.
+//! Banks of log-spaced first-order sections that approximate fractional powers of frequency.
 //!
-//! With s = 1 − z⁻¹ the fractional integral is a positive mixture of first-order lags (the Stieltjes integral
-//! s^−d = (sin πd/π) ∫ u^−d/(u+s) du, 0 < d < 1, and the same in x = |s|² for spectra). The trapezoidal rule
-//! in ln u with two poles a decade has a ripple of 4e^(−π²/ln √10)/2 = 0.04 %; least squares against the
-//! discrete target over the band of the record mends the ends.
+//! With s = 1 − z⁻¹ the fractional integral is a positive mixture of first-order lags: the Stieltjes integral s^−d =
+//! (sin πd/π) ∫ u^−d/(u+s) du for 0 < d < 1, and the same in x = |s|² for spectra. The trapezoidal rule in ln u with
+//! two poles per decade has a ripple of 4e^(−π²/ln √10)/2 = 0.04 %. Least squares against the discrete target over
+//! the band of the record corrects the ends of the band.
 
 use std::f64::consts::PI;
 
 use super::least_squares::Problem;
 use crate::{Error, Result};
 
-/// Poles a decade of frequency.
+/// Poles per decade of frequency.
 const PER_DECADE: f64 = 2.0;
-/// The band fitted begins at 1/(GUARD·n): what lies below moves the Allan deviation at n/4 by less than 0.1 %.
-const GUARD: f64 = 20.0;
-/// Weight of the fit below 1/(4n) cycles a sample.
-const BELOW: f64 = 0.1;
-/// Fitted frequencies a decade.
-const GRID: f64 = 16.0;
+/// The fitted band starts at 1/(BAND_FACTOR·n) cycles per sample. Lower frequencies change the Allan deviation at n/4 by
+/// less than 0.1 %.
+const BAND_FACTOR: f64 = 20.0;
+/// Weight of the fit below 1/(4n) cycles per sample. Chosen by judgment; not measured.
+const LOW_WEIGHT: f64 = 0.1;
+/// Fitted frequencies per decade. Chosen by judgment; not measured.
+const FITTED_PER_DECADE: f64 = 16.0;
 
-/// Frequencies to be fitted, in cycles a sample, with their weights.
+/// Frequencies of the fit, in cycles per sample, and their weights.
 fn band(n: usize) -> Vec<(f64, f64)> {
     let n = n.max(16) as f64;
-    let low = 1.0 / (GUARD * n);
-    let count = (GRID * (0.5 / low).log10()).ceil() as usize;
+    let low = 1.0 / (BAND_FACTOR * n);
+    let count = (FITTED_PER_DECADE * (0.5 / low).log10()).ceil() as usize;
     (0..=count)
         .map(|i| {
             let f = low * (0.5 / low).powf(i as f64 / count as f64);
-            (f, if f < 0.25 / n { BELOW } else { 1.0 })
+            (f, if f < 0.25 / n { LOW_WEIGHT } else { 1.0 })
         })
         .collect()
 }
 
-/// At least `PER_DECADE` values a decade from `low` to `high`, from `low` a bit lower to `high` a bit higher.
+/// Log-spaced values, at least `per_decade` per decade, from `low` to `high`. The range is extended by `beyond` steps
+/// at either end.
 fn log_spaced(low: f64, high: f64, per_decade: f64, beyond: (f64, f64)) -> Vec<f64> {
     let step = 1.0 / per_decade;
     let (low, high) = (low.log10() - beyond.0 * step, high.log10() + beyond.1 * step);
@@ -40,19 +42,19 @@ fn log_spaced(low: f64, high: f64, per_decade: f64, beyond: (f64, f64)) -> Vec<f
     (0..=count).map(|i| 10.0_f64.powf(low + (high - low) * i as f64 / count as f64)).collect()
 }
 
-/// (1 − z⁻¹)^−d as `direct` + Σ `weight`/(1 − φ z⁻¹), φ = 1 − `gap`.
+/// Approximation of (1 − z⁻¹)^−d by `direct` + Σ `weight`/(1 − φ z⁻¹), φ = 1 − `gap`.
 #[derive(Debug, Clone)]
 pub struct Ladder {
-    /// 1 − φ of each section, rising.
+    /// 1 − φ of each section, in ascending order.
     pub gaps: Vec<f64>,
     /// Weight of each section.
     pub weights: Vec<f64>,
-    /// What passes without delay.
+    /// Weight of the undelayed input.
     pub direct: f64,
 }
 
 impl Ladder {
-    /// For 0 < d < 1, fitted for records of `n` samples.
+    /// Approximation for 0 < d < 1, fitted for records of `n` samples.
     pub fn new(d: f64, n: usize) -> Self {
         let band = band(n);
         let poles = log_spaced(2.0 * PI * band[0].0, 2.0, PER_DECADE, (2.0, 1.0));
@@ -82,14 +84,14 @@ impl Ladder {
         Self { gaps: poles.iter().map(|u| u / (1.0 + u)).collect(), weights, direct }
     }
 
-    /// |H|² at `f` cycles a sample.
+    /// Power gain |H|² at `f` cycles per sample.
     pub fn gain(&self, f: f64) -> f64 {
         let sin = (2.0 * PI * f).sin();
         let versine = 2.0 * (PI * f).sin().powi(2);
         let mut sum = (self.direct, 0.0);
         for (gap, weight) in self.gaps.iter().zip(&self.weights) {
             let phi = 1.0 - gap;
-            // 1 − φ(cos w − i sin w) with 1 − φ cos w free of cancellation.
+            // 1 − φ(cos w − i sin w), with 1 − φ cos w written without cancellation.
             let (re, im) = (gap + phi * versine, phi * sin);
             let square = re * re + im * im;
             sum.0 += weight * re / square;
@@ -99,10 +101,10 @@ impl Ladder {
     }
 }
 
-/// A sum of independent stationary first-order autoregressions with the spectrum (2 sin(w/2))^`exponent`,
-/// w = 2πf, over [1/(4n), ½] cycles a sample, within 0.1 %.
+/// Independent stationary first-order autoregressions whose sum has the spectrum (2 sin(w/2))^`exponent`, w = 2πf,
+/// within 0.1 % over [1/(4n), ½] cycles per sample.
 ///
-/// Returns (φ, variance) of each, variances ≥ 0; φ = 0 is the white remainder. The exponent lies in [−2, 0].
+/// Returns pairs (φ, variance), variances ≥ 0; φ = 0 is the white remainder. The exponent must lie in [−2, 0].
 pub fn power_law_bank(exponent: f64, n: usize) -> Result<Vec<(f64, f64)>> {
     if !(-2.0..=0.0).contains(&exponent) {
         return Err(Error::Input(format!(

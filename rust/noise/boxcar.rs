@@ -1,21 +1,22 @@
-//! White noise through a boxcar mean.
+//! Moving average of white noise.
 
 use super::Process;
 use crate::rng::Stream;
 use crate::{Error, Result};
 
-/// Mean of the last `length` normals, without a running difference that would gather rounding: the window is
-/// the end of the previous segment of `length` normals (its suffix sums) and the beginning of this one.
+/// Mean of the last `length` normals. A running difference would accumulate rounding errors, so the window is split:
+/// the end of the previous segment of `length` normals (stored as suffix sums) and the beginning of the current
+/// segment.
 pub struct MovingAverage {
     scale: f64,
-    /// Entries from `place` on: sums of the previous segment from there to its end. Before: normals of this one.
+    /// From `place` on: suffix sums of the previous segment. Before `place`: normals of the current segment.
     segment: Vec<f64>,
     place: usize,
     prefix: f64,
 }
 
 impl MovingAverage {
-    /// Standard deviation of the white noise and the number of samples averaged.
+    /// Process from the standard deviation of the white noise and the number of averaged samples.
     pub fn new(sd: f64, length: f64, start: &mut Stream) -> Result<Self> {
         if !(1.0..=1e9).contains(&length) || length.fract() != 0.0 {
             return Err(Error::Input(format!(
@@ -25,12 +26,12 @@ impl MovingAverage {
         let mut segment = vec![0.0; length as usize];
         start.normals(&mut segment);
         let mut this = Self { scale: sd / length, segment, place: 0, prefix: 0.0 };
-        this.turn();
+        this.finish_segment();
         Ok(this)
     }
 
-    /// The segment is full: its normals become suffix sums.
-    fn turn(&mut self) {
+    /// Replaces the normals of a complete segment by suffix sums.
+    fn finish_segment(&mut self) {
         let mut sum = 0.0;
         for value in self.segment.iter_mut().rev() {
             sum += *value;
@@ -50,7 +51,7 @@ impl Process for MovingAverage {
             let suffix = if self.place < self.segment.len() { self.segment[self.place] } else { 0.0 };
             *x = self.scale * (self.prefix + suffix);
             if self.place == self.segment.len() {
-                self.turn();
+                self.finish_segment();
             }
         }
     }

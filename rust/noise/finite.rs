@@ -1,17 +1,17 @@
-//! White noise through a filter that ends after a number of samples.
+//! White noise through a filter with a finite impulse response.
 
 use super::Process;
 use crate::rng::Stream;
 
-/// x_t = Σ_j c_j w_{t−j}, every sum in the order of j.
+/// The process x_t = Σ_j c_j w_{t−j}, always summed in the order of j.
 pub struct Finite {
     coefficients: Vec<f64>,
-    /// The normals before the next sample, as many as the filter looks back, then those at hand.
+    /// The normals of the past that the filter needs, followed by the current ones.
     normals: Vec<f64>,
 }
 
 impl Finite {
-    /// At least one coefficient.
+    /// Process from at least one coefficient.
     pub fn new(coefficients: &[f64], start: &mut Stream) -> Self {
         let mut normals = vec![0.0; coefficients.len() - 1];
         start.normals(&mut normals);

@@ -1,14 +1,14 @@
-//! Small dense least squares, the same bits on every machine and number of threads.
+//! Small dense least squares with the same bits on every machine and any number of threads.
 
-/// Columns whose weighted sum shall come near a target.
+/// A least-squares problem: columns whose weighted sum approximates a target.
 pub(super) struct Problem {
-    /// Each as long as `target`.
+    /// Columns, each as long as `target`.
     pub columns: Vec<Vec<f64>>,
     pub target: Vec<f64>,
 }
 
 impl Problem {
-    /// Weights that minimise the sum of squares (Householder triangularisation).
+    /// Weights that minimize the sum of squares (Householder triangularization).
     pub fn solve(&self) -> Vec<f64> {
         let mut columns = self.columns.clone();
         let mut target = self.target.clone();
@@ -33,8 +33,8 @@ impl Problem {
         weights
     }
 
-    /// The same with weights that are not negative: the most negative one is dropped until none is. (Not
-    /// always the optimum, but the ladders of poles here lose only poles beyond the fitted band.)
+    /// Like [`Self::solve`] with non-negative weights: the most negative one is dropped until none is left. This is
+    /// not always the optimum, but the banks of poles here lose only poles outside the fitted band.
     pub fn solve_nonnegative(&self) -> Vec<f64> {
         let mut kept: Vec<usize> = (0..self.columns.len()).collect();
         loop {
@@ -57,6 +57,7 @@ impl Problem {
     }
 }
 
+/// Applies a Householder reflection to a column.
 fn reflect(mirror: &[f64], half: f64, column: &mut [f64]) {
     let dot: f64 = mirror.iter().zip(&*column).map(|(v, x)| v * x).sum();
     let factor = dot / half;

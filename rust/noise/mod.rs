@@ -1,4 +1,4 @@
-//! Samples of coloured noise: a sum of primitive processes, made in blocks, in constant memory.
+//! Samples of colored noise: a sum of primitive processes, generated block by block in constant memory.
 //!
 //! | primitive | values | spectrum at w = 2πf τ0 | file |
 //! |---|---|---|---|
@@ -13,8 +13,9 @@
 //! | `moving_average` | sd, length | sd² (sin(Lw/2)/(L sin(w/2)))² | [`boxcar`] |
 //! | `telegraph` | amplitude, p | `gauss_markov` with σ = amplitude, φ = 1−2p | [`simple`] |
 //!
-//! The normals of block b of effect k come from the stream (seed, replicate, k, axis, b); the recursive parts
-//! run over the blocks in order. Neither depends on how many samples are asked for at a time, nor on threads.
+//! The normals of block b of effect k come from the stream (seed, replicate, k, axis, b). The recursive parts run
+//! over the blocks in order. So the samples depend neither on how many are requested at a time nor on the number of
+//! threads.
 
 pub mod bank;
 pub mod boxcar;
@@ -33,7 +34,7 @@ pub use generator::Generator;
 use crate::rng::{START, Stream, StreamKey};
 use crate::{Error, Result};
 
-/// Independent deviates that feed a process.
+/// Distribution of the independent deviates that drive a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Deviates {
     /// Standard normal.
@@ -43,7 +44,7 @@ pub enum Deviates {
 }
 
 impl Deviates {
-    /// Fills a block.
+    /// Fills a block with deviates.
     fn draw(self, stream: &mut Stream, block: &mut [f64]) {
         match self {
             Self::Normal => stream.normals(block),
@@ -52,21 +53,23 @@ impl Deviates {
     }
 }
 
-/// Samples of a window, of which a process is always given whole ones.
+/// Number of samples of a window. Processes always receive whole windows.
 pub const WINDOW: usize = 256;
 
-/// A recursion that turns independent deviates into samples of one process.
+/// A recursion that transforms independent deviates into samples of a process.
 pub trait Process: Send {
-    /// What it is fed.
+    /// Distribution of the deviates that the process needs.
     fn deviates(&self) -> Deviates {
         Deviates::Normal
     }
 
-    /// Turns the deviates of the next samples, in place, into these samples. They are whole windows.
+    /// Transforms the deviates of the next samples into these samples, in place. The length is a whole number of
+    /// windows.
     fn run(&mut self, samples: &mut [f64]);
 }
 
-/// The process called `name`, designed for records of `n` samples, its initial state drawn from `key`.
+/// The process with this name and these values, designed for records of `n` samples. Its initial state is drawn from
+/// `key`.
 pub fn process(name: &str, values: &[f64], n: usize, key: StreamKey) -> Result<Box<dyn Process>> {
     let start = &mut Stream::new(key, START);
     if let Some(bad) = values.iter().find(|value| !value.is_finite()) {
@@ -91,6 +94,7 @@ pub fn process(name: &str, values: &[f64], n: usize, key: StreamKey) -> Result<B
     })
 }
 
+/// Error for an unknown name or a wrong number of values.
 fn unknown(name: &str, found: usize) -> Error {
     const COUNTS: [(&str, &str); 10] = [
         ("white", "1"),

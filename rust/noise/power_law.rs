@@ -1,4 +1,4 @@
-//! Noise whose spectrum is any power of frequency: white noise through a ladder of first-order sections.
+//! Noise whose spectrum is a power of frequency: white noise through a bank of first-order sections.
 
 use super::bank::Ladder;
 use super::section::Lag;
@@ -8,7 +8,7 @@ use super::{Process, WINDOW};
 use crate::rng::Stream;
 use crate::{Error, Result};
 
-/// Spectrum level² (2 sin(w/2))^exponent for an exponent in (−3, 1], for records of `n` samples.
+/// Process with the spectrum level² (2 sin(w/2))^exponent, for an exponent in (−3, 1] and records of `n` samples.
 pub fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Box<dyn Process>> {
     if !(exponent > -3.0 && exponent <= 1.0) {
         return Err(Error::Input(format!("noise process power_law: exponent {exponent} is outside (-3, 1]")));
@@ -22,7 +22,7 @@ pub fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Bo
         return Ok(Box::new(White::new(level)));
     }
     let fraction = d - d.floor();
-    // Of an integrated power of frequency much more lies below the band: it needs a longer ladder.
+    // Integrated noise has much more power below the band, so its bank must reach lower frequencies.
     let design = if d > 1.0 { n.saturating_mul(1000) } else { n };
     let sections = Sections::new(&Ladder::new(fraction, design), level, start);
     Ok(match d.floor() {
@@ -32,7 +32,7 @@ pub fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Bo
     })
 }
 
-/// Running sum of a process, from zero.
+/// Running sum of a process, starting at zero.
 struct Summed {
     inner: Sections,
     sum: f64,
@@ -49,7 +49,7 @@ impl Process for Summed {
     }
 }
 
-/// Difference of neighbouring samples of a process.
+/// First difference of a process.
 struct Differenced {
     inner: Sections,
     last: f64,

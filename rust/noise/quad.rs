@@ -1,21 +1,24 @@
-//! Four doubles at a time, for recursions that are written once and compiled for every unit.
+//! Vectors of four doubles, for recursions that are written once and compiled for every vector unit.
 //!
-//! The operations are the same in the same order everywhere, fused multiply-adds included: so are the bits.
+//! Every implementation runs the same operations in the same order, fused multiply-adds included, and so gives the
+//! same bits.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
 #![allow(clippy::inline_always)]
 
-/// Doubles of one.
+/// Number of doubles in a vector.
 pub const LANES: usize = 4;
 
-/// Four doubles.
+/// A vector of four doubles.
 ///
 /// # Safety
 /// Functions of an implementation may only be called where the processor has its instructions.
 pub unsafe trait Quad: Copy {
-    /// The same in every lane.
+    /// The same value in every lane.
     unsafe fn splat(value: f64) -> Self;
+    /// The vector of these doubles.
     unsafe fn load(lanes: &[f64; LANES]) -> Self;
+    /// Writes the doubles of the vector.
     unsafe fn store(self, lanes: &mut [f64; LANES]);
     /// a·b.
     unsafe fn times(a: Self, b: Self) -> Self;
@@ -23,16 +26,17 @@ pub unsafe trait Quad: Copy {
     unsafe fn fused(a: Self, b: Self, c: Self) -> Self;
     /// The last double of `before` and the first three of `here`.
     unsafe fn delayed(before: Self, here: Self) -> Self;
-    /// The last two of `before` and the first two of `here`.
+    /// The last two doubles of `before` and the first two of `here`.
     unsafe fn delayed_twice(before: Self, here: Self) -> Self;
     /// The last double in every lane.
     unsafe fn last(self) -> Self;
+    /// The first double.
     unsafe fn first(self) -> f64;
-    /// (a + b) + (c + d) of the lanes of each row.
+    /// The sums (a + b) + (c + d) of the lanes of each row.
     unsafe fn sums(rows: [Self; LANES]) -> Self;
 }
 
-/// Plain Rust.
+/// Implementation in plain Rust.
 #[derive(Clone, Copy)]
 pub struct Portable([f64; LANES]);
 
@@ -90,7 +94,7 @@ mod x86 {
 
     use super::LANES;
 
-    /// A register of AVX2 with FMA.
+    /// Implementation by AVX2 with FMA.
     #[derive(Clone, Copy)]
     pub struct Avx2(__m256d);
 

@@ -1,4 +1,4 @@
-//! White noise through sections of first or second order, started in their stationary state.
+//! White noise through first-order or second-order sections, started in their stationary state.
 
 use super::Process;
 use super::quad::{self, LANES, Quad};
@@ -6,15 +6,17 @@ use crate::machine::processor::Width;
 use crate::rng::Stream;
 use crate::{Error, Result};
 
-/// Samples advanced at a time.
+/// Number of samples advanced at a time.
 const STEP: usize = 2 * LANES;
 
-/// x ← φ x + normal, the sample being x before the step: stationary for |φ| < 1, a random walk for φ = 1.
+/// First-order recursion x ← φ x + normal; the sample is x before the step. Stationary for |φ| < 1, a random walk for
+/// φ = 1.
 pub struct Lag {
     drive: f64,
     state: f64,
     /// φ⁰ … φ⁷.
     powers: [f64; STEP],
+    /// φ⁸.
     eighth: f64,
 }
 
@@ -27,7 +29,7 @@ impl Lag {
         Self { drive, state, powers, eighth: powers[STEP - 1] * phi }
     }
 
-    /// Stationary, of a standard deviation and a correlation of neighbours.
+    /// Stationary process from its standard deviation and the correlation φ of adjacent samples.
     pub fn gauss_markov(sigma: f64, phi: f64, start: &mut Stream) -> Result<Self> {
         if phi.abs() >= 1.0 {
             return Err(Error::Input(format!(
@@ -39,12 +41,13 @@ impl Lag {
         Ok(Self::new(phi, sigma * ((1.0 - phi) * (1.0 + phi)).sqrt(), sigma * first[0]))
     }
 
-    /// From zero, with steps of a standard deviation.
+    /// Random walk from zero, from the standard deviation of its steps.
     pub fn random_walk(step: f64) -> Self {
         Self::new(1.0, step, 0.0)
     }
 
-    /// Eight samples from a zero state, by doubling, which do not wait for the step before, then what its state adds.
+    /// Computes eight samples at a time. The response from a zero state is computed by doubling, without waiting for
+    /// the previous step; then the contribution of the state is added.
     ///
     /// # Safety
     /// The processor has the instructions of `Q`.
@@ -57,11 +60,11 @@ impl Lag {
         unsafe {
             let zero = Q::splat(0.0);
             let [_, phi, square, _, fourth, ..] = self.powers.map(|power| Q::splat(power));
-            let powers = two::<Q>(&self.powers);
+            let powers = load_step::<Q>(&self.powers);
             let (drive, eighth) = (Q::splat(self.drive), Q::splat(self.eighth));
             let mut state = Q::splat(self.state);
             for step in steps {
-                let [a, b] = two::<Q>(step);
+                let [a, b] = load_step::<Q>(step);
                 let [a, b] = [Q::times(drive, a), Q::times(drive, b)];
                 let [a, b] = [Q::fused(phi, Q::delayed(zero, a), a), Q::fused(phi, Q::delayed(a, b), b)];
                 let [a, b] = [
@@ -101,13 +104,13 @@ impl Lag {
     }
 }
 
-/// Eight samples.
+/// Loads eight samples as two vectors.
 ///
 /// # Safety
 /// The processor has the instructions of `Q`.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-unsafe fn two<Q: Quad>(step: &[f64; STEP]) -> [Q; 2] {
+unsafe fn load_step<Q: Quad>(step: &[f64; STEP]) -> [Q; 2] {
     let (fours, _) = step.as_chunks::<LANES>();
     // SAFETY: this function's contract.
     unsafe { [Q::load(&fours[0]), Q::load(&fours[1])] }
@@ -119,7 +122,8 @@ impl Process for Lag {
     }
 }
 
-/// White noise through sections (b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²) one after the other, transposed direct form II.
+/// White noise through a cascade of sections (b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²), in transposed direct form
+/// II.
 pub struct Filtered {
     /// b0, b1, b2, a1, a2 of each section.
     sections: Vec<[f64; 5]>,
@@ -127,7 +131,7 @@ pub struct Filtered {
 }
 
 impl Filtered {
-    /// Standard deviation of the white noise, and five coefficients of each section.
+    /// Process from the standard deviation of the white noise and five coefficients per section.
     pub fn new(sd: f64, values: &[f64], start: &mut Stream) -> Result<Self> {
         let (sections, rest) = values.as_chunks::<5>();
         debug_assert!(rest.is_empty(), "five numbers a section");
@@ -154,7 +158,7 @@ impl Filtered {
         Ok(this)
     }
 
-    /// The sample that a deviate becomes.
+    /// The next sample for this deviate; updates the state.
     fn step(&mut self, mut x: f64) -> f64 {
         for ([b0, b1, b2, a1, a2], z) in self.sections.iter().zip(&mut self.state) {
             let y = b0 * x + z[0];
@@ -165,8 +169,8 @@ impl Filtered {
         x
     }
 
-    /// Covariance of the state z in z' = F z + g w: the sum of F^k g gᵀ F^kᵀ by doubling, which stays positive however
-    /// near the poles are to the unit circle.
+    /// Stationary covariance of the state z of z' = F z + g w: the sum of F^k g gᵀ F^kᵀ, computed by doubling.
+    /// Doubling keeps it positive even if poles are close to the unit circle.
     fn stationary(&mut self) -> Matrix {
         let size = 2 * self.sections.len();
         let mut moved = |place: Option<usize>| -> Vec<f64> {
@@ -192,7 +196,7 @@ impl Filtered {
     }
 }
 
-/// Rows.
+/// Matrix as a list of rows.
 type Matrix = Vec<Vec<f64>>;
 
 fn transposed(a: &Matrix) -> Matrix {
@@ -206,7 +210,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
         .collect()
 }
 
-/// Lower L with L Lᵀ = p; a direction of no variance gets none.
+/// Cholesky factor: lower triangular L with L Lᵀ = p. Directions without variance give zeros.
 fn cholesky(mut p: Matrix) -> Matrix {
     for j in 0..p.len() {
         let pivot = (p[j][j] - p[j][..j].iter().map(|x| x * x).sum::<f64>()).max(0.0).sqrt();

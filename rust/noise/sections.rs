@@ -1,18 +1,19 @@
-//! First-order sections side by side, all driven by the same normals.
+//! Parallel first-order sections that are all driven by the same normals.
 //!
-//! The [`FAST`] fastest advance with every sample. The others hardly move within a window: there any of them is a sum of
-//! the same four exponentials (interpolation in the rate of decay, at Chebyshev points), so that four sections stand
-//! for all of them, and each is brought up to date at the end of the window.
+//! The [`FAST`] fastest sections advance with every sample. The other sections hardly change within a window. There
+//! each of them is well approximated by a sum of the same four exponentials (interpolation in the decay rate, at
+//! Chebyshev points). So four sections represent all slow ones, and each slow section is updated at the end of the
+//! window.
 //!
 //! ```text
 //! e ──┬──► s₁ ← φ₁ s₁ + e ──► w₁ ──┐
-//!     ├──► …  eight fast ones      ├──► Σ w s + direct · e  ──► x        every sample
+//!     ├──► …  eight fast          ├──► Σ w s + direct · e  ──► x        every sample
 //!     ├──► s₈ ← φ₈ s₈ + e ──► w₈ ──┤
 //!     └──► t ← ψ t + e (four) ─► w ┘
 //!            ▲            │
 //!    project │            │ share                                        every window of 256 samples
 //!            │            ▼
-//!          all slow s_j:  s_j ← φ_j²⁵⁶ s_j + Σ_q share_jq (t_q − ψ_q²⁵⁶ t_q of the window's beginning)
+//!          all slow s_j:  s_j ← φ_j²⁵⁶ s_j + Σ_q share_jq (t_q − ψ_q²⁵⁶ t_q at the start of the window)
 //! ```
 
 use std::f64::consts::PI;
@@ -23,20 +24,20 @@ use super::{Process, WINDOW};
 use crate::machine::processor::{Unit, Width};
 use crate::rng::Stream;
 
-/// Sections that are never replaced.
+/// Number of sections that are always advanced sample by sample.
 const FAST: usize = 2 * LANES;
 
-/// Sections s ← φ s + e; the sample is Σ w s + direct·e. They go two samples at a time, so as to wait for themselves
-/// half as often: Σ w s of the first is Σ w φ s + (Σ w) e of the state before.
+/// Sections s ← φ s + e; the sample is Σ w s + direct·e. Two samples are advanced at a time, which halves the chain
+/// of dependent operations: in terms of the state before, Σ w s of the first sample is Σ w φ s + (Σ w) e.
 pub struct Sections {
     groups: Vec<Group>,
     state: Vec<[f64; LANES]>,
-    /// Of a normal in the first sample and in the second.
+    /// Weight of the normal in the first sample of a pair and in the second.
     direct: [f64; 2],
     slow: Option<Slow>,
 }
 
-/// The constants of some sections: φ, φ², w, w φ.
+/// Constants of a group of sections: φ, φ², w, w φ.
 struct Group {
     phi: [f64; LANES],
     square: [f64; LANES],
@@ -44,22 +45,22 @@ struct Group {
     earlier: [f64; LANES],
 }
 
-/// What the last group of sections stands for.
+/// The slow sections, which the last group of sections represents.
 struct Slow {
     state: Vec<f64>,
     /// φ^WINDOW of each section.
     decay: Vec<f64>,
-    /// The state of each that goes into those that stand for it.
+    /// Weights with which the state of each section contributes to the four representatives.
     project: Vec<[f64; LANES]>,
-    /// Of each exponential in each section, so many together.
+    /// Weights of the four exponentials in each section.
     share: [Vec<f64>; LANES],
-    /// ψ^WINDOW of the exponentials, and their states when the window began.
+    /// ψ^WINDOW of the four exponentials, and their states at the start of the window.
     fade: [f64; LANES],
     begun: [f64; LANES],
 }
 
 impl Sections {
-    /// In their stationary state.
+    /// Sections in their stationary state.
     pub fn new(ladder: &Ladder, level: f64, start: &mut Stream) -> Self {
         let state = stationary(&ladder.gaps, start);
         let weight = &ladder.weights;
@@ -68,7 +69,7 @@ impl Sections {
         if phi.len() <= FAST + LANES {
             return Self::grouped(groups(&phi), &groups(weight), groups(&state), direct, level);
         }
-        // Gaps rise: the slow ones come first.
+        // The gaps are ascending, so the slow sections come first.
         let split = phi.len() - FAST;
         let (slow, psi, together) = Slow::new(&ladder.gaps[..split], &weight[..split], &state[..split]);
         let with = |fast: &[f64], last: [f64; LANES]| {
@@ -98,7 +99,7 @@ impl Sections {
         Self { groups: phi.into_iter().zip(weight).map(group).collect(), state, direct, slow: None }
     }
 
-    /// Advances over whole windows.
+    /// Computes whole windows.
     ///
     /// # Safety
     /// The processor has the instructions of `Q`.
@@ -124,7 +125,8 @@ impl Sections {
         unsafe { self.advance::<quad::Avx2>(samples) };
     }
 
-    /// With the thirty-two registers of AVX-512, in which all constants of the sections stay.
+    /// Like [`Self::advance_avx2`], compiled for AVX-512, whose thirty-two registers hold all constants of the
+    /// sections.
     ///
     /// # Safety
     /// The processor has AVX2, FMA and AVX-512F and VL.
@@ -148,7 +150,7 @@ impl Sections {
         }
     }
 
-    /// Windows, with the slow sections brought up to date after each.
+    /// Computes windows, and updates the slow sections after each.
     ///
     /// # Safety
     /// As [`Self::advance`].
@@ -168,7 +170,7 @@ impl Sections {
         }
     }
 
-    /// The sections over one window. Their number is a constant, so that they stay in registers.
+    /// Computes one window. The number of groups is a constant, so that all states stay in registers.
     ///
     /// # Safety
     /// As [`Self::advance`].
@@ -210,7 +212,7 @@ impl Sections {
 }
 
 impl Slow {
-    /// With φ and weights of the sections that stand for it.
+    /// The slow sections, and the φ and weights of the four sections that represent them.
     fn new(gaps: &[f64], weight: &[f64], state: &[f64]) -> (Self, [f64; LANES], [f64; LANES]) {
         let rates: Vec<_> = gaps.iter().map(|gap| -(-gap).ln_1p()).collect();
         let highest = rates.iter().copied().fold(0.0, f64::max);
@@ -239,7 +241,7 @@ impl Slow {
         (slow, psi, together)
     }
 
-    /// The states of the exponentials at the beginning of a window.
+    /// States of the four representatives at the start of a window.
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
     fn begin(&mut self) -> [f64; LANES] {
@@ -253,7 +255,7 @@ impl Slow {
         sum
     }
 
-    /// Their states at its end.
+    /// Updates the slow sections from the states of the four representatives at the end of a window.
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
     fn end(&mut self, state: &[f64; LANES]) {
@@ -274,14 +276,15 @@ fn whole_window(phi: f64) -> f64 {
     (0..WINDOW.ilog2()).fold(phi, |power, _| power * power)
 }
 
+/// The values in groups of four; the last group is padded with zeros.
 fn groups(values: &[f64]) -> Vec<[f64; LANES]> {
     let parts = values.chunks(LANES);
     parts.map(|part| std::array::from_fn(|q| part.get(q).copied().unwrap_or(0.0))).collect()
 }
 
-/// One draw of the states `s_j = Σ φ_j^l e_{−l}` in the stationary state, whose covariance is `1/(1−φ_i φ_j)`.
+/// Random stationary states `s_j = Σ φ_j^l e_{−l}`, whose covariance is `1/(1−φ_i φ_j)`.
 ///
-/// Its Cholesky factor is known: `L_jk = √(1−φ_k²)/(1−φ_j φ_k) Π_{i<k} (φ_j−φ_i)/(1−φ_j φ_i)`, the
+/// The Cholesky factor of this covariance is known: `L_jk = √(1−φ_k²)/(1−φ_j φ_k) Π_{i<k} (φ_j−φ_i)/(1−φ_j φ_i)`, the
 /// Takenaka–Malmquist functions at `φ_j`, exact where a numerical factor of so ill-conditioned a matrix is not.
 fn stationary(gaps: &[f64], start: &mut Stream) -> Vec<f64> {
     let mut normals = vec![0.0; gaps.len()];

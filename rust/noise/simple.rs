@@ -1,4 +1,4 @@
-//! White noise, its difference, and the random telegraph.
+//! White noise, differenced white noise, and the random telegraph.
 
 use super::{Deviates, Process};
 #[cfg(target_arch = "x86_64")]
@@ -12,7 +12,7 @@ pub struct White {
 }
 
 impl White {
-    /// Standard deviation of the samples.
+    /// Process from the standard deviation of the samples.
     pub fn new(sd: f64) -> Self {
         Self { sd }
     }
@@ -24,7 +24,7 @@ impl Process for White {
     }
 }
 
-/// samples *= factor.
+/// Multiplies samples by a factor.
 fn scale(samples: &mut [f64], factor: f64) {
     #[cfg(target_arch = "x86_64")]
     if Width::best().is_wide() {
@@ -46,7 +46,7 @@ fn scale_body(samples: &mut [f64], factor: f64) {
     }
 }
 
-/// total += samples.
+/// Adds samples to a total.
 pub(super) fn add(total: &mut [f64], samples: &[f64]) {
     #[cfg(target_arch = "x86_64")]
     if Width::best().is_wide() {
@@ -68,14 +68,14 @@ fn add_body(total: &mut [f64], samples: &[f64]) {
     }
 }
 
-/// Difference of neighbouring independent normals: what rounding an angle does to its rate.
+/// First difference of independent normals: the rate noise of a quantized angle.
 pub struct Blue {
     sd: f64,
     last: f64,
 }
 
 impl Blue {
-    /// Standard deviation of the normals that are differenced.
+    /// Process from the standard deviation of the normals before differencing.
     pub fn new(sd: f64, start: &mut Stream) -> Self {
         let mut first = [0.0];
         start.normals(&mut first);
@@ -93,14 +93,14 @@ impl Process for Blue {
     }
 }
 
-/// Two levels; each sample keeps the level of the one before with probability 1−p.
+/// Random telegraph with two levels. Each sample keeps the previous level with probability 1−p.
 pub struct Telegraph {
     level: f64,
     p: f64,
 }
 
 impl Telegraph {
-    /// Half the distance of the levels, and the probability of a switch.
+    /// Process from half the distance of the levels and the switching probability.
     pub fn new(amplitude: f64, p: f64, start: &mut Stream) -> Result<Self> {
         if !(0.0..=1.0).contains(&p) {
             return Err(Error::Input(format!(
@@ -120,7 +120,7 @@ impl Process for Telegraph {
 
     fn run(&mut self, samples: &mut [f64]) {
         for x in samples {
-            // Uniforms lie in (0, 1]: p = 0 never switches, p = 1 always.
+            // Uniforms lie in (0, 1], so p = 0 never switches and p = 1 always does.
             let switch = *x <= self.p;
             *x = self.level;
             if switch {

@@ -1,7 +1,8 @@
-//! Threads that wait for work, of this process.
+//! The thread pool of this process.
 //!
-//! A forked process has the memory of its parent but none of its threads: work given to the parent's would wait for
-//! ever. So a pool belongs to the process that made it, and a fork makes its own when it first needs one.
+//! A forked process inherits the memory of its parent but none of its threads. Work sent to the parent's pool would
+//! wait forever. So a pool belongs to the process that created it, and a forked process creates its own pool on first
+//! use.
 
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, Ordering};
@@ -15,16 +16,16 @@ struct Owned {
     pool: ThreadPool,
 }
 
-/// No lock, which a fork could inherit closed.
+/// Atomic pointer instead of a lock, because a forked process could inherit a locked lock.
 static POOL: AtomicPtr<Owned> = AtomicPtr::new(null_mut());
 
-/// Does `work` where its parallel iterators find the threads of this process.
+/// Runs `work` inside the pool of this process, so that rayon's parallel iterators use it.
 pub fn pooled<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     pool().install(work)
 }
 
-/// Does `work` here and on `others` threads of the pool, as far as it has them.
-pub fn beside(others: usize, work: &(impl Fn() + Sync)) {
+/// Runs `work` on the calling thread and on up to `others` threads of the pool.
+pub fn run_also_on(others: usize, work: &(impl Fn() + Sync)) {
     pool().in_place_scope(|scope| {
         for _ in 0..others {
             scope.spawn(|_| work());
@@ -33,6 +34,7 @@ pub fn beside(others: usize, work: &(impl Fn() + Sync)) {
     });
 }
 
+/// The pool of this process, created on first use.
 fn pool() -> &'static ThreadPool {
     let process = std::process::id();
     let known = POOL.load(Ordering::Acquire);
@@ -46,13 +48,13 @@ fn pool() -> &'static ThreadPool {
         ThreadPoolBuilder::new().num_threads(default_threads()).build().expect("the system gives threads");
     let made = Box::into_raw(Box::new(Owned { process, pool }));
     match POOL.compare_exchange(known, made, Ordering::AcqRel, Ordering::Acquire) {
-        // SAFETY: made above and never freed. What was there belongs to the parent: its threads are not here to be
-        // joined, so it is left alone.
+        // SAFETY: made above and never freed. A pool found here belongs to the parent process, whose threads do not
+        // exist in this process and cannot be joined, so it is not freed.
         Ok(_) => unsafe { &(*made).pool },
         Err(other) => {
             // SAFETY: another thread of this process was quicker; no other thread has seen this pool.
             drop(unsafe { Box::from_raw(made) });
-            // SAFETY: as above: not null, for it has just been put there, and never freed.
+            // SAFETY: not null, because the other thread has just stored it, and never freed.
             unsafe { &(*other).pool }
         }
     }

@@ -3,8 +3,8 @@
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
 #![allow(clippy::inline_always)]
 
-/// Exclusive running sum of `values − slope` from `carry` on, in place: a chain of one addition per four samples.
-/// Returns the sum behind them.
+/// Replaces `values` by the exclusive running sum of `values − slope`, starting at `carry`; returns the final sum.
+/// The chain of dependent additions has one addition per four samples.
 #[inline(always)]
 pub fn plain(values: &mut [f64], slope: f64, mut carry: f64) -> f64 {
     let mut quads = values.chunks_exact_mut(4);
@@ -25,7 +25,7 @@ pub fn plain(values: &mut [f64], slope: f64, mut carry: f64) -> f64 {
     carry
 }
 
-/// The same, eight samples at a time.
+/// Like [`plain`], eight samples at a time.
 ///
 /// # Safety
 /// The processor has AVX2.
@@ -36,8 +36,8 @@ pub unsafe fn avx2(values: &mut [f64], slope: f64, carry: f64) -> f64 {
         __m256d, _mm256_add_pd, _mm256_cvtsd_f64, _mm256_loadu_pd, _mm256_permute_pd, _mm256_permute2f128_pd,
         _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpacklo_pd,
     };
-    /// Of [a, b, c, d]: [0, a, a+b, a+b+c] as a sum of two, of which the second needs the longer way; and the total
-    /// in every lane.
+    /// For v = [a, b, c, d]: [0, a, a+b, a+b+c] as a sum of two vectors, of which the second takes longer to compute;
+    /// and the total in every lane.
     #[target_feature(enable = "avx2,fma")]
     fn parts(v: __m256d) -> (__m256d, __m256d, __m256d) {
         let pairs = _mm256_add_pd(v, _mm256_permute_pd::<0b0101>(v));
@@ -83,7 +83,7 @@ pub unsafe fn avx512(values: &[f64], out: &mut [f64]) {
         _mm512_maskz_alignr_epi64, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_setzero_pd,
         _mm512_storeu_pd,
     };
-    /// Lanes moved up, zeros below them.
+    /// The lanes shifted up by a number of places, with zeros below.
     macro_rules! up {
         ($v:expr, $by:literal) => {{
             let v = _mm512_castpd_si512($v);
@@ -110,7 +110,7 @@ pub unsafe fn avx512(values: &[f64], out: &mut [f64]) {
     }
 }
 
-/// Sum in sixteen lanes.
+/// Sum of the values, in sixteen independent partial sums.
 #[inline(always)]
 pub fn sum(values: &[f64]) -> f64 {
     let mut lanes = [0.0; 16];

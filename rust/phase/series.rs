@@ -1,22 +1,22 @@
-//! Columns of numbers of any type and stride, and what can be subtracted from them exactly.
+//! Strided columns of numbers of any type, and bases that can be subtracted from them exactly.
 
 use super::two_sum;
 
-/// A number type that records come in.
+/// A number type of recorded samples.
 pub trait Sample: Copy + Send + Sync + 'static {
-    /// What can be subtracted from every sample: exactly for integers, with one rounding for floats.
+    /// Type of the base that is subtracted from every sample: exactly for integers, with one rounding for floats.
     type Base: Copy + Send + Sync;
-    /// Integer samples keep integer bases, so that their phase stays exact.
+    /// True for integer types, which keep integer bases so that their phase stays exact.
     const INTEGER: bool;
-    /// Nothing to subtract.
+    /// The base zero.
     const ZERO: Self::Base;
-    /// The sample as something to subtract.
+    /// The sample as a base.
     fn base(self) -> Self::Base;
     /// `self − base`.
     fn minus(self, base: Self::Base) -> f64;
-    /// `base + by` rounded to a base, and the step really taken as an unevaluated sum of two doubles.
-    fn moved(base: Self::Base, by: f64) -> (Self::Base, [f64; 2]);
-    /// The sample as a double, for finite checks and messages.
+    /// `base + by` rounded to a base, and the rounded step as an unevaluated sum of two doubles.
+    fn shifted_base(base: Self::Base, by: f64) -> (Self::Base, [f64; 2]);
+    /// The sample as a double, for tests of finiteness and for messages.
     fn value(self) -> f64;
 }
 
@@ -36,7 +36,7 @@ macro_rules! float_sample {
             fn minus(self, base: f64) -> f64 {
                 self as f64 - base
             }
-            fn moved(base: f64, by: f64) -> (f64, [f64; 2]) {
+            fn shifted_base(base: f64, by: f64) -> (f64, [f64; 2]) {
                 let to = base + by;
                 (to, two_sum(to, -base))
             }
@@ -52,7 +52,7 @@ float_sample!(f32, f64);
 macro_rules! small_integer_sample {
     ($($kind:ty),*) => {$(
         impl Sample for $kind {
-            type Base = f64; // holds every integer these can reach
+            type Base = f64; // represents all values of these types exactly
             const INTEGER: bool = true;
             const ZERO: f64 = 0.0;
             #[inline]
@@ -63,7 +63,7 @@ macro_rules! small_integer_sample {
             fn minus(self, base: f64) -> f64 {
                 f64::from(self) - base
             }
-            fn moved(base: f64, by: f64) -> (f64, [f64; 2]) {
+            fn shifted_base(base: f64, by: f64) -> (f64, [f64; 2]) {
                 (base + by.round(), [by.round(), 0.0])
             }
             fn value(self) -> f64 {
@@ -84,7 +84,8 @@ macro_rules! large_integer_sample {
             fn base(self) -> $kind {
                 self
             }
-            /// Halves of 32 bits: each difference is exact, so the sum is rounded once, over the whole range.
+            /// Subtracts the upper and the lower 32 bits separately. Each difference is exact, so that the result is
+            /// rounded only once.
             #[inline]
             #[allow(clippy::unnecessary_cast)]
             fn minus(self, base: $kind) -> f64 {
@@ -92,7 +93,7 @@ macro_rules! large_integer_sample {
                 let low = (self & 0xffff_ffff) as i64 - (base & 0xffff_ffff) as i64;
                 high as f64 * 4294967296.0 + low as f64
             }
-            fn moved(base: $kind, by: f64) -> ($kind, [f64; 2]) {
+            fn shifted_base(base: $kind, by: f64) -> ($kind, [f64; 2]) {
                 let limits = (i128::from(<$kind>::MIN), i128::from(<$kind>::MAX));
                 let to = (i128::from(base) + by.round() as i128).clamp(limits.0, limits.1);
                 let step = to - i128::from(base);
@@ -107,7 +108,7 @@ macro_rules! large_integer_sample {
 }
 large_integer_sample!(i64, u64);
 
-/// One column of numbers: every `step`-th of `data`, starting at `first`.
+/// One column of numbers: every `step`-th number of `data`, starting at `first`.
 #[derive(Clone, Copy)]
 pub struct Series<'a, T> {
     data: &'a [T],
@@ -117,12 +118,12 @@ pub struct Series<'a, T> {
 }
 
 impl<'a, T: Sample> Series<'a, T> {
-    /// All of a slice.
+    /// All numbers of a slice.
     pub fn new(data: &'a [T]) -> Self {
         Self { data, first: 0, step: 1, len: data.len() }
     }
 
-    /// `len` samples at `first`, `first + step`, …; `None` where one would lie outside of `data`.
+    /// `len` samples at `first`, `first + step`, …; `None` if one of them would lie outside of `data`.
     pub fn strided(data: &'a [T], first: usize, step: isize, len: usize) -> Option<Self> {
         let last = first as i128 + step as i128 * (len as i128 - 1);
         let inside = len == 0 || (first < data.len() && (0..data.len() as i128).contains(&last));
@@ -134,12 +135,12 @@ impl<'a, T: Sample> Series<'a, T> {
         self.len
     }
 
-    /// Whether there are no samples.
+    /// True if there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Sample `index`.
+    /// The sample at `index`.
     #[inline]
     pub fn at(&self, index: usize) -> T {
         self.data[(self.first as isize + index as isize * self.step) as usize]

@@ -1,4 +1,4 @@
-//! `NumPy` arrays of any numeric type as series and buffers as `NumPy` arrays, without a copy.
+//! Conversion between `NumPy` arrays and the core's series and buffers, without copies.
 
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
@@ -7,23 +7,23 @@ use pyo3::prelude::*;
 use crate::machine::buffer_pool::Buffer;
 use crate::phase::{Sample, Series};
 
-/// Owner of an array's memory, which the next call gets when the array is gone.
+/// Owner of the memory of an array. When the array is freed, the memory goes back to the buffer pool.
 #[pyclass(frozen, module = "allanite._core")]
 struct Owner {
     _buffer: Buffer,
 }
 
-/// The array of a buffer.
+/// `NumPy` array that takes over a buffer.
 pub fn from_buffer(py: Python<'_>, mut buffer: Buffer) -> PyResult<Bound<'_, PyArray1<f64>>> {
     let (data, len) = (buffer.as_mut_ptr(), buffer.len());
     let owner = Bound::new(py, Owner { _buffer: buffer })?;
-    // SAFETY: `len` doubles lie at `data`; nothing else refers to them, and moving the buffer did not move them.
+    // SAFETY: `len` doubles lie at `data`. Nothing else refers to them, and moving the buffer did not move them.
     let view = unsafe { ArrayView1::from_shape_ptr(len, data) };
-    // SAFETY: the owner keeps them, in place, as long as the array lives, and never looks at them.
+    // SAFETY: the owner keeps the doubles in place as long as the array lives, and never accesses them.
     Ok(unsafe { PyArray1::borrow_from_array(&view, owner.into_any()) })
 }
 
-/// The elements of a one-dimensional array, whatever its stride.
+/// Series over the elements of a one-dimensional array of any stride.
 pub fn series<'a, T>(array: &'a PyReadonlyArray1<'_, T>) -> PyResult<Series<'a, T>>
 where
     T: Sample + numpy::Element,
@@ -44,7 +44,7 @@ where
         .ok_or_else(|| pyo3::exceptions::PyValueError::new_err("the array's stride leaves its memory"))
 }
 
-/// Evaluates `$body` with `$name` a `Series` of whatever number type the array `$array` holds.
+/// Evaluates `$body` with `$name` bound to a `Series` of the number type of the array `$array`.
 macro_rules! with_series {
     ($array:expr, $name:ident => $body:expr) => {
         with_series!($array, $name => $body, f64, f32, i16, i32, i64, i8, u8, u16, u32, u64)

@@ -10,6 +10,7 @@ use crate::{Error, Result};
 
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
+/// Averaging factors as positive numbers, or an error.
 fn positive(factors: &[i64]) -> Result<Vec<usize>> {
     factors
         .iter()
@@ -72,7 +73,7 @@ pub fn allan_law<'py>(
     Ok(found.into_pyarray(py))
 }
 
-/// Ordinates j (k,) of n samples at which expectations are asked for.
+/// Ordinates j (k,) of n samples at which expectations are computed.
 #[pyclass(frozen, module = "allanite._core")]
 pub struct Ordinates(ordinates::Ordinates);
 
@@ -83,12 +84,12 @@ impl Ordinates {
         Self(ordinates::Ordinates::new(j.as_array().iter().copied(), n))
     }
 
-    /// E c_j² (k,) of a sum of terms. It keeps the interpreter: microseconds, in which nothing else would get on.
+    /// E c_j² (k,) of a sum of terms. The GIL is not released, because the call takes only microseconds.
     fn variance<'py>(&self, py: Python<'py>, terms: Vec<Term>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(self.0.variance(&terms).map_err(to_python)?.into_pyarray(py))
     }
 
-    /// Its means (bins,) over bins, of which `owner` (k,) names that of each ordinate.
+    /// Means (bins,) of E c_j² over bins. `owner` (k,) names the bin of each ordinate.
     fn means<'py>(
         &self,
         py: Python<'py>,

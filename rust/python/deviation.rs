@@ -1,6 +1,6 @@
-//! Deviations, from `NumPy` arrays.
+//! Bindings of the deviations.
 
-// The macros of pyo3 hand arguments over by value.
+// The macros of pyo3 pass arguments by value.
 #![allow(clippy::needless_pass_by_value)]
 
 use std::sync::atomic::AtomicBool;
@@ -20,8 +20,8 @@ use crate::machine::processor::Width;
 use crate::parallel::default_threads;
 use crate::phase::{Quantity, Record};
 
-/// Terms from which a call runs beside the interpreter so that Ctrl-C is heard.
-const LONG: usize = 1 << 25;
+/// Calls with at least this many terms release the GIL and check for Ctrl-C.
+const MIN_INTERRUPTIBLE_TERMS: usize = 1 << 25;
 
 type Vector<T> = Py<PyArray1<T>>;
 
@@ -29,7 +29,7 @@ fn quantity(angle: bool) -> Quantity {
     if angle { Quantity::Angle } else { Quantity::Rate }
 }
 
-/// Averaging factors of a named grid up to `most`; `each` > 0 means that many per decade.
+/// Averaging factors of a named grid up to `most`. With `each` > 0, that many per decade.
 #[pyfunction]
 pub fn averaging_factors(py: Python<'_>, grid: &str, each: u32, most: usize) -> PyResult<Vector<i64>> {
     let grid = match grid {
@@ -42,10 +42,10 @@ pub fn averaging_factors(py: Python<'_>, grid: &str, each: u32, most: usize) -> 
     Ok(found.into_iter().map(|m| m as i64).collect::<Vec<_>>().into_pyarray(py).unbind())
 }
 
-/// Variance, number of terms, α of the noise at each factor, number of gaps.
+/// Variance, number of terms and power-law exponent α of the noise at each factor, and number of gaps.
 type Found = (Vector<f64>, Vector<i64>, Vector<f64>, usize);
 
-/// Overlapping Allan variance in units of the samples for rising factors.
+/// Overlapping Allan variance in units of the samples, for ascending factors.
 #[pyfunction]
 #[pyo3(signature = (samples, factors, angle, threads=0))]
 pub fn overlapping_allan(
@@ -58,7 +58,7 @@ pub fn overlapping_allan(
     allan(py, samples, &factors, angle, threads, false)
 }
 
-/// Allan variance of adjacent averages, as [`overlapping_allan`].
+/// Allan variance of adjacent averages; like [`overlapping_allan`].
 #[pyfunction]
 #[pyo3(signature = (samples, factors, angle, threads=0))]
 pub fn adjacent_allan(
@@ -71,7 +71,7 @@ pub fn adjacent_allan(
     allan(py, samples, &factors, angle, threads, true)
 }
 
-/// Variance (of TIE: the square) of any other estimator, as [`overlapping_allan`].
+/// Variance (for TIE: the square) by any other estimator; like [`overlapping_allan`].
 #[pyfunction]
 #[pyo3(signature = (kind, samples, factors, angle, threads=0))]
 pub fn family_variance(
@@ -93,7 +93,7 @@ pub fn family_variance(
             Ok((variance, count, laws(&record, &theta, &factors), record.gaps()))
         };
         let (variance, count, noise, gaps) =
-            // A short record stays on the caller's thread: to start another takes longer than most of its sums.
+            // A short record is computed on the calling thread, because starting a thread takes longer.
             if series.len() > 4096 { run(py, work)? } else { run_short(py, || work(&AtomicBool::new(false)))? };
         let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
         Ok((
@@ -125,7 +125,7 @@ fn allan(
             let noise = laws(&record, &theta, &factors);
             Ok((terms.variance(&factors, kind), terms.count, noise, record.gaps()))
         };
-        let (variance, count, noise, gaps) = if series.len().saturating_mul(factors.len()) > LONG {
+        let (variance, count, noise, gaps) = if series.len().saturating_mul(factors.len()) > MIN_INTERRUPTIBLE_TERMS {
             run(py, work)?
         } else {
             run_short(py, || work(&AtomicBool::new(false)))?
@@ -140,7 +140,7 @@ fn allan(
     })
 }
 
-/// `accumulator::Accumulator` for the package's own class, and its averaging times per octave.
+/// `accumulator::Accumulator`, and its number of averaging times per octave.
 #[pyclass(name = "Accumulator", module = "allanite._core", skip_from_py_object)]
 #[derive(Clone)]
 pub struct PyAccumulator(Accumulator, usize);
@@ -190,7 +190,7 @@ impl PyAccumulator {
         self.0.gaps()
     }
 
-    /// Factor, stride, sum, number of terms and of lost ones.
+    /// For each averaging factor: factor, stride, sum, number of terms, number of lost terms.
     fn reading(&self) -> accumulator::Reading {
         self.0.reading()
     }

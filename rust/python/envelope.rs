@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use super::gil::run_short;
 use crate::envelope;
 
-/// `envelope::envelope`: smallest and largest sample of each stretch.
+/// `envelope::envelope`: minimum and maximum of each segment.
 #[pyfunction(name = "envelope")]
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
 pub fn sample_envelope<'py>(

@@ -1,4 +1,4 @@
-//! Releases the GIL for long calls, maps errors and panics, and answers Ctrl-C.
+//! Release of the GIL for long calls, conversion of errors and panics, and handling of Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,29 +16,29 @@ pub fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
 
-/// What the last panic said, and where it happened.
+/// Message and source location of the last panic.
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
-/// Keeps what a panic says instead of printing it: it becomes the message of an exception.
+/// Stores the message of a panic instead of printing it, so that it becomes the message of an exception.
 pub fn keep_panics() {
     std::panic::set_hook(Box::new(|panic| {
         *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = panic.to_string();
     }));
 }
 
-/// Does `work`; a panic in it becomes [`Error::Internal`].
+/// Runs `work`; a panic in it becomes [`Error::Internal`].
 fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
-    // What a panic leaves half done is not used: the error is a bug to report, not one to go on from.
+    // Data that a panic leaves incomplete are not used, because the error is a bug to report.
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
         Err(Error::Internal(PANIC.lock().unwrap_or_else(PoisonError::into_inner).clone()))
     })
 }
 
-/// Runs `work` with the interpreter released. `work` gets a flag that turns true on Ctrl-C and is
-/// expected to look at it between blocks and to return [`crate::Error::Interrupted`].
+/// Runs `work` with the GIL released. `work` receives a flag that turns true on Ctrl-C. It must check the flag
+/// between blocks and return [`crate::Error::Interrupted`].
 ///
-/// The work runs on its own thread while the calling thread looks for signals every 50 ms, because
-/// Python delivers them only to the main thread. Calls known to be short should use [`run_short`].
+/// The work runs on its own thread while the calling thread checks for signals every 50 ms, because Python delivers
+/// signals only to the main thread. Short calls should use [`run_short`].
 pub fn run<T, F>(py: Python<'_>, work: F) -> PyResult<T>
 where
     T: Send,
@@ -49,14 +49,14 @@ where
     std::thread::scope(|scope| {
         let (sender, receiver) = sync_channel(1);
         let started = std::thread::Builder::new().spawn_scoped(scope, move || {
-            // A closed channel means the caller is gone, which the scope makes impossible.
+            // The channel is never closed before the caller has the result, because of the scope.
             let _ = sender.send(guarded(|| work(stop)));
         });
         if let Err(error) = started {
             let said = format!("no thread can be started ({error}): too little memory is free");
             return Err(super::errors::to_python(Error::Input(said)));
         }
-        // Receiver is Send but not Sync: a mutex makes the borrow usable with the interpreter released.
+        // The receiver is Send but not Sync; a mutex makes the borrow usable with the GIL released.
         let receiver = Mutex::new(receiver);
         let mut signal = None;
         loop {
@@ -87,7 +87,7 @@ where
     })
 }
 
-/// Runs work of at most some milliseconds with the interpreter released.
+/// Runs `work` of at most a few milliseconds with the GIL released.
 pub fn run_short<T, F>(py: Python<'_>, work: F) -> PyResult<T>
 where
     T: Send,

@@ -12,6 +12,7 @@ type Matrix<'py> = PyReadonlyArray2<'py, f64>;
 type Vector<'py> = PyReadonlyArray1<'py, f64>;
 type Series<'py> = Bound<'py, PyArray1<f64>>;
 
+/// System from `NumPy` arrays.
 fn system(f: &Matrix<'_>, q: &Matrix<'_>, h: &Vector<'_>, r: f64, p0: &Matrix<'_>) -> PyResult<System> {
     System::new(f.as_slice()?, q.as_slice()?, h.as_slice()?, r, p0.as_slice()?).map_err(to_python)
 }
@@ -33,7 +34,7 @@ pub fn kalman_filter<'py>(
     Ok((values.into_pyarray(py), variances.into_pyarray(py)))
 }
 
-/// `kalman::smooth`: mean of H s given all samples.
+/// `kalman::smooth`: expectation of H s given all samples.
 #[pyfunction]
 pub fn kalman_smooth<'py>(
     py: Python<'py>,
@@ -49,9 +50,9 @@ pub fn kalman_smooth<'py>(
     Ok(run(py, |stop| kalman::smooth(&system, view, stop))?.into_pyarray(py))
 }
 
-/// `kalman::stamped::filter`: innovations (k, n) of columns at times, and their variances (n,).
+/// `kalman::stamped::filter`: innovations (k, n) of columns at arbitrary times, and their variances (n,).
 ///
-/// Lags are (variance, rate in 1/s, whether its integral is seen).
+/// Lags are (variance, rate in 1/s, whether the integral of the lag is observed).
 #[pyfunction]
 pub fn stamped_filter<'py>(
     py: Python<'py>,

@@ -1,4 +1,4 @@
-//! Bindings of the likelihood with a discrepancy.
+//! Bindings of the likelihood with a model discrepancy.
 
 use numpy::ndarray::ArrayView2;
 use numpy::{
@@ -8,20 +8,21 @@ use pyo3::prelude::*;
 
 use super::errors::to_python;
 use super::gil::{run, run_short};
-use crate::likelihood::{self, Judged, Problem};
+use crate::likelihood::{self, Evaluation, Problem};
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;
 
+/// Copy of an array as a vector.
 fn numbers(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
     array.as_array().to_vec()
 }
 
-/// Column by column.
+/// Copy of a matrix as a vector, column by column.
 fn columns(array: ArrayView2<'_, f64>) -> Vec<f64> {
     array.reversed_axes().iter().copied().collect()
 }
 
-/// Distribution of bins with these degrees of freedom, at these scales of discrepancy.
+/// Likelihood of bins with given degrees of freedom and scales of discrepancy.
 #[pyclass(frozen, module = "allanite._core")]
 pub struct Likelihood(likelihood::Likelihood);
 
@@ -46,7 +47,8 @@ impl Likelihood {
         scale: Option<usize>,
     ) -> PyResult<(f64, Array<'py>)> {
         let (power, spectrum) = (numbers(&power), numbers(&spectrum));
-        let Judged { log_likelihood, weight } = run_short(py, || self.0.judge(&power, &spectrum, scale))?;
+        let Evaluation { log_likelihood, weight } =
+            run_short(py, || self.0.evaluate(&power, &spectrum, scale))?;
         Ok((log_likelihood, weight.into_pyarray(py)))
     }
 
@@ -64,7 +66,8 @@ impl Likelihood {
         found.into_pyarray(py).reshape(shape)
     }
 
-    /// The best scale, or the one uphill of `start`, its marginal logL and weights (bins,).
+    /// The scale with the highest marginal logL (the nearest maximum uphill of `start` if given), its logL and
+    /// weights (bins,).
     #[pyo3(signature = (power, spectrum, start=None))]
     fn best_scale<'py>(
         &self,
@@ -78,7 +81,7 @@ impl Likelihood {
         Ok((scale, found.log_likelihood, found.weight.into_pyarray(py)))
     }
 
-    /// Least squares in units of the power, (p,).
+    /// Starting point (p,) from least squares relative to the power.
     fn first<'py>(
         &self,
         py: Python<'py>,
@@ -94,8 +97,8 @@ impl Likelihood {
         Ok(run_short(py, || problem.first(p))?.into_pyarray(py))
     }
 
-    /// θ (p,), S (bins,), marginal logL, scale and weights (bins,) uphill of `theta`.
-    #[expect(clippy::too_many_arguments, reason = "they are the problem")]
+    /// The local maximum uphill of `theta`: θ (p,), S (bins,), marginal logL, scale and weights (bins,).
+    #[expect(clippy::too_many_arguments, reason = "they define the problem")]
     fn climb<'py>(
         &self,
         py: Python<'py>,
@@ -114,13 +117,14 @@ impl Likelihood {
         Ok((
             found.theta.into_pyarray(py),
             found.spectrum.into_pyarray(py),
-            found.judged.log_likelihood,
+            found.evaluation.log_likelihood,
             found.scale,
-            found.judged.weight.into_pyarray(py),
+            found.evaluation.weight.into_pyarray(py),
         ))
     }
 
-    /// θ (m, p), marginal logL (m,) and scales uphill of each of `thetas` (m, p), with columns (m, bins, p).
+    /// The local maxima uphill of each row of `thetas` (m, p), with columns (m, bins, p): θ (m, p), marginal logL
+    /// (m,) and scales.
     fn climb_many<'py>(
         &self,
         py: Python<'py>,
@@ -138,7 +142,7 @@ impl Likelihood {
             likelihood::climb_many(&self.0, &power, &columns, &starts, p, scale, rounds, stop)
         })?;
         let thetas: Vec<f64> = found.iter().flat_map(|f| f.theta.iter().copied()).collect();
-        let values: Vec<f64> = found.iter().map(|f| f.judged.log_likelihood).collect();
+        let values: Vec<f64> = found.iter().map(|f| f.evaluation.log_likelihood).collect();
         let scales = found.iter().map(|f| f.scale).collect();
         Ok((thetas.into_pyarray(py).reshape([m, p])?, values.into_pyarray(py), scales))
     }

@@ -1,4 +1,4 @@
-//! Bindings of the non-negative generalised least squares.
+//! Bindings of non-negative generalized least squares.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! Bindings of the machine.
+//! Bindings of machine resources: buffers, allocator, signals, vector units.
 
 use pyo3::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::machine::buffer_pool;
 use crate::machine::maps;
 use crate::machine::processor::{self, Width};
 
-/// `spectrum::release` and `machine::buffer_pool::release`: bytes of buffers given back.
+/// `spectrum::release` and `machine::buffer_pool::release`: size in bytes of the freed buffers.
 #[pyfunction]
 pub fn release() -> usize {
     crate::spectrum::release();
@@ -26,13 +26,13 @@ pub fn trim(py: Python<'_>) {
     py.detach(buffer_pool::trim);
 }
 
-/// `machine::maps::end_with`: the last line of a program whose mapped file becomes shorter.
+/// `machine::maps::end_with`: the final message of a program whose mapped file is truncated.
 #[pyfunction]
 pub fn end_with_line(line: &str, code: i32) {
     maps::end_with(line, code);
 }
 
-/// Name of the vector unit in use; with `most`, one that is not wider is used from now on.
+/// Name of the vector unit in use. `most` restricts this process to the named unit and narrower ones.
 #[pyfunction]
 #[pyo3(signature = (most = None))]
 pub fn vector_unit(most: Option<&str>) -> PyResult<&'static str> {

@@ -1,6 +1,6 @@
-//! Bindings of the core: one thin file a part. Nothing is computed here.
+//! Python bindings of the core, one thin file per module. Nothing is computed here.
 //!
-//! A new function is written in its part's file and exported here by name.
+//! Add a new function to the file of its module and export it here by name.
 
 mod arrays;
 mod covariance;

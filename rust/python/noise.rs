@@ -13,8 +13,8 @@ use crate::{Error, Result};
 
 type Processes = Vec<(String, Vec<f64>)>;
 
-/// Room for `n` samples, or an error where the machine refuses instead of an abort.
-fn room(n: usize) -> Result<Buffer> {
+/// Buffer for `n` samples, or an error if memory is insufficient.
+fn buffer_for(n: usize) -> Result<Buffer> {
     Vec::<f64>::new()
         .try_reserve_exact(n)
         .map_err(|_| Error::Input(format!("{n} samples do not fit into memory: simulate in chunks")))?;
@@ -36,14 +36,14 @@ pub fn simulate(
 ) -> PyResult<Bound<'_, PyArray1<f64>>> {
     let samples = run(py, |stop| {
         let mut generator = Generator::new(&processes, n, seed, replicate, axis, threads)?;
-        let mut samples = room(n)?;
+        let mut samples = buffer_for(n)?;
         generator.fill(&mut samples, stop)?;
         Ok(samples)
     })?;
     from_buffer(py, samples)
 }
 
-/// The same samples in chunks.
+/// Generator of the samples of a sum of processes, in chunks.
 #[pyclass(frozen, module = "allanite._core")]
 pub struct Simulator {
     generator: Mutex<Generator>,
@@ -63,7 +63,7 @@ impl Simulator {
     /// The next `n` samples.
     fn next<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let samples = run(py, |stop| {
-            let mut samples = room(n)?;
+            let mut samples = buffer_for(n)?;
             let mut generator = self.generator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             generator.fill(&mut samples, stop)?;
             Ok(samples)

@@ -1,4 +1,4 @@
-//! Bindings of samples in order.
+//! Bindings of sorting and ranks.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use super::gil::run_short;
 use crate::ranks;
 
-/// `ranks::in_order`.
+/// `ranks::in_order`: sorted values.
 #[pyfunction]
 pub fn in_order<'py>(
     py: Python<'py>,
@@ -16,7 +16,7 @@ pub fn in_order<'py>(
     Ok(run_short(py, || Ok(ranks::in_order(view)))?.into_pyarray(py))
 }
 
-/// `ranks::order`.
+/// `ranks::order`: indices that sort the values.
 #[pyfunction]
 pub fn order<'py>(
     py: Python<'py>,

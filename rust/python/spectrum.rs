@@ -50,7 +50,7 @@ pub fn squares<'py>(
     Ok(run_short(py, || spectrum::squares(ordinates, edges))?.into_pyarray(py))
 }
 
-/// `chirps::heights`.
+/// `chirps::heights`: highest power at each drift rate.
 #[pyfunction]
 pub fn chirp_heights<'py>(
     py: Python<'py>,
@@ -63,7 +63,7 @@ pub fn chirp_heights<'py>(
     Ok(run(py, |stop| chirps::heights(series, first, step, count, stop))?.into_pyarray(py))
 }
 
-/// `Courses::best`: places and heights.
+/// `Courses::best`: frequency and power of each course.
 #[pyfunction]
 pub fn best_courses<'py>(
     py: Python<'py>,
@@ -98,7 +98,7 @@ pub fn best_pair(
 #[pyclass(name = "Lapped", module = "allanite._core", frozen)]
 pub struct PyLapped(Lapped);
 
-/// Power in bands tile by tile, and how many tiles that is.
+/// Power in bands, tile by tile, and the number of tiles.
 type Tiles<'py> = (Bound<'py, PyArray1<f64>>, usize);
 
 #[pymethods]
@@ -148,7 +148,7 @@ impl PyLapped {
     }
 }
 
-/// Adds rows, one after the other, to sums of two doubles.
+/// Adds rows, in their order, to sums in two doubles.
 #[pyfunction]
 pub fn add_rows(
     mut high: PyReadwriteArray1<'_, f64>,
@@ -162,7 +162,7 @@ pub fn add_rows(
     Ok(())
 }
 
-/// `halving::steps`.
+/// `halving::steps`: minimum, maximum, number of zero steps, Σd², Σd⁴.
 #[pyfunction]
 pub fn steps(py: Python<'_>, x: PyReadonlyArray1<'_, f64>) -> PyResult<[f64; 5]> {
     let x = x.as_slice()?;

@@ -23,7 +23,7 @@ fn options(
         Some(&[byte]) => Some(byte),
         Some(_) => {
             return Err(Error::Input(format!(
-                "delimiter {:?}: needs one character, a blank for any white space",
+                "delimiter {:?}: give one character; a blank means any white space",
                 delimiter.unwrap_or_default()
             )));
         }
@@ -31,6 +31,7 @@ fn options(
     Ok(Options { delimiter, decimal_comma, columns, finite })
 }
 
+/// Metadata as a dictionary.
 fn dictionary<'py>(py: Python<'py>, meta: &Meta) -> PyResult<Bound<'py, PyDict>> {
     let found = PyDict::new(py);
     found.set_item("delimiter", meta.delimiter)?;
@@ -47,7 +48,7 @@ fn dictionary<'py>(py: Python<'py>, meta: &Meta) -> PyResult<Bound<'py, PyDict>>
 type Sampled<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Vec<usize>, Vec<String>);
 type Read<'py> = (Option<Vec<String>>, Vec<Bound<'py, PyArray1<f64>>>, Bound<'py, PyDict>);
 
-/// All columns of a log.
+/// All selected columns of a log.
 #[pyfunction]
 #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None, finite = false))]
 pub fn read_text<'py>(
@@ -65,7 +66,7 @@ pub fn read_text<'py>(
     Ok((table.header, columns, meta))
 }
 
-/// A log in chunks of rows.
+/// Reader of a log in chunks of rows.
 #[pyclass(frozen, module = "allanite._core")]
 pub struct TextReader {
     reader: Mutex<Reader>,
@@ -100,32 +101,32 @@ impl TextReader {
         self.with(|reader| reader.header())
     }
 
-    /// Number of columns asked for.
+    /// Number of selected columns.
     #[getter]
     fn width(&self) -> usize {
         self.with(|reader| reader.width())
     }
 
-    /// Asks for some columns only; before the first rows.
+    /// Selects columns; must be called before the first rows are read.
     fn select(&self, columns: Vec<usize>) -> PyResult<()> {
         self.with(|reader| reader.select(columns)).map_err(super::errors::to_python)
     }
 
-    /// Up to `rows` first rows of all columns, the cells of each that are text, and one cell of each.
+    /// Up to `rows` first rows of all columns; for each column, the number of text cells and one cell.
     fn sample<'py>(&self, py: Python<'py>, rows: usize) -> PyResult<Sampled<'py>> {
         let found = run(py, |stop: &AtomicBool| self.with(|reader| reader.sample(rows, stop)))?;
         let columns = found.columns.into_iter().map(|column| column.into_pyarray(py)).collect();
         Ok((columns, found.words, found.cells))
     }
 
-    /// What was found so far.
+    /// Format of the log and counts of the lines read so far.
     #[getter]
     fn meta<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let meta = self.with(|reader| reader.meta().clone());
         dictionary(py, &meta)
     }
 
-    /// Up to `rows` further rows; `None` at the end.
+    /// Up to `rows` further rows; `None` at the end of the log.
     fn next<'py>(&self, py: Python<'py>, rows: usize) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let work = |stop: &AtomicBool| self.with(|reader| Ok((reader.next(rows, stop)?, reader.width())));
         let (table, width) = run(py, work)?;

@@ -1,10 +1,10 @@
-//! Standard normals of eight interleaved generators.
+//! Standard normal deviates from eight interleaved generators.
 //!
-//! They come in pairs by Box & Muller 1958, one word to a pair: 39 bits are the radius (which ends at 7.4σ,
-//! beyond which lies one normal in 1e13), 23 bits the angle in half a circle, one the sign. Logarithm and
-//! circular functions are polynomials (relative error below 6e-9, far under what any sample could show),
-//! because they are free of branches and run eight lanes at a time. The same operations in the same order, fused
-//! multiply-adds included, run on every machine: the bits are the same with and without wide registers.
+//! Each 64-bit word gives a pair of normals by the method of Box & Muller 1958. 39 bits give the radius (which ends
+//! at 7.4σ; one normal in 1e13 lies beyond), 23 bits give the angle in half a circle, and one bit gives the sign.
+//! Logarithm and trigonometric functions are polynomials, which are free of branches and run eight lanes at a time.
+//! Their relative error is below 6e-9, far too small to affect any sample statistic. Every machine runs the same
+//! operations in the same order, fused multiply-adds included, so that the bits do not depend on the vector unit.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
 #![allow(clippy::inline_always)]
@@ -12,34 +12,37 @@
 use super::registers::{self, Registers};
 use crate::machine::processor::{Unit, Width};
 
-/// Interleaved generators of one stream.
+/// Number of interleaved generators of a stream.
 pub const LANES: usize = 8;
-/// Normals made at a time: a cosine and a sine of each lane.
+/// Number of normals generated at a time: a cosine and a sine from each lane.
 const GROUP: usize = 2 * LANES;
-/// Parts of the lanes, one after the other, where a register holds half of them.
+/// Number of registers that hold the lanes if a register holds half of them.
 const PARTS: usize = 2;
 
-/// A word of each generator.
+/// One word of each generator.
 pub type Lanes = [u64; LANES];
 
-/// Bits of 1.
+/// Bits of the double 1.0.
 pub const ONE: u64 = 0x3ff0_0000_0000_0000;
-/// Bits of the fraction of a double.
+/// Mask of the fraction of a double.
 const FRACTION: u64 = (1 << 52) - 1;
-/// Bits of 4096, whose unit in the last place is 2^-40, and of one half of 2^-39.
+/// Bits of 4096 + 2^-40. The unit in the last place of 4096 is 2^-40, so that this adds half of the radius step
+/// 2^-39.
 const RADIUS: u64 = 0x40b0_0000_0000_0001;
-/// The 39 bits of a radius, after a shift to the right by `RADIUS_SHIFT`, leaving the last one to the half.
+/// Mask of the 39 bits of a radius after a right shift by `RADIUS_SHIFT`. The lowest bit is reserved for the half
+/// step.
 const RADIUS_BITS: u64 = ((1 << 39) - 1) << 1;
 const RADIUS_SHIFT: u32 = 23;
-/// Bits of 2^28, whose unit in the last place is 2^-24, and of one half of 2^-23.
+/// Bits of 2^28 + 2^-24. The unit in the last place of 2^28 is 2^-24, so that this adds half of the angle step 2^-23.
 const ANGLE: u64 = 0x41b0_0000_0000_0001;
-/// The 23 bits of an angle; the last bit of a word, the poorest, is not used.
+/// Mask of the 23 bits of an angle. The lowest bit of a word, which has the poorest quality, is not used.
 const ANGLE_BITS: u64 = ((1 << 23) - 1) << 1;
-/// 2^28 and half of the range of angles.
+/// 2^28 plus half of the range of angles.
 const ANGLE_MIDDLE: f64 = 268435456.5;
 const SIGN: u64 = 1 << 63;
 
-/// Near 1/m for m in [1 + i/16, 1 + (i+1)/16). The last is exact, so that nothing cancels below u = 1.
+/// Approximations of 1/m for m in [1 + i/16, 1 + (i+1)/16). The last is exact, so that nothing cancels just below u =
+/// 1.
 const RECIPROCALS: [f64; 16] = [
     0.9696969696969697,
     0.9142857142857143,
@@ -58,7 +61,7 @@ const RECIPROCALS: [f64; 16] = [
     0.5245901639344263,
     0.5,
 ];
-/// 2 ln of them.
+/// 2 ln of the entries of `RECIPROCALS`.
 const LOGARITHMS: [f64; 16] = [
     -0.06154331733350732,
     -0.17922431737937433,
@@ -94,7 +97,7 @@ const COS: [f64; 6] = [
     -0.024396716605332346,
 ];
 
-/// Fills with normals: the beginning of what more would be.
+/// Fills `out` with normals. A shorter slice receives the beginning of what a longer one receives.
 pub fn fill(width: Width, state: &mut [Lanes; 4], out: &mut [f64]) {
     // SAFETY: a `Width` is only made of units that the processor has.
     unsafe {
@@ -151,6 +154,7 @@ unsafe fn fill_by<R: Registers>(state: &mut [Lanes; 4], out: &mut [f64]) {
     }
 }
 
+/// Writes the next group of normals.
 #[inline(always)]
 unsafe fn one_group<R: Registers>(state: &mut [[R::Words; 4]; PARTS], group: &mut [f64; GROUP]) {
     let (cosines, sines) = group.split_at_mut(LANES);
@@ -183,13 +187,14 @@ unsafe fn next<R: Registers>(state: &mut [R::Words; 4]) -> R::Words {
     }
 }
 
-/// The bits of `mask` from `word`, the others from `base`, as a number.
+/// The number whose bits inside `mask` come from `word`, and the others from `base`.
 #[inline(always)]
 unsafe fn number<R: Registers>(word: R::Words, mask: u64, base: u64) -> R::Numbers {
     // SAFETY: this function's contract.
     unsafe { R::number(R::or(R::and(word, R::word(mask)), R::word(base))) }
 }
 
+/// Value of a polynomial, by Horner's rule.
 #[inline(always)]
 unsafe fn polynomial<R: Registers, const N: usize>(coefficients: &[f64; N], x: R::Numbers) -> R::Numbers {
     // SAFETY: this function's contract.
@@ -202,7 +207,8 @@ unsafe fn polynomial<R: Registers, const N: usize>(coefficients: &[f64; N], x: R
     }
 }
 
-/// −2 ln u for normal u in (0, 1), u = 2^e·m with m in [1, 2), m·c = 1 + r: −2e ln 2 + 2 ln c − 2 ln(1 + r).
+/// −2 ln u for normal u in (0, 1). With u = 2^e·m, m in [1, 2), and m·c = 1 + r it is −2e ln 2 + 2 ln c − 2 ln(1 +
+/// r).
 #[inline(always)]
 unsafe fn minus_two_log<R: Registers>(u: R::Numbers) -> R::Numbers {
     // SAFETY: this function's contract.
@@ -218,7 +224,7 @@ unsafe fn minus_two_log<R: Registers>(u: R::Numbers) -> R::Numbers {
     }
 }
 
-/// Two normals a lane: r cos πv and r sin πv, r with a random sign so that v in (−½, ½) covers the circle.
+/// Two normals per lane: r cos πv and r sin πv. The random sign of r makes v in (−½, ½) cover the circle.
 #[inline(always)]
 unsafe fn pair<R: Registers>(word: R::Words) -> [R::Numbers; 2] {
     // SAFETY: this function's contract.
@@ -252,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn logarithm_and_circular_functions_are_what_they_say() {
+    fn logarithm_and_trigonometric_functions_are_accurate() {
         for k in 1..=40_000_u32 {
             let u = 2.0_f64.powf(-f64::from(k) * 40.0 / 40_000.0);
             let expected = -2.0 * u.ln();
@@ -263,7 +269,7 @@ mod tests {
             assert!((sin / (PI * v).sin() - 1.0).abs() < 5.4e-9, "sin {v}");
             assert!((cos - (PI * v).cos()).abs() < 2.3e-10, "cos {v}");
         }
-        // The largest radius fraction there is: no negative number under the root.
+        // At the largest radius fraction the number under the root is not negative.
         let last = 1.0 - 0.5_f64.powi(40);
         assert!((logarithm(last) / (2.0 * 0.5_f64.powi(40)) - 1.0).abs() < 1e-2);
     }

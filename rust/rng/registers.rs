@@ -1,15 +1,15 @@
-//! Eight lanes at a time, or four and four: what the normals need of a vector unit.
+//! Vector registers of eight or four lanes, with the operations that the normal deviates need.
 //!
-//! The operations are the same in the same order everywhere: so are the bits.
+//! Every implementation runs the same operations in the same order and so gives the same bits.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
 #![allow(clippy::inline_always)]
 
 use std::array;
 
-/// Bits of 2^52: an integer k in the low bits makes the float 2^52 + k.
+/// Bits of 2^52. An integer k in the low bits makes the double 2^52 + k.
 const MAGIC: u64 = 0x4330_0000_0000_0000;
-/// 2^52 and the bias of exponents.
+/// 2^52 plus the bias of exponents.
 const EXPONENT: f64 = 4503599627370496.0 + 1023.0;
 
 /// A vector unit.
@@ -17,14 +17,14 @@ const EXPONENT: f64 = 4503599627370496.0 + 1023.0;
 /// # Safety
 /// Functions of an implementation may only be called where the processor has its instructions. Slices are `WIDTH` long.
 pub unsafe trait Registers {
-    /// Lanes of a register: 4 or 8.
+    /// Number of lanes of a register: 4 or 8.
     const WIDTH: usize;
     type Words: Copy;
     type Numbers: Copy;
     unsafe fn load(words: &[u64]) -> Self::Words;
     unsafe fn store_words(words: Self::Words, to: &mut [u64]);
     unsafe fn store(numbers: Self::Numbers, to: &mut [f64]);
-    /// The same in every lane.
+    /// The same word in every lane.
     unsafe fn word(value: u64) -> Self::Words;
     unsafe fn splat(value: f64) -> Self::Numbers;
     /// a + b, modulo 2^64.
@@ -32,20 +32,20 @@ pub unsafe trait Registers {
     unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words;
     unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words;
     unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Shifted by less than 64 bits, which the compiler is to know.
+    /// Left shift by less than 64 bits, a constant known to the compiler.
     unsafe fn left(a: Self::Words, by: u32) -> Self::Words;
     unsafe fn right(a: Self::Words, by: u32) -> Self::Words;
     unsafe fn bits(a: Self::Numbers) -> Self::Words;
-    /// Of these bits.
+    /// The numbers with these bits.
     unsafe fn number(a: Self::Words) -> Self::Numbers;
     unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// a·b + c, rounded once.
     unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
     unsafe fn root(a: Self::Numbers) -> Self::Numbers;
-    /// The entries of a table at the last four bits of each word.
+    /// The table entries at the last four bits of each word.
     unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers;
-    /// e of normal 2^e·m with m in [1, 2).
+    /// The exponent e of normal numbers 2^e·m, m in [1, 2).
     #[inline(always)]
     unsafe fn exponent(a: Self::Numbers) -> Self::Numbers {
         // SAFETY: contract of the trait.
@@ -56,7 +56,7 @@ pub unsafe trait Registers {
     }
 }
 
-/// Functions of [`Registers`], each an expression.
+/// Defines functions of [`Registers`], each by one expression.
 macro_rules! operations {
     ($($name:ident($($argument:ident: $kind:ty),*) $(-> $out:ty)? = $body:expr;)*) => {$(
         #[inline(always)]
@@ -69,10 +69,10 @@ macro_rules! operations {
     )*};
 }
 
-/// Lanes of plain Rust.
+/// Number of lanes of the implementation in plain Rust.
 const WIDTH: usize = 4;
 
-/// Plain Rust.
+/// Implementation in plain Rust.
 pub struct Portable;
 
 // SAFETY: needs no instructions beyond the baseline.
@@ -110,7 +110,7 @@ mod x86 {
 
     use super::Registers;
 
-    /// AVX2 with FMA, of which a register holds half of the lanes.
+    /// Implementation by AVX2 with FMA, whose registers hold half of the lanes.
     pub struct Avx2;
 
     // SAFETY: every function needs this vector unit, which the caller proves by its `Width`.
@@ -141,7 +141,7 @@ mod x86 {
         }
     }
 
-    /// AVX-512F.
+    /// Implementation by AVX-512F.
     pub struct Avx512;
 
     // SAFETY: every function needs this vector unit, which the caller proves by its `Width`.

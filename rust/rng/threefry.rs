@@ -1,10 +1,10 @@
-//! Threefry-4×64-20, the counter-based generator that names the streams (Salmon et al. 2011).
+//! Threefry-4×64-20, the counter-based generator that seeds the streams (Salmon et al. 2011).
 
 use super::normals::Lanes;
 #[cfg(target_arch = "x86_64")]
 use crate::machine::processor::{Unit, Width};
 
-/// Threefry-4×64 with 20 rounds, of every lane's counter.
+/// Threefry-4×64 with 20 rounds, applied to the counter of every lane.
 pub fn threefry(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
     #[cfg(target_arch = "x86_64")]
     if Width::best().unit() == Unit::Avx512 {
@@ -55,6 +55,7 @@ fn threefry_body(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
 
 #[expect(clippy::inline_always, reason = "part of `threefry_body`")]
 #[inline(always)]
+/// Adds a word to every lane, modulo 2^64.
 fn plus(x: &mut Lanes, word: u64) {
     for lane in x {
         *lane = lane.wrapping_add(word);
@@ -63,6 +64,7 @@ fn plus(x: &mut Lanes, word: u64) {
 
 #[expect(clippy::inline_always, reason = "part of `threefry_body`")]
 #[inline(always)]
+/// The MIX function of Threefry.
 fn mix(a: &mut Lanes, b: &mut Lanes, bits: u32) {
     for (a, b) in a.iter_mut().zip(b) {
         *a = a.wrapping_add(*b);

@@ -1,6 +1,6 @@
-//! Series turned back at every rate of drift: how high a line that drifts stands.
+//! Height of drifting spectral lines: the highest Fourier power of a series after removing each drift rate.
 //!
-//! Single precision is enough to tell where it is worth to look closely, and halves what the processor has to move.
+//! Single precision suffices to find candidates for a closer search, and halves the memory traffic.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -11,16 +11,16 @@ use rustfft::num_complex::Complex;
 use super::check;
 use crate::{Error, Result};
 
-/// Rates after which a series is turned anew from the given one, lest rounding adds up.
-const ANEW: usize = 64;
-/// Values whose maximum is taken side by side.
+/// After this many rates the rotated series is recomputed from the input, to limit rounding errors.
+const RATES_PER_RESTART: usize = 64;
+/// Number of independent partial maxima.
 const LANES: usize = 8;
 
-/// About the highest Fourier power of a series multiplied by e^{−iπdu²}, u = k/n − ½, for `count` rates d = `first` +
-/// i·`step`.
+/// Approximate highest Fourier power of a series (pairs of real and imaginary parts) multiplied by e^{−iπdu²}, u =
+/// k/n − ½, for `count` rates d = `first` + i·`step`.
 ///
-/// At the frequencies of the series and, by the two about each, half way between: at most 13 % less than what a line at any
-/// frequency has.
+/// The power is evaluated at the Fourier frequencies and, interpolated from two neighbors, halfway between them. For
+/// a line at any frequency it is at most 13 % too low.
 pub fn heights(series: &[f64], first: f64, step: f64, count: usize, stop: &AtomicBool) -> Result<Vec<f64>> {
     if series.len() % 2 == 1 || series.len() < 4 {
         return Err(Error::Input(format!(
@@ -41,7 +41,7 @@ pub fn heights(series: &[f64], first: f64, step: f64, count: usize, stop: &Atomi
     let mut scratch = vec![Complex::new(0.0_f32, 0.0); fft.get_inplace_scratch_len()];
     let mut found = Vec::with_capacity(count);
     for i in 0..count {
-        if i % ANEW == 0 {
+        if i % RATES_PER_RESTART == 0 {
             check(stop)?;
             let rate = first + step * i as f64;
             for (k, (value, pair)) in turned.iter_mut().zip(series.chunks_exact(2)).enumerate() {
@@ -57,7 +57,7 @@ pub fn heights(series: &[f64], first: f64, step: f64, count: usize, stop: &Atomi
     Ok(found)
 }
 
-/// The highest power of a spectrum, and half way between its frequencies.
+/// Highest power of a spectrum at its frequencies and halfway between them.
 fn highest(spectrum: &[Complex<f32>]) -> f32 {
     const HALFWAY: f32 = (PI * PI / 16.0) as f32;
     let mut top = [0.0_f32; LANES];
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Every sum by itself, in double precision.
+    /// The same power, computed from the definition in double precision.
     fn naive(series: &[f64], rate: f64) -> f64 {
         let n = series.len() / 2;
         let sum = |frequency: usize| -> Complex<f64> {
@@ -106,7 +106,7 @@ mod tests {
             let found = heights(&series, first, 2.0, 70, &AtomicBool::new(false)).unwrap();
             for (i, height) in found.iter().enumerate() {
                 let expected = naive(&series, first + 2.0 * i as f64);
-                // 70 products and log₂ n butterflies of rounding at 6e-8.
+                // Rounding errors of 70 products and log₂ n butterflies, 6e-8 each.
                 prop_assert!((height - expected).abs() <= 3e-5 * expected.max(1.0), "{height} {expected}");
             }
         }

@@ -1,6 +1,6 @@
-//! Straight courses through a spectrogram: where a line that drifts far may be (the Hough transform).
+//! Straight courses through a spectrogram, which find lines with a large drift (a Hough transform).
 //!
-//! Single precision is enough to tell where it is worth to look closely, and halves what the processor has to move.
+//! Single precision suffices to find candidates for a closer search, and halves the memory traffic.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -11,13 +11,14 @@ use rustfft::num_complex::Complex;
 use super::check;
 use crate::{Error, Result};
 
-/// Values whose maximum is taken side by side.
+/// Number of independent partial maxima.
 const LANES: usize = 8;
 
-/// Courses through the sections of a series of (re, im).
+/// Straight courses through the sections of a series of (re, im) pairs.
 ///
-/// Course i = −most … most moves by i frequencies over the record, a frequency being half a cycle of a section. Each section
-/// is turned back by what of it falls into the section, in steps of `step` cycles of a section squared.
+/// A frequency step is half a cycle per section. Course i = −most … most drifts by i frequency steps over the record.
+/// Before the transform, the drift within each section is removed, rounded to multiples of `step` cycles per squared
+/// section.
 pub struct Courses<'a> {
     pub series: &'a [f64],
     pub sections: usize,
@@ -26,7 +27,8 @@ pub struct Courses<'a> {
 }
 
 impl Courses<'_> {
-    /// Of each course the frequency in the middle of the record at which the summed power is highest, and that power.
+    /// For each course, the frequency in the middle of the record at which the summed power is highest, and that
+    /// power.
     pub fn best(&self, stop: &AtomicBool) -> Result<(Vec<i64>, Vec<f64>)> {
         let length = self.series.len() / 2 / self.sections.max(1);
         if self.series.len() % 2 == 1 || length < 2 {
@@ -61,7 +63,7 @@ impl Courses<'_> {
             }
             total.fill(0.0);
             for (m, row) in power.chunks_exact(width).enumerate() {
-                add_moved(&mut total, row, self.away(course, m));
+                add_moved(&mut total, row, self.offset(course, m));
             }
             let (place, height) = highest(&total);
             places.push(place as i64);
@@ -70,29 +72,30 @@ impl Courses<'_> {
         Ok((places, heights))
     }
 
+    /// Factor that removes the drift from sample k of a section.
     fn turn(&self, own: f64, k: usize, length: usize) -> Complex<f32> {
         let u = k as f64 / length as f64 - 0.5;
         let turn = Complex::from_polar(1.0, -PI * self.step * own * u * u);
         Complex::new(turn.re as f32, turn.im as f32)
     }
 
-    /// By how many frequencies a course is away, in section m, from where it is in the middle of the record.
-    fn away(&self, course: i64, m: usize) -> i64 {
+    /// Offset, in frequency steps, of a course in section m from its frequency in the middle of the record.
+    fn offset(&self, course: i64, m: usize) -> i64 {
         let middle = (m as f64 + 0.5) / self.sections as f64 - 0.5;
         (2.0 * course as f64 * middle).round_ties_even() as i64
     }
 }
 
-/// Add `row`[f + away] to `total`[f]; beyond its ends a row is nothing.
-fn add_moved(total: &mut [f32], row: &[f32], away: i64) {
-    let by = usize::try_from(away.unsigned_abs()).unwrap_or(usize::MAX).min(row.len());
+/// Adds `row`[f + offset] to `total`[f]; outside its ends the row counts as zero.
+fn add_moved(total: &mut [f32], row: &[f32], offset: i64) {
+    let by = usize::try_from(offset.unsigned_abs()).unwrap_or(usize::MAX).min(row.len());
     let kept = row.len() - by;
     let (into, from) =
-        if away < 0 { (&mut total[by..], &row[..kept]) } else { (&mut total[..kept], &row[by..]) };
+        if offset < 0 { (&mut total[by..], &row[..kept]) } else { (&mut total[..kept], &row[by..]) };
     into.iter_mut().zip(from).for_each(|(sum, power)| *sum += power);
 }
 
-/// The first of the highest values, and where it is.
+/// Index of the highest value (the first of equal ones), and the value.
 fn highest(values: &[f32]) -> (usize, f32) {
     let mut tops = [0.0_f32; LANES];
     let chunks = values.chunks_exact(LANES);
@@ -117,7 +120,7 @@ mod tests {
         Complex::from_polar(1.0, angle)
     }
 
-    /// Power of section m, turned back, at half cycles f of it; each sum by itself, in double precision.
+    /// Power of section m with its drift removed, at half cycle f, computed from the definition in double precision.
     fn naive_power(courses: &Courses<'_>, course: i64, m: usize, f: i64) -> f64 {
         let length = courses.series.len() / 2 / courses.sections;
         if f < 0 || f >= 2 * length as i64 {
@@ -153,13 +156,13 @@ mod tests {
                     (0..sections)
                         .map(|m| {
                             let middle = (m as f64 + 0.5) / sections as f64 - 0.5;
-                            let away = (2.0 * course as f64 * middle).round_ties_even() as i64;
-                            naive_power(&whole, course, m, f + away)
+                            let offset = (2.0 * course as f64 * middle).round_ties_even() as i64;
+                            naive_power(&whole, course, m, f + offset)
                         })
                         .sum()
                 };
                 let expected = (0..2 * length as i64).map(sum).fold(0.0, f64::max);
-                // log₂ n butterflies and a sum of sections, of rounding at 6e-8.
+                // Rounding errors of log₂ n butterflies and the sum over sections, 6e-8 each.
                 prop_assert!((height - expected).abs() <= 3e-5 * expected.max(1.0), "{height} {expected}");
                 prop_assert!((sum(place) - expected).abs() <= 3e-5 * expected.max(1.0));
             }
@@ -168,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_line_that_drifts_far_is_on_the_best_course() {
-        // From 400 to 560 cycles: 40 halves of a cycle of a section of 256 numbers up, 240 of them in the middle.
+        // From 400 to 560 cycles over the record: 40 half cycles per section of 256 numbers, 240 in the middle.
         let (n, sections) = (2048, 8);
         let series: Vec<f64> = (0..n)
             .flat_map(|k| {

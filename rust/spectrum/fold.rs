@@ -1,6 +1,6 @@
-//! What stands before and behind the Fourier transform of a lapped segment, on even and odd samples that lie apart.
+//! Operations before and after the Fourier transform of a lapped segment, on separate arrays of even and odd samples.
 //!
-//! Plain loops over slices of one length, which become vectors as wide as the caller was compiled for.
+//! The loops are plain and run over slices of equal length, so that the compiler can vectorize them.
 
 #![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
@@ -8,8 +8,8 @@ use realfft::num_complex::Complex;
 
 use super::halving::split;
 
-/// Window after a border of two segments and before it, at the even places ascending and at the odd ones descending; and
-/// the turns, real and imaginary parts.
+/// Window after and before the border of two segments (even places ascending, odd places descending), and the real
+/// and imaginary parts of the rotation factors.
 pub struct Weights {
     even: [Vec<f64>; 2],
     odd: [Vec<f64>; 2],
@@ -17,6 +17,7 @@ pub struct Weights {
 }
 
 impl Weights {
+    /// Weights from the window after and before a border and from the rotation factors.
     pub fn new(after: &[f64], before: &[f64], turns: &[Complex<f64>]) -> Self {
         let [mut even, mut odd] = [(); 2].map(|()| [(); 2].map(|()| vec![0.0; after.len() / 2]));
         for (i, window) in [after, before].into_iter().enumerate() {
@@ -27,9 +28,10 @@ impl Weights {
         Self { even, odd, turns }
     }
 
-    /// The zones about both borders of a segment folded into it, and turned: what its Fourier transform takes.
+    /// Input of the Fourier transform of a segment: the zones around both borders are folded into the segment, and
+    /// the result is rotated.
     ///
-    /// The first border stands before place `at` of even and odd samples.
+    /// The first border lies before index `at` of the even and odd samples.
     #[inline(always)]
     pub fn fold(&self, even: &[f64], odd: &[f64], at: usize, mean: f64, out: &mut [Complex<f64>]) {
         let (half, quarter) = (out.len(), out.len() / 2);
@@ -59,8 +61,8 @@ impl Weights {
         }
     }
 
-    /// Power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment, from the places `from` on, put
-    /// together with what is there.
+    /// Power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment, from index `from` on. `put`
+    /// combines it with the previous contents of `power`.
     #[inline(always)]
     pub fn power(
         &self,
@@ -81,7 +83,7 @@ impl Weights {
         }
     }
 
-    /// The turn behind the transform.
+    /// Rotates the result of the transform.
     pub fn turn(&self, turned: &mut [Complex<f64>]) {
         for ((value, re), im) in turned.iter_mut().zip(&self.turns[0]).zip(&self.turns[1]) {
             *value *= Complex::new(*re, *im);

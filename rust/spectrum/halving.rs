@@ -1,21 +1,22 @@
-//! Every second sample of a low-passed series, and what single samples tell.
+//! Halving of the sample rate with a low-pass filter, and statistics of single steps.
 
 use crate::machine::processor::compiled_for_each_width;
 
-/// Samples to each side that a halved sample is made of.
+/// Number of samples on each side that contribute to a halved sample.
 pub const REACH: usize = 16;
-/// Samples at half the rate that are made at a time; even and odd samples of these stay in the first cache.
+/// Number of output samples computed at a time, so that the even and odd input samples stay in the first-level cache.
 const BLOCK: usize = 512;
-/// Samples at half the rate whose sums are in registers: two chains of additions hide each other's latency.
+/// Number of output samples whose sums are held in registers: two chains of additions hide each other's latency.
 const LANES: usize = 16;
-/// Samples whose moments are in registers.
+/// Number of independent partial sums of the step statistics.
 const STEPS: usize = 8;
 
 compiled_for_each_width! {
-    /// Samples at half the rate: each stands at the middle of two, the first at that of `x[REACH]` and the next.
+    /// Samples at half the rate. Each lies halfway between two input samples; the first between `x[REACH]` and the
+    /// next one.
     ///
-    /// Sums of products in one order, no fused ones: a sample comes out the same whatever was computed with it, and
-    /// whatever computed it.
+    /// Products are summed in a fixed order without fused operations. So a sample has the same bits whatever else is
+    /// computed with it, and on every vector unit.
     pub fn halve(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) = halve_inline
 }
 
@@ -30,7 +31,7 @@ fn halve_inline(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
     }
 }
 
-/// Even and odd samples of an even number of them.
+/// Splits an even number of samples into even and odd ones.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 pub fn split(x: &[f64], even: &mut [f64], odd: &mut [f64]) {
@@ -39,8 +40,8 @@ pub fn split(x: &[f64], even: &mut [f64], odd: &mut [f64]) {
     }
 }
 
-/// [`halve`] of even and odd samples, `REACH` more of each than there are to be made, for a caller that has been
-/// compiled for its vectors.
+/// Like [`halve`], for separate even and odd samples. Both must have `REACH` samples more than `out`. The code is
+/// inlined into a caller that is compiled for its vector unit.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 pub fn halve_split(taps: &[f64; REACH], even: &[f64], odd: &[f64], out: &mut [f64]) {
@@ -56,6 +57,7 @@ pub fn halve_split(taps: &[f64; REACH], even: &[f64], odd: &[f64], out: &mut [f6
     }
 }
 
+/// `N` samples at half the rate, from index `at` on.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn halved_at<const N: usize>(taps: &[f64; REACH], even: &[f64], odd: &[f64], at: usize) -> [f64; N] {
@@ -74,9 +76,9 @@ fn halved_at<const N: usize>(taps: &[f64; REACH], even: &[f64], odd: &[f64], at:
 }
 
 compiled_for_each_width! {
-    /// Smallest and largest sample, how many steps from one to the next are 0, and Σd² and Σd⁴ of them.
+    /// Minimum, maximum, number of steps that are zero, Σd² and Σd⁴, where d are the steps between adjacent samples.
     ///
-    /// Samples that are missing are no extreme, and make the sums NaN.
+    /// Missing samples (NaN) are ignored in the extremes and make the sums NaN.
     pub fn steps(x: &[f64]) -> [f64; 5] = steps_of
 }
 
@@ -86,7 +88,7 @@ fn steps_of(x: &[f64]) -> [f64; 5] {
     let Some((last, _)) = x.split_last() else { return [f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0, 0.0] };
     let (ours, rest) = x[..x.len() - 1].as_chunks::<STEPS>();
     let (next, rest_next) = x[1..].as_chunks::<STEPS>();
-    // Lanes without a step stand still: they are taken off again.
+    // Padding lanes count as steps of zero; they are subtracted below.
     let mut end = [[*last; STEPS]; 2];
     end[0][..rest.len()].copy_from_slice(rest);
     end[1][..rest.len()].copy_from_slice(rest_next);
@@ -94,7 +96,7 @@ fn steps_of(x: &[f64]) -> [f64; 5] {
     let (mut still, mut square, mut fourth) = ([0_u64; STEPS], [0.0; STEPS], [0.0; STEPS]);
     for (ours, next) in ours.iter().zip(next).chain([(&end[0], &end[1])]) {
         let step: [f64; STEPS] = std::array::from_fn(|lane| next[lane] - ours[lane]);
-        // A loop a quantity: together they are not made into vectors.
+        // One loop per quantity: the compiler does not vectorize a combined loop.
         for lane in 0..STEPS {
             low[lane] = if ours[lane] < low[lane] { ours[lane] } else { low[lane] };
         }
@@ -112,7 +114,7 @@ fn steps_of(x: &[f64]) -> [f64; 5] {
             fourth[lane] += d[lane] * d[lane];
         }
     }
-    // Hidden: the compiler would pair lanes of both sums, in each step.
+    // `black_box` keeps the compiler from pairing the lanes of both sums in every step.
     let sum = |lanes: [f64; STEPS]| std::hint::black_box(lanes).iter().sum::<f64>();
     [
         low.into_iter().fold(f64::INFINITY, f64::min),

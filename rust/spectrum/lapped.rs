@@ -1,9 +1,10 @@
-//! Overlapping segments that share nothing, and samples at half the rate: tiles of a pyramid (`summary/level.py`).
+//! Orthogonal spectra of overlapping segments (lapped transform), and samples at half the rate: tiles of a pyramid
+//! (`summary/level.py`).
 //!
-//! The lapped transform folds the zone about each border of two segments into both (Malvar 1990) and takes the
-//! orthonormal DCT-IV of what is folded: one complex FFT of half the length, turned before and after (Britanak, Yip &
-//! Rao 2007). Every tile is computed from the same samples in the same order, and its power is
-//! added in the order of the tiles: the number of threads changes no bit of the sums.
+//! The lapped transform folds the zone around each border of two segments into both segments (Malvar 1990). Then it
+//! takes the orthonormal DCT-IV: one complex FFT of half the length, with rotations before and after (Britanak, Yip &
+//! Rao 2007). Every tile is computed from the same samples in the same order, and its power is added in the order of
+//! the tiles, so that the number of threads does not change a bit of the sums.
 
 use std::cell::RefCell;
 use std::f64::consts::PI;
@@ -21,12 +22,12 @@ use crate::parallel::for_each;
 use crate::phase::{add_to, plain_sum};
 use crate::{Error, Result};
 
-/// Segments of a tile.
+/// Number of segments in a tile.
 const EACH: usize = 2;
 
-/// Weights and plans for segments of one length.
+/// Weights and FFT plan for segments of one length.
 pub struct Lapped {
-    /// Samples of half a segment.
+    /// Number of samples in half a segment.
     half: usize,
     taps: [f64; REACH],
     weights: Weights,
@@ -34,31 +35,33 @@ pub struct Lapped {
     width: Width,
 }
 
-/// What a worker computes in; it stays with its thread, since fresh memory costs as much as what is computed in it.
+/// Work arrays of a worker. They stay with its thread because allocating fresh memory costs as much as the
+/// computation.
 #[derive(Default)]
-struct Room {
-    /// Even and odd samples, of a tile and its margins.
+struct Scratch {
+    /// Even and odd samples of a tile and its margins.
     even: Vec<f64>,
     odd: Vec<f64>,
     turned: Vec<Complex<f64>>,
-    scratch: Vec<Complex<f64>>,
-    /// Of the coefficients 0, 2, 4, … and n − 1, n − 3, …, as far as they are asked for.
+    fft_work: Vec<Complex<f64>>,
+    /// Power of the requested coefficients 0, 2, 4, … and n − 1, n − 3, ….
     power: [Vec<f64>; 2],
 }
 
 thread_local! {
-    static ROOM: RefCell<Room> = RefCell::default();
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
-/// What tiles without a missing sample tell.
+/// Result for tiles without a missing sample.
 pub struct Tiles {
     /// Power in each band, tile by tile.
     pub bands: Vec<f64>,
-    /// Tiles before the first with a missing sample.
+    /// Number of tiles before the first one with a missing sample.
     pub count: usize,
 }
 
-/// Sums as `high + low`, which tiles are added to, and the coefficient that the first of them is of.
+/// Sums in two doubles, `high + low`, to which the power of tiles is added; `first` is the coefficient of the first
+/// sum.
 pub struct Sums<'a> {
     pub first: usize,
     pub high: &'a mut [f64],
@@ -66,8 +69,8 @@ pub struct Sums<'a> {
 }
 
 impl Lapped {
-    /// Segments of twice as many samples as the window has at ½, 1½, … after a border and as far before it, halved by
-    /// `taps`.
+    /// Transform for segments twice as long as `after`. The window is given at ½, 1½, … samples after a border and
+    /// before it. `taps` is the low-pass filter for halving the rate.
     pub fn new(after: &[f64], before: &[f64], taps: &[f64], width: Width) -> Result<Self> {
         let taps = <[f64; REACH]>::try_from(taps)
             .map_err(|_| Error::Input(format!("{} taps: {REACH} are needed", taps.len())))?;
@@ -83,42 +86,43 @@ impl Lapped {
         Ok(Self { half, taps, weights, fft, width })
     }
 
-    /// Samples of a segment.
+    /// Number of samples in a segment.
     pub fn segment(&self) -> usize {
         2 * self.half
     }
 
-    fn with_room<T>(&self, samples: usize, work: impl FnOnce(&mut Room) -> T) -> T {
-        ROOM.with_borrow_mut(|room| {
+    /// Runs `work` with the work arrays of this thread.
+    fn with_scratch<T>(&self, samples: usize, work: impl FnOnce(&mut Scratch) -> T) -> T {
+        SCRATCH.with_borrow_mut(|arrays| {
             let zero = Complex::new(0.0, 0.0);
-            room.even.resize(samples / 2, 0.0);
-            room.odd.resize(samples / 2, 0.0);
-            room.turned.resize(self.half, zero);
-            room.scratch.resize(self.fft.get_inplace_scratch_len(), zero);
-            work(room)
+            arrays.even.resize(samples / 2, 0.0);
+            arrays.odd.resize(samples / 2, 0.0);
+            arrays.turned.resize(self.half, zero);
+            arrays.fft_work.resize(self.fft.get_inplace_scratch_len(), zero);
+            work(arrays)
         })
     }
 
-    /// Every second sample of a low-passed series; see [`halve`].
+    /// Samples at half the rate; see [`halve`].
     pub fn halved(&self, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; (x.len() / 2).saturating_sub(REACH)];
         halve(self.width, &self.taps, x, &mut out);
         out
     }
 
-    /// Coefficients of consecutive segments; `x` has half a segment more at each end.
+    /// Coefficients of consecutive segments. `x` extends half a segment beyond them at each end.
     pub fn segments(&self, x: &[f64]) -> Result<Vec<f64>> {
         let n = self.segment();
         if x.len() < 2 * n || x.len() % n != 0 {
             return Err(Error::Input(format!("{} samples are no segments of {n}", x.len())));
         }
         let mut out = vec![0.0; x.len() - n];
-        self.with_room(x.len(), |room| {
-            split(x, &mut room.even, &mut room.odd);
+        self.with_scratch(x.len(), |arrays| {
+            split(x, &mut arrays.even, &mut arrays.odd);
             for (segment, to) in out.chunks_mut(n).enumerate() {
-                self.transform(segment, 0.0, room);
-                self.weights.turn(&mut room.turned);
-                for (k, value) in room.turned.iter().enumerate() {
+                self.transform(segment, 0.0, arrays);
+                self.weights.turn(&mut arrays.turned);
+                for (k, value) in arrays.turned.iter().enumerate() {
                     (to[2 * k], to[n - 1 - 2 * k]) = (value.re, -value.im);
                 }
             }
@@ -126,42 +130,48 @@ impl Lapped {
         Ok(out)
     }
 
-    /// Transform of one of the segments whose samples are in `room`, before its last turn, in `room.turned`.
+    /// Writes the transform of one segment, before the final rotation, to `arrays.turned`. Its samples are in `arrays`.
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
-    fn transform(&self, segment: usize, mean: f64, room: &mut Room) {
+    fn transform(&self, segment: usize, mean: f64, arrays: &mut Scratch) {
         let border = self.half / 2 + segment * self.half;
-        self.weights.fold(&room.even, &room.odd, border, mean, &mut room.turned);
-        self.fft.process_with_scratch(&mut room.turned, &mut room.scratch);
+        self.weights.fold(&arrays.even, &arrays.odd, border, mean, &mut arrays.turned);
+        self.fft.process_with_scratch(&mut arrays.turned, &mut arrays.fft_work);
     }
 
-    /// Halves the rate of one tile; returns the power of its segments at the coefficients `kept`, or nothing where a
+    /// Halves the rate of one tile. Returns the power of its segments at the coefficients `kept`, or `None` if a
     /// sample is missing.
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
-    fn tile(&self, x: &[f64], kept: &Range<usize>, halved: &mut [f64], room: &mut Room) -> Option<Vec<f64>> {
-        split(x, &mut room.even, &mut room.odd);
-        let mean = (plain_sum(&room.even) + plain_sum(&room.odd)) / x.len() as f64;
+    fn tile(
+        &self,
+        x: &[f64],
+        kept: &Range<usize>,
+        halved: &mut [f64],
+        arrays: &mut Scratch,
+    ) -> Option<Vec<f64>> {
+        split(x, &mut arrays.even, &mut arrays.odd);
+        let mean = (plain_sum(&arrays.even) + plain_sum(&arrays.odd)) / x.len() as f64;
         if mean.is_nan() {
             return None;
         }
         let beyond = self.half / 2 - REACH / 2;
         let inner = beyond..x.len() / 2 - beyond;
-        halve_split(&self.taps, &room.even[inner.clone()], &room.odd[inner], halved);
-        // Even coefficients, and odd ones from the end, of as many places as hold both.
+        halve_split(&self.taps, &arrays.even[inner.clone()], &arrays.odd[inner], halved);
+        // Even coefficients ascend and odd ones descend; this is the range of places that holds both.
         let pairs = kept.start / 2..kept.end.div_ceil(2);
         let from = pairs.start.min(self.half - pairs.end);
         let to = pairs.end.max(self.half - pairs.start);
-        room.power.iter_mut().for_each(|power| power.resize(to - from, 0.0));
+        arrays.power.iter_mut().for_each(|power| power.resize(to - from, 0.0));
         for segment in 0..EACH {
-            self.transform(segment, mean, room);
+            self.transform(segment, mean, arrays);
             if segment == 0 {
-                self.weights.power(&room.turned, from, &mut room.power, |_, new| new);
+                self.weights.power(&arrays.turned, from, &mut arrays.power, |_, new| new);
             } else {
-                self.weights.power(&room.turned, from, &mut room.power, |old, new| old + new);
+                self.weights.power(&arrays.turned, from, &mut arrays.power, |old, new| old + new);
             }
         }
-        let [even, odd] = &room.power;
+        let [even, odd] = &arrays.power;
         let even = &even[pairs.start - from..pairs.end - from];
         let odd = &odd[self.half - pairs.end - from..self.half - pairs.start - from];
         let mut power = vec![0.0; 2 * pairs.len()];
@@ -173,10 +183,11 @@ impl Lapped {
         Some(power)
     }
 
-    /// Halves the rate of consecutive tiles and adds the power of their segments, as far as no sample is missing.
+    /// Halves the rate of consecutive tiles and adds the power of their segments, up to the first tile with a missing
+    /// sample.
     ///
-    /// `x` begins half a segment before the first tile and ends as far behind the last. `halved` is written up to the
-    /// tile that holds a missing sample.
+    /// `x` starts half a segment before the first tile and ends half a segment after the last. `halved` is valid up
+    /// to the first tile with a missing sample.
     pub fn tiles(
         &self,
         x: &[f64],
@@ -195,14 +206,15 @@ impl Lapped {
         }
         let items = halved.chunks_mut(tile / 2).enumerate();
         let (stop, kept) = (AtomicBool::new(false), sums.first..sums.first + sums.high.len());
-        // What follows a tile with a missing sample is left for another call.
+        // Tiles after the first one with a missing sample are left to another call.
         let holed = AtomicUsize::new(count);
         let work = |(): &mut (), (t, halved): (usize, &mut [f64])| {
             if t > holed.load(Ordering::Relaxed) {
                 return None;
             }
             let x = &x[t * tile..(t + 1) * tile + 2 * half];
-            let power = self.with_room(x.len(), |room| tile_of(self.width, self, x, &kept, halved, room));
+            let power =
+                self.with_scratch(x.len(), |arrays| tile_of(self.width, self, x, &kept, halved, arrays));
             if power.is_none() {
                 holed.fetch_min(t, Ordering::Relaxed);
             }
@@ -222,14 +234,14 @@ impl Lapped {
 }
 
 compiled_for_each_width! {
-    /// [`Lapped::tile`].
+    /// [`Lapped::tile`], compiled for each vector unit.
     fn tile_of(
-        lapped: &Lapped, x: &[f64], kept: &Range<usize>, halved: &mut [f64], room: &mut Room
+        lapped: &Lapped, x: &[f64], kept: &Range<usize>, halved: &mut [f64], arrays: &mut Scratch
     ) -> Option<Vec<f64>> = Lapped::tile
 }
 
 compiled_for_each_width! {
-    /// Adds a number to each sum of two doubles (Knuth).
+    /// Adds a row of numbers to sums in two doubles (Knuth).
     pub fn add_row(high: &mut [f64], low: &mut [f64], row: &[f64]) = add_each
 }
 
@@ -249,7 +261,7 @@ mod tests {
 
     const HALF: usize = 32;
 
-    /// A window with after² + before² = 1, and taps that are anything.
+    /// A window with after² + before² = 1; any taps will do.
     fn window() -> [Vec<f64>; 2] {
         let angle = |j: usize| PI / 4.0 * (1.0 + (j as f64 + 0.5) / HALF as f64);
         [(0..HALF).map(|j| angle(j).sin()).collect(), (0..HALF).map(|j| angle(j).cos()).collect()]
@@ -307,7 +319,7 @@ mod tests {
             };
             let whole = by(&x, 1);
             assert_eq!(whole, by(&x, 3));
-            // The power of what `segments` gives, without the mean of each tile, and its halved samples.
+            // The reference: power of the result of `segments` without the mean of each tile, and its halved samples.
             let mut power = vec![0.0; kept];
             for t in 0..9 {
                 let x = &x[t * tile..(t + 1) * tile + 2 * HALF];
@@ -320,7 +332,7 @@ mod tests {
                 assert_eq!(halved, whole.1[t * tile / 2..(t + 1) * tile / 2]);
             }
             assert!(whole.3.iter().zip(&power).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
-            // Nothing is told of a tile with a missing sample, nor of what follows.
+            // Tiles from the first one with a missing sample on give no result.
             let mut holed = x.clone();
             holed[5 * tile + 2 * HALF + 3] = f64::NAN;
             let found = by(&holed, 2);

@@ -1,8 +1,8 @@
-//! One line into cells, one cell into a number.
+//! Splitting lines into cells and parsing cells as numbers.
 
 use super::moment::moment;
 
-/// What separates cells.
+/// The separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delimiter {
     Byte(u8),
@@ -10,20 +10,20 @@ pub(super) enum Delimiter {
     Space,
 }
 
-/// Whether a line is there for people.
+/// True if a line is a comment.
 pub(super) fn is_comment(trimmed: &[u8]) -> bool {
     matches!(trimmed, [b'#' | b'%' | b'!', ..] | [b'/', b'/', ..]) && !starts_with_error(trimmed)
 }
 
-/// What spreadsheets write where there is no number; a word comes after those that begin with it.
-const ERRORS: [&[u8]; 8] =
+/// Error values of spreadsheets, which mean a missing number. A word that is the prefix of another comes after it.
+const SPREADSHEET_ERRORS: [&[u8]; 8] =
     [b"#N/A", b"#NUM!", b"#DIV/0!", b"#VALUE!", b"#REF!", b"#NAME?", b"#NULL!", b"#NA"];
 
-/// Whether the first cell of a line is a spreadsheet's word for nothing, so that its sign makes no comment.
+/// True if a line starts with an error value of a spreadsheet, so that its `#` does not start a comment.
 fn starts_with_error(trimmed: &[u8]) -> bool {
     let is_error =
         |word: &&[u8]| trimmed.get(..word.len()).is_some_and(|cell| cell.eq_ignore_ascii_case(word));
-    let Some(word) = ERRORS.iter().find(|word| is_error(word)) else { return false };
+    let Some(word) = SPREADSHEET_ERRORS.iter().find(|word| is_error(word)) else { return false };
     let rest = &trimmed[word.len()..];
     match rest.trim_ascii_start() {
         [] | [b',' | b';' | b'|', ..] => true,
@@ -35,9 +35,9 @@ fn starts_with_error(trimmed: &[u8]) -> bool {
     }
 }
 
-/// What stands before a comment that ends a line.
+/// The part of a line before a trailing comment; `None` without one.
 pub(super) fn before_comment(line: &[u8]) -> Option<&[u8]> {
-    // A blank before it tells it from a damaged number; a bare percent sign is a unit.
+    // A comment must follow a blank, which distinguishes it from a damaged number. A single percent sign is a unit.
     let begins = |at: &usize| {
         matches!(line[at - 1], b' ' | b'\t') && is_comment(&line[*at..]) && line[*at..].trim_ascii() != b"%"
     };
@@ -45,7 +45,7 @@ pub(super) fn before_comment(line: &[u8]) -> Option<&[u8]> {
     (!before.is_empty()).then_some(before)
 }
 
-/// A cell between quotes without them.
+/// A cell without its enclosing quotes.
 fn unquoted(cell: &[u8]) -> &[u8] {
     match cell {
         [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner.trim_ascii(),
@@ -53,7 +53,7 @@ fn unquoted(cell: &[u8]) -> &[u8] {
     }
 }
 
-/// The cells of a line, trimmed, without quotes; a delimiter between double quotes separates nothing.
+/// Cells of a line, trimmed and without quotes. Delimiters between double quotes do not separate.
 pub(super) fn split(line: &[u8], delimiter: Delimiter) -> Vec<&[u8]> {
     let mut cells = Vec::new();
     let mut start = 0;
@@ -77,14 +77,14 @@ pub(super) fn split(line: &[u8], delimiter: Delimiter) -> Vec<&[u8]> {
     cells.into_iter().map(|cell| unquoted(cell.trim_ascii())).collect()
 }
 
-/// Whether a cell says that there is no number.
+/// True if a cell is empty or a word for a missing number.
 pub(super) fn is_missing(cell: &[u8]) -> bool {
     const WORDS: [&[u8]; 6] = [b"", b"nan", b"na", b"n/a", b"null", b"none"];
-    let words = if cell.starts_with(b"#") { &ERRORS[..] } else { &WORDS[..] };
+    let words = if cell.starts_with(b"#") { &SPREADSHEET_ERRORS[..] } else { &WORDS[..] };
     words.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// The number in a cell, the seconds of a date-time; NaN where the cell says that there is none.
+/// Number in a cell, or seconds of a date-time; NaN if the cell means a missing number; `None` for other text.
 pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     if is_missing(cell) {
         return Some(f64::NAN);
@@ -95,7 +95,7 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
         for (to, &from) in copy.iter_mut().zip(cell) {
             *to = match from {
                 b',' => b'.',
-                // 1.234,5 has a separator of thousands: not guessed at.
+                // 1.234,5 has a thousands separator, which is ambiguous.
                 b'.' => return None,
                 other => other,
             };
@@ -105,10 +105,10 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     fast_float2::parse(cell).ok().or_else(|| fortran(cell)).or_else(|| moment(cell))
 }
 
-/// The number in a cell with the exponent of a Fortran double: 1.5D-03, -.25d+2.
+/// Number with the exponent of a Fortran double: 1.5D-03, -.25d+2.
 fn fortran(cell: &[u8]) -> Option<f64> {
     let mark = memchr::memchr2(b'D', b'd', cell)?;
-    // A digit or a point before the mark, and at least one digit behind it: "3D" and "day" are words.
+    // Require a digit or a point before the mark and a digit at the end, because "3D" and "day" are words.
     let mantissa = mark > 0 && (cell[mark - 1].is_ascii_digit() || cell[mark - 1] == b'.');
     if !mantissa || !cell.last()?.is_ascii_digit() {
         return None;
@@ -120,7 +120,7 @@ fn fortran(cell: &[u8]) -> Option<f64> {
     fast_float2::parse(&*copy).ok()
 }
 
-/// Whether a cell is a hexadecimal number, as C and Python print them ("-0x1.8p+3"); none is read.
+/// True if a cell is a hexadecimal number as C and Python print it ("-0x1.8p+3"). Such numbers are not supported.
 pub(super) fn is_hexadecimal(cell: &[u8]) -> bool {
     let unsigned = cell.strip_prefix(b"-").or(cell.strip_prefix(b"+")).unwrap_or(cell);
     let [b'0', b'x' | b'X', digits @ ..] = unsigned else { return false };

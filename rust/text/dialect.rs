@@ -1,4 +1,4 @@
-//! How a log is written, found from its first lines.
+//! The format of a log (delimiter, decimal sign, header), determined from its first lines.
 
 use std::collections::BTreeMap;
 
@@ -6,44 +6,45 @@ use super::cells::{Delimiter, before_comment, is_comment, is_hexadecimal, is_mis
 use super::{Meta, Options};
 use crate::{Error, Result};
 
-/// Bytes of a row that is no moment of a log: some ten thousand columns.
-const LONGEST_ROW: usize = 1 << 18;
+/// A line longer than this many bytes (about ten thousand columns) is not a row of a log.
+const MAX_ROW_BYTES: usize = 1 << 18;
 
-/// How a log is written.
+/// Format of a log.
 #[derive(Debug, Clone)]
 pub(super) struct Dialect {
     pub delimiter: Delimiter,
     pub decimal_comma: bool,
     pub terminator: u8,
-    /// Cells of a row.
+    /// Number of cells in a row.
     pub count: usize,
-    /// Whether rows end with a delimiter that separates nothing.
+    /// True if rows end with a superfluous delimiter.
     pub trailing: bool,
     pub header: Option<Vec<String>>,
     header_line: Option<usize>,
     skipped: usize,
-    /// Lines of text before the first row of numbers, comments included.
+    /// Number of text lines before the first row, comments included.
     pub preamble: usize,
 }
 
-/// One line that is neither empty nor a comment.
+/// A line that is neither empty nor a comment.
 struct Line<'a> {
     number: usize,
     text: &'a [u8],
 }
 
 impl Dialect {
-    /// Looks at the first lines of the log called `name`.
+    /// Format of the log called `name`, from its first lines.
     pub fn find(name: &str, head: &[u8], options: &Options) -> Result<Self> {
         let feed = memchr::memchr(b'\n', head).is_some() || memchr::memchr(b'\r', head).is_none();
         let terminator = if feed { b'\n' } else { b'\r' };
         let mut lines = Vec::new();
-        // Lines of nothing but tabs, and their cells: rows if the tab separates and so many cells are a row.
+        // Lines of nothing but tabs, with their number of cells. They are rows if the tab is the delimiter and rows
+        // have this number of cells.
         let mut tabs = Vec::new();
-        // A comment just before the first line may hold the names of the columns.
+        // A comment directly before the first line may hold the column names.
         let mut comment = None;
         for (i, text) in head.split(|&byte| byte == terminator).enumerate() {
-            // A tab at either end may stand beside an empty cell.
+            // Keep tabs at both ends, which may delimit empty cells.
             let text = without_comment(trimmed(text));
             let line = Line { number: i + 1, text };
             if is_comment(text.trim_ascii()) {
@@ -59,7 +60,7 @@ impl Dialect {
         if lines.is_empty() {
             return Err(no_rows(name));
         }
-        if let Some(line) = lines.iter().find(|line| line.text.len() > LONGEST_ROW) {
+        if let Some(line) = lines.iter().find(|line| line.text.len() > MAX_ROW_BYTES) {
             return Err(Error::Input(format!(
                 "{name}: row {} has {} bytes: a row is one moment; samples that stand in a row have to be transposed",
                 line.number,
@@ -78,8 +79,9 @@ impl Dialect {
             }
             let numbers = cells.iter().filter(|cell| !is_missing(cell) && number(cell).is_some()).count();
             let words = cells.iter().filter(|cell| number(cell).is_none()).count();
-            // Mostly words: a header some of whose names are numbers. Else a row, perhaps with a bad cell; but a
-            // word and a number before rows of another width ("Fs,100") are a preamble, whichever column is wanted.
+            // A line of mostly words is a header, even if some names are numbers. Other lines are rows, perhaps with
+            // a bad cell. But a word and a number before rows of another width ("Fs,100") are a preamble, whatever
+            // column is wanted.
             (words == 0 && (usual || plain)) || (numbers >= words && usual)
         };
         let first = first_row(name, &lines, lines.iter().position(is_row), delimiter, usual, &number)?;
@@ -142,7 +144,7 @@ impl Dialect {
         })
     }
 
-    /// What is known before the first row is read.
+    /// Metadata that is known before the first row is read.
     pub fn meta(&self) -> Meta {
         Meta {
             delimiter: match self.delimiter {
@@ -160,8 +162,8 @@ impl Dialect {
     }
 }
 
-/// Place of the first row. Lines before it that are rows of hexadecimal numbers are refused: one may be names, as of
-/// registers; more of them are samples, which would not be missed.
+/// Index of the first row. Two or more preceding rows of hexadecimal numbers are an error, because their samples
+/// would silently be lost. A single one may hold names, such as those of registers.
 fn first_row(
     name: &str,
     lines: &[Line],
@@ -172,7 +174,7 @@ fn first_row(
 ) -> Result<usize> {
     let before = &lines[..first.unwrap_or(lines.len())];
     let mut foreign = before.iter().filter_map(|line| {
-        // Nothing says what separates cells of which none is a number.
+        // The delimiter is unknown if no cell is a number, so split at all common ones.
         let mut cells = line.text.split(|byte| b",;|\t ".contains(byte)).filter(|cell| !cell.is_empty());
         let all = cells.clone().all(|cell| is_hexadecimal(cell) || number(cell).is_some());
         let usual = usual == 0 || split(line.text, delimiter).len() == usual;
@@ -185,7 +187,7 @@ fn first_row(
     first.ok_or_else(|| no_rows(name))
 }
 
-/// How many cells most rows of nothing but numbers have; 0 where there are none.
+/// Number of cells of most rows that consist of numbers only; 0 if there is no such row.
 fn usual_width(lines: &[Line], delimiter: Delimiter, number: &impl Fn(&[u8]) -> Option<f64>) -> usize {
     let mut widths = BTreeMap::new();
     for line in &lines[..lines.len().min(256)] {
@@ -197,14 +199,14 @@ fn usual_width(lines: &[Line], delimiter: Delimiter, number: &impl Fn(&[u8]) -> 
     widths.into_iter().max_by_key(|&(_, rows)| rows).map_or(0, |(width, _)| width)
 }
 
-/// A row of numbers without the comment at its end; other lines as they are.
+/// A row of numbers without its trailing comment; other lines unchanged.
 fn without_comment(line: &[u8]) -> &[u8] {
     let are_numbers =
         |text: &&[u8]| text.split(|byte| b",;|\t ".contains(byte)).all(|cell| number(cell, false).is_some());
     before_comment(line).filter(are_numbers).unwrap_or(line)
 }
 
-/// A line without the blanks around it; tabs stay.
+/// A line without blanks at both ends; tabs are kept.
 fn trimmed(line: &[u8]) -> &[u8] {
     let is_text = |byte: &u8| *byte == b'\t' || !byte.is_ascii_whitespace();
     let start = line.iter().position(is_text).unwrap_or(line.len());
@@ -212,20 +214,21 @@ fn trimmed(line: &[u8]) -> &[u8] {
     &line[start..end]
 }
 
+/// Error for a log without rows.
 fn no_rows(name: &str) -> Error {
     Error::Input(format!("{name}: no rows of numbers in it"))
 }
 
-/// A comment without the signs that make it one.
+/// A comment without its leading comment characters.
 fn uncommented(line: &[u8]) -> &[u8] {
     let start = line.iter().position(|byte| !b"#%!/ \t".contains(byte)).unwrap_or(line.len());
     &line[start..]
 }
 
-/// What a row of nothing but numbers weighs against a single number.
-const ROW: usize = 1_000_000;
+/// Weight of a row of numbers relative to a single number, in `score`.
+const ROW_WEIGHT: usize = 1_000_000;
 
-/// The pair of delimiter and decimal sign under which most lines are rows of numbers.
+/// Delimiter and decimal sign with which most lines are rows of numbers.
 fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimiter, bool) {
     let delimiters = match options.delimiter {
         Some(b' ') => vec![Delimiter::Space],
@@ -243,9 +246,10 @@ fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimit
                 continue;
             }
             let score = score(sample, delimiter, comma);
-            // Blanks between tabs part the date from the time of the day, not columns.
+            // Blanks within tab-separated cells separate date and time, not columns.
             let tabs = best.1.0 == Delimiter::Byte(b'\t')
-                && (best.0 >= ROW && score / ROW <= best.0 / ROW || is_table(sample, best.1.0));
+                && (best.0 >= ROW_WEIGHT && score / ROW_WEIGHT <= best.0 / ROW_WEIGHT
+                    || is_table(sample, best.1.0));
             if tabs && delimiter == Delimiter::Space {
                 continue;
             }
@@ -262,38 +266,38 @@ fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimit
     found
 }
 
-/// Whether a delimiter parts all lines, names included, into the same number of cells: a column of text leaves no row
-/// of nothing but numbers.
+/// True if a delimiter splits all lines, header included, into the same number of cells (at least two). This
+/// recognizes tables with a column of text, which have no rows of numbers only.
 fn is_table(sample: &[Line], delimiter: Delimiter) -> bool {
     let mut widths = sample.iter().map(|line| split(line.text, delimiter).len());
     widths.next().is_some_and(|first| first > 1 && sample.len() > 1 && widths.all(|width| width == first))
 }
 
-/// Whether commas that may as well stand between two whole numbers are decimal commas: they are under a single name,
-/// and where a whole number would be −0.
+/// True if commas in lines like "1,2" are decimal commas rather than delimiters. Evidence is a header with a single
+/// name, or a whole part of −0, which an integer never has.
 fn is_one_column(sample: &[Line], comment: Option<&Line>) -> bool {
-    let Some(first) = sample.iter().position(|line| halves(line.text).is_some()) else { return false };
+    let Some(first) = sample.iter().position(|line| whole_part(line.text).is_some()) else { return false };
     let mut negative_zero = false;
     for line in &sample[first..] {
-        match halves(line.text) {
+        match whole_part(line.text) {
             Some(whole) => negative_zero |= whole == b"-0",
             None if number(line.text.trim_ascii(), true).is_some() => {}
             None => return false,
         }
     }
-    // Names on either side of a comma are names of two columns.
+    // A comma between names means two columns.
     if sample[..first].iter().chain(comment).any(|line| line.text.contains(&b',')) {
         return false;
     }
-    // "Serial: 5" is no name.
+    // "Serial: 5" is not a column name.
     let one_name = first == 1
         && number(sample[0].text.trim_ascii(), true).is_none()
         && !sample[0].text.iter().any(|byte| b";|:=\t".contains(byte));
     one_name || negative_zero
 }
 
-/// What stands before the comma of a number like -12,0345, if the line is one.
-fn halves(line: &[u8]) -> Option<&[u8]> {
+/// Whole part of a line that is a number like -12,0345; `None` for other lines.
+fn whole_part(line: &[u8]) -> Option<&[u8]> {
     let line = line.trim_ascii();
     let (whole, fraction) = line.split_at(memchr::memchr(b',', line)?);
     let digits = |text: &[u8]| !text.is_empty() && text.iter().all(u8::is_ascii_digit);
@@ -304,13 +308,15 @@ fn halves(line: &[u8]) -> Option<&[u8]> {
     .then_some(whole)
 }
 
+/// True if a line contains a double quote.
 fn quoted(sample: &[Line]) -> bool {
     sample.iter().any(|line| line.text.contains(&b'"'))
 }
 
-/// Rows of nothing but numbers weigh most, as many as have the same number of cells; then numbers. A
-/// delimiter that separates nothing weighs nothing; nor does a decimal comma that may as well be a separator in most
-/// lines ("1,2"): one short row must not turn two columns into one.
+/// Score of a delimiter and decimal sign. Most important is the number of rows that consist of numbers only and have
+/// the same number of cells, then the number of numbers. Delimiters that separate nothing score nothing. Decimal
+/// commas that could be delimiters in most lines ("1,2") get no credit for rows, so that one short row does not turn
+/// two columns into one.
 fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
     let mut numbers = 0;
     let mut widths = BTreeMap::new();
@@ -319,7 +325,7 @@ fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
     if delimiter == Delimiter::Byte(b'\t')
         && (sample.iter().all(|line| line.text.starts_with(b"\t")) || !sample.iter().any(is_inside))
     {
-        // Tabs that indent every line, names included, or that stand at the ends only, separate nothing.
+        // Tabs that indent every line or stand only at the ends separate nothing.
         return 0;
     }
     for line in sample {
@@ -338,21 +344,21 @@ fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
     if delimiter == Delimiter::Space && 2 * either > rows {
         return numbers;
     }
-    ROW * rows + numbers
+    ROW_WEIGHT * rows + numbers
 }
 
-/// The cells of a line of text as names of `count` columns.
+/// Cells of a line as names of `count` columns.
 fn names(line: &[u8], delimiter: Delimiter, count: usize) -> Vec<String> {
     let mut cells: Vec<String> = split(line, delimiter).into_iter().map(decoded).collect();
     if delimiter == Delimiter::Byte(b'\t') && cells.len() == count + 1 && cells[count].is_empty() {
-        // A tab behind the last name.
+        // Drop the empty cell after a tab at the end.
         cells.pop();
     }
     if delimiter == Delimiter::Space && cells.len() != count {
         if count == 1 {
             return vec![decoded(line.trim_ascii())];
         }
-        // A unit in brackets stands apart from its name, and may itself hold blanks.
+        // Join a unit in brackets, which may contain blanks, to the name before it.
         let mut merged: Vec<String> = Vec::new();
         let mut open = false;
         for cell in cells {
@@ -372,7 +378,7 @@ fn names(line: &[u8], delimiter: Delimiter, count: usize) -> Vec<String> {
     cells
 }
 
-/// UTF-8, or Latin-1 where it is none (older loggers write a degree sign so).
+/// Text decoded as UTF-8 or, if that fails, as Latin-1 (older loggers write degree signs in Latin-1).
 pub(super) fn decoded(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),

@@ -1,12 +1,14 @@
-//! Date-times as numbers: ISO 8601 and what loggers make of it.
+//! Parsing of date-times: ISO 8601 and common variants of loggers.
 
-/// Seconds since 1970 (UTC) of a date-time or a date, or seconds since midnight of a time of the day.
+/// Seconds since 1970 (UTC) for a date-time or date, or seconds since midnight for a time of day; `None` for other
+/// text.
 ///
-/// 2026-01-31T12:00:00.5Z, 2026-01-31 12:00:00,5+01:00, 2026/01/31 12:00:00, 31.01.2026 12:00:00, 2026-01-31,
-/// 12:00:00.25, 01/31/2026 12:00:00.000000000, 1/31/2026 2:00:00 PM. Without an offset it is taken as UTC: only
-/// differences matter. The date of a/b/2026 has the month first unless a is above 12; the caller compares both orders.
+/// Examples: 2026-01-31T12:00:00.5Z, 2026-01-31 12:00:00,5+01:00, 2026/01/31 12:00:00, 31.01.2026 12:00:00,
+/// 2026-01-31, 12:00:00.25, 01/31/2026 12:00:00.000000000, 1/31/2026 2:00:00 PM. A time without an offset is taken as
+/// UTC, because only differences matter. In a/b/2026 the month comes first unless a is above 12; the caller compares
+/// both orders.
 pub(super) fn moment(cell: &[u8]) -> Option<f64> {
-    // The cheapest test that a number does not pass comes first.
+    // Start with a cheap test that numbers fail.
     let dated = cell.len() >= 8 && matches!(cell[4], b'-' | b'/') && matches!(cell[7], b'-' | b'/');
     let day_first = !dated && cell.len() >= 10 && cell[2] == b'.' && cell[5] == b'.';
     if !dated && !day_first {
@@ -25,7 +27,7 @@ pub(super) fn moment(cell: &[u8]) -> Option<f64> {
     at_day(days(year, month, day), &cell[10..])
 }
 
-/// Seconds of a day and what stands behind its date.
+/// Seconds since 1970 for a day and the text after its date.
 fn at_day(day: i64, rest: &[u8]) -> Option<f64> {
     let midnight = 86_400.0 * day as f64;
     match rest.first() {
@@ -35,7 +37,7 @@ fn at_day(day: i64, rest: &[u8]) -> Option<f64> {
     }
 }
 
-/// Date-times with the name of the month, as MATLAB writes them: 31-Jan-2026 12:00:00.5.
+/// Seconds since 1970 for dates with the name of the month, as MATLAB writes them: 31-Jan-2026 12:00:00.5.
 fn named_month(cell: &[u8]) -> Option<f64> {
     const MONTHS: &[u8] = b"janfebmaraprmayjunjulaugsepoctnovdec";
     let name = cell.get(3..6)?.to_ascii_lowercase();
@@ -45,7 +47,7 @@ fn named_month(cell: &[u8]) -> Option<f64> {
     if valid { at_day(days(year, month, day), &cell[11..]) } else { None }
 }
 
-/// Date-times such as 05/03/2026 14:00:00.000000000 and 5/3/2026 2:00:00 PM.
+/// Seconds since 1970 for dates with slashes, such as 05/03/2026 14:00:00.000000000 and 5/3/2026 2:00:00 PM.
 fn slashed(cell: &[u8]) -> Option<f64> {
     let end = cell.iter().position(|byte| matches!(byte, b' ' | b'T' | b'_')).unwrap_or(cell.len());
     let mut parts = cell[..end].split(|byte| *byte == b'/');
@@ -60,7 +62,7 @@ fn slashed(cell: &[u8]) -> Option<f64> {
     }
     let day = days(year, month, day);
     let rest = &cell[end..];
-    // An hour of one digit and a half of the day need a spelling that `time` knows.
+    // Convert one-digit hours and AM/PM to the form that `time` parses.
     let clock = rest.get(1..).unwrap_or_default().trim_ascii();
     let half = clock.len().checked_sub(2).map(|at| clock[at..].to_ascii_uppercase());
     let (clock, half) = match half.as_deref() {
@@ -81,7 +83,7 @@ fn slashed(cell: &[u8]) -> Option<f64> {
     Some(86_400.0 * day as f64 + seconds)
 }
 
-/// Seconds of hh:mm:ss, hh:mm:ss.fff with Z or an offset.
+/// Seconds since midnight (UTC) for hh:mm:ss or hh:mm:ss.fff, optionally with Z or an offset.
 fn time(cell: &[u8]) -> Option<f64> {
     let (clock, offset) = offset(cell)?;
     if clock.len() < 8 || clock[2] != b':' || clock[5] != b':' {
@@ -103,7 +105,7 @@ fn time(cell: &[u8]) -> Option<f64> {
     Some((3600 * hour + 60 * minute + second - offset) as f64 + fraction)
 }
 
-/// A clock without its offset, and that in seconds.
+/// Time of day without its offset, and the offset in seconds.
 fn offset(cell: &[u8]) -> Option<(&[u8], i64)> {
     if let Some(clock) = cell.strip_suffix(b"Z").or(cell.strip_suffix(b"z")) {
         return Some((clock.trim_ascii_end(), 0));
@@ -119,6 +121,7 @@ fn offset(cell: &[u8]) -> Option<(&[u8], i64)> {
     Some((cell[..at].trim_ascii_end(), sign * seconds))
 }
 
+/// Value of a string of digits; `None` for other text.
 fn digits(text: &[u8]) -> Option<i64> {
     if text.is_empty() || !text.iter().all(u8::is_ascii_digit) {
         return None;
@@ -126,7 +129,7 @@ fn digits(text: &[u8]) -> Option<i64> {
     std::str::from_utf8(text).ok()?.parse().ok()
 }
 
-/// Days since 1970-01-01 of the Gregorian calendar (Hinnant, "chrono-compatible low-level date algorithms").
+/// Days since 1970-01-01 in the Gregorian calendar (Hinnant, "chrono-compatible low-level date algorithms").
 fn days(year: i64, month: i64, day: i64) -> i64 {
     let year = if month <= 2 { year - 1 } else { year };
     let era = year.div_euclid(400);

@@ -1,12 +1,17 @@
-//! The quick way through the lines that most logs consist of.
+//! Fast parser for the lines that most logs consist of.
 
 use super::cells::{Delimiter, is_comment, number};
 use super::dialect::Dialect;
 
-/// Reads the wanted cells of a usual line into `row`; `None` asks for the slow way, which also explains.
+/// Parses the wanted cells of a simple line into `row` and returns the number of missing cells.
 ///
-/// The number of missing cells is returned.
-pub(super) fn quick(line: &[u8], dialect: &Dialect, wanted: &[bool], row: &mut [f64]) -> Option<usize> {
+/// `None` means that the line is not simple. The slow parser must then parse it or explain the error.
+pub(super) fn parse_simple_line(
+    line: &[u8],
+    dialect: &Dialect,
+    wanted: &[bool],
+    row: &mut [f64],
+) -> Option<usize> {
     let (delimiter, spaced) = match dialect.delimiter {
         Delimiter::Byte(byte) => (byte, false),
         Delimiter::Space => (b' ', true),
@@ -40,7 +45,7 @@ pub(super) fn quick(line: &[u8], dialect: &Dialect, wanted: &[bool], row: &mut [
         at = after_blanks(at);
         let rest = &line[at..];
         if !wanted {
-            // Any text may stand here, but not a line that is a comment.
+            // An unwanted cell may hold any text, but the line must not be a comment.
             if j == 0 && is_comment(rest) {
                 return None;
             }

@@ -1,19 +1,19 @@
-//! Many lines into columns, in parallel; what was wrong, and where.
+//! Parallel parsing of lines into columns, with the position of errors.
 
 use rayon::prelude::*;
 
 use super::Options;
 use super::cells::{Delimiter, before_comment, is_comment, number, split};
 use super::dialect::{Dialect, decoded};
-use super::quick::quick;
+use super::quick::parse_simple_line;
 use crate::{Error, Result};
 
-/// Pieces of a chunk that are parsed side by side.
+/// Number of pieces of a chunk that are parsed in parallel.
 const PIECES: usize = 4;
-/// Smaller pieces are not worth a thread.
-const SMALLEST: usize = 64 << 10;
+/// Minimum size of a piece in bytes. Chosen by judgment; not measured.
+const MIN_PIECE_BYTES: usize = 64 << 10;
 
-/// Columns of one piece, and what stood between its rows.
+/// Parsed piece: columns and counts of lines.
 #[derive(Default)]
 pub(super) struct Block {
     pub columns: Vec<Vec<f64>>,
@@ -21,7 +21,7 @@ pub(super) struct Block {
     pub blank: usize,
     pub missing: usize,
     lines: usize,
-    bad: Option<Bad>,
+    bad: Option<RowError>,
 }
 
 impl Block {
@@ -31,39 +31,39 @@ impl Block {
     }
 }
 
-/// What is wrong with the last line of a block.
-enum Bad {
+/// Error in the last line of a piece.
+enum RowError {
     Cell { column: usize, text: String },
     Infinite { column: usize, text: String },
     Count(usize),
 }
 
-/// The first rows of all columns of a log, whatever their cells hold.
+/// The first rows of all columns of a log, whatever their cells contain.
 #[derive(Debug, Clone, Default)]
 pub struct Sample {
-    /// One vector a column; NaN where a cell holds no number.
+    /// One vector per column; NaN for cells without a number.
     pub columns: Vec<Vec<f64>>,
-    /// Cells of each column that hold other text than a number or a word for nothing.
+    /// For each column, the number of cells with text other than a number or a word for a missing number.
     pub words: Vec<usize>,
-    /// A cell of each column: the first of these, else that of the first row.
+    /// For each column, the first such cell, else the cell of the first row.
     pub cells: Vec<String>,
 }
 
-/// Turns lines into the wanted columns.
+/// Parser of lines into the wanted columns.
 pub(super) struct Rows {
     name: String,
     dialect: Dialect,
-    /// Columns in the order asked for.
+    /// Indices of the wanted columns, in the requested order.
     pub wanted: Vec<usize>,
     mask: Vec<bool>,
-    /// Whether infinite cells are refused.
+    /// True if infinite cells are errors.
     finite: bool,
-    /// Lines before the chunk that comes next.
+    /// Number of lines before the next chunk.
     line: usize,
 }
 
 impl Rows {
-    /// For the log called `name`; checks that the columns exist.
+    /// Parser for the log called `name`. Error if a wanted column does not exist.
     pub fn new(name: &str, dialect: &Dialect, options: &Options) -> Result<Self> {
         let count = dialect.count;
         let wanted = options.columns.clone().unwrap_or_else(|| (0..count).collect());
@@ -74,7 +74,7 @@ impl Rows {
         Ok(rows)
     }
 
-    /// Wants other columns from here on; checks that they exist.
+    /// Selects other columns. Error if one does not exist or is given twice.
     pub fn select(&mut self, wanted: Vec<usize>) -> Result<()> {
         let (name, count) = (&self.name, self.dialect.count);
         if let Some(column) = wanted.iter().find(|&&column| column >= count) {
@@ -92,11 +92,11 @@ impl Rows {
         Ok(())
     }
 
-    /// The columns of the next whole lines, in pieces in their order.
+    /// Columns of the next whole lines, in pieces, in their order.
     pub fn parse(&mut self, chunk: &[u8]) -> Result<Vec<Block>> {
         let mut pieces = Vec::new();
         let mut rest = chunk;
-        let goal = (chunk.len() / PIECES).max(SMALLEST);
+        let goal = (chunk.len() / PIECES).max(MIN_PIECE_BYTES);
         while !rest.is_empty() {
             let cut = rest
                 .get(goal..)
@@ -106,7 +106,7 @@ impl Rows {
             pieces.push(piece);
             rest = tail;
         }
-        // The lines of text before the first row are counted but not read again.
+        // Text lines before the first row are counted but not parsed again.
         let skip = self.dialect.preamble.saturating_sub(self.line);
         let first = self.line;
         let blocks: Vec<Block> = if pieces.len() == 1 {
@@ -129,9 +129,10 @@ impl Rows {
         Ok(blocks)
     }
 
+    /// Parses one piece; its first `skip` lines are not rows.
     fn piece(&self, bytes: &[u8], skip: usize) -> Block {
         let mut all = vec![Vec::new(); self.dialect.count];
-        // Rows have much the same length: the first line tells how many to expect.
+        // Estimate the number of rows from the length of the first line.
         let shortest = memchr::memchr(self.dialect.terminator, bytes).unwrap_or(bytes.len()).max(2);
         for (column, _) in all.iter_mut().zip(&self.mask).filter(|(_, wanted)| **wanted) {
             column.reserve(bytes.len() / shortest + bytes.len() / shortest / 8 + 1);
@@ -146,7 +147,7 @@ impl Rows {
             start = end + 1;
             block.lines += 1;
             let line = line.strip_suffix(b"\r").unwrap_or(line);
-            if let Some(missing) = quick(line, &self.dialect, &self.mask, &mut row)
+            if let Some(missing) = parse_simple_line(line, &self.dialect, &self.mask, &mut row)
                 && block.lines > skip
             {
                 block.missing += missing;
@@ -156,7 +157,7 @@ impl Rows {
                     block.comments += 1;
                     continue;
                 }
-                // A tab may stand between empty cells.
+                // A tab may separate empty cells.
                 let tabbed = self.dialect.delimiter == Delimiter::Byte(b'\t') && line.contains(&b'\t');
                 if trimmed.is_empty() && !tabbed {
                     block.blank += 1;
@@ -165,7 +166,7 @@ impl Rows {
                 if block.lines <= skip {
                     continue;
                 }
-                match self.slow(line, &mut row) {
+                match self.parse_line(line, &mut row) {
                     Ok(missing) => block.missing += missing,
                     Err(bad) => {
                         block.bad = Some(bad);
@@ -183,7 +184,7 @@ impl Rows {
         block
     }
 
-    /// Up to `most` rows at the beginning of a log; lines with another number of cells are left out.
+    /// Up to `most` rows at the start of a log. Lines with another number of cells are skipped.
     pub fn sample(&self, bytes: &[u8], most: usize) -> Sample {
         let (count, dialect) = (self.dialect.count, &self.dialect);
         let mut found = Sample {
@@ -214,7 +215,7 @@ impl Rows {
             for (j, cell) in cells.into_iter().enumerate() {
                 let value = number(cell, dialect.decimal_comma);
                 if found.columns[j].is_empty() || (value.is_none() && found.words[j] == 0) {
-                    found.cells[j] = shown(cell);
+                    found.cells[j] = cell_text(cell);
                 }
                 found.words[j] += usize::from(value.is_none());
                 found.columns[j].push(value.unwrap_or(f64::NAN));
@@ -223,23 +224,25 @@ impl Rows {
         found
     }
 
-    /// A line that is not as simple as most: quotes, words for nothing, an empty last cell, a comment at its end, or
-    /// wrong.
-    fn slow(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
+    /// Parses a line that is not simple: with quotes, words for missing numbers, an empty last cell, a trailing
+    /// comment, or an error. Returns the number of missing cells.
+    fn parse_line(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, RowError> {
         self.cells(line, row).or_else(|bad| {
-            // What looks like a comment may be text in a column that is not read: it is cut only if the row cannot be read whole.
+            // An apparent comment may be text in an unwanted column, so it is removed only if the whole row cannot be
+            // parsed.
             before_comment(line).and_then(|before| self.cells(before, row).ok()).ok_or(bad)
         })
     }
 
-    fn cells(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
+    /// Parses all wanted cells of a line; returns the number of missing ones.
+    fn cells(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, RowError> {
         let mut cells = split(line, self.dialect.delimiter);
         if self.dialect.trailing && cells.len() == row.len() + 1 && cells.last().is_some_and(|c| c.is_empty())
         {
             cells.pop();
         }
         if cells.len() != row.len() {
-            return Err(Bad::Count(cells.len()));
+            return Err(RowError::Count(cells.len()));
         }
         let mut missing = 0;
         for (column, (value, cell)) in row.iter_mut().zip(cells).enumerate() {
@@ -247,10 +250,10 @@ impl Rows {
                 continue;
             }
             let Some(found) = number(cell, self.dialect.decimal_comma) else {
-                return Err(Bad::Cell { column, text: shown(cell) });
+                return Err(RowError::Cell { column, text: cell_text(cell) });
             };
             if self.finite && found.is_infinite() {
-                return Err(Bad::Infinite { column, text: shown(cell) });
+                return Err(RowError::Infinite { column, text: cell_text(cell) });
             }
             missing += usize::from(found.is_nan());
             *value = found;
@@ -258,26 +261,29 @@ impl Rows {
         Ok(missing)
     }
 
-    fn explain(&self, line: usize, bad: &Bad) -> Error {
+    /// Error message for a line.
+    fn explain(&self, line: usize, bad: &RowError) -> Error {
         let name = &self.name;
         let place = |column: usize| {
             let title = self.dialect.header.as_ref().map(|names| format!(" ({})", names[column]));
             format!("row {line}, column {}{}", column + 1, title.unwrap_or_default())
         };
         Error::Input(match bad {
-            Bad::Count(found) => {
+            RowError::Count(found) => {
                 format!("{name}: row {line} has {found} columns, the others {}", self.dialect.count)
             }
-            Bad::Cell { column, text } => format!("{name}: {}: {text:?} is not a number", place(*column)),
-            Bad::Infinite { column, text } => {
+            RowError::Cell { column, text } => {
+                format!("{name}: {}: {text:?} is not a number", place(*column))
+            }
+            RowError::Infinite { column, text } => {
                 format!("{name}: {}: {text:?} is infinite: write nan for a missing sample", place(*column))
             }
         })
     }
 }
 
-/// A cell for a message.
-fn shown(cell: &[u8]) -> String {
+/// Cell for a message, cut to 24 characters.
+fn cell_text(cell: &[u8]) -> String {
     let text = decoded(cell);
     if text.chars().count() > 24 { text.chars().take(24).chain(['…']).collect() } else { text }
 }

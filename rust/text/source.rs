@@ -1,4 +1,4 @@
-//! Whole lines from a file or a pipe, a chunk at a time.
+//! Reading of whole lines from a file or a pipe, in chunks.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -7,25 +7,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{Error, Result};
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const CHUNK: usize = 4 << 20;
-/// Bytes that suffice to see how a log is written, and lines that do.
+/// Numbers of bytes and of lines that suffice to determine the format of a log.
 const HEAD: (usize, usize) = (64 << 10, 40);
-/// A longer line is no row of numbers.
-const LONGEST_LINE: usize = 16 << 20;
+/// Maximum number of bytes without an end of line.
+const MAX_LINE_BYTES: usize = 16 << 20;
 
 /// An open log.
 pub(super) struct Source {
     name: String,
     file: File,
-    /// Size if the file has one, else 0.
+    /// Size in bytes if known, else 0.
     size: usize,
-    /// Whether a read may wait for someone who writes.
+    /// True if a read may block until another process writes.
     waits: bool,
     done: bool,
-    /// What ends every line.
+    /// The byte that ends every line.
     pub terminator: u8,
-    /// Bytes read but not handed out: the beginning of an unfinished line, or what was read ahead.
+    /// Bytes read but not yet returned: the start of an unfinished line, or data read ahead.
     carry: Vec<u8>,
     spare: Vec<u8>,
     handed: usize,
@@ -64,19 +64,19 @@ impl Source {
         })
     }
 
-    /// The name for messages.
+    /// Name of the log for messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// How many rows to expect in all when `rows` came from what was handed out so far.
+    /// Expected total number of rows if the data returned so far gave `rows` rows.
     pub fn expected(&self, rows: usize) -> usize {
         let all = rows as f64 * (self.size as f64 / self.handed.max(1) as f64);
-        // A little more, because later rows may be shorter than the first.
+        // Add a margin, because later rows may be shorter.
         rows.max((1.02 * all) as usize + 64)
     }
 
-    /// The first whole lines, enough to see how the log is written; checks that it is text.
+    /// The first whole lines, enough to determine the format. Error if the file is not text.
     pub fn head(&mut self, stop: &AtomicBool) -> Result<Vec<u8>> {
         let lines = |bytes: &[u8]| memchr::memchr_iter(b'\n', bytes).take(HEAD.1).count();
         while !self.done && self.carry.len() < HEAD.0 && (!self.waits || lines(&self.carry) < HEAD.1) {
@@ -113,14 +113,14 @@ impl Source {
     pub fn chunk(&mut self, stop: &AtomicBool) -> Result<Option<Vec<u8>>> {
         loop {
             if let Some(end) = memchr::memrchr(self.terminator, &self.carry) {
-                return Ok(Some(self.hand_out(end + 1)));
+                return Ok(Some(self.take_chunk(end + 1)));
             }
             if self.done {
-                // A last line without its end is a line.
+                // The last line may lack its end of line.
                 let all = self.carry.len();
-                return Ok(if all == 0 { None } else { Some(self.hand_out(all)) });
+                return Ok(if all == 0 { None } else { Some(self.take_chunk(all)) });
             }
-            if self.carry.len() > LONGEST_LINE {
+            if self.carry.len() > MAX_LINE_BYTES {
                 return Err(Error::Input(format!(
                     "{}: no end of line in {} bytes; not a log of rows",
                     self.name,
@@ -131,17 +131,19 @@ impl Source {
         }
     }
 
-    /// Reads ahead what `chunk` will hand out next. A pipe is not read ahead: its rows are wanted now.
+    /// Reads ahead the data that `chunk` returns next. Pipes are not read ahead, because their rows are needed at
+    /// once.
     pub fn prefetch(&mut self, stop: &AtomicBool) -> Result<()> {
         if self.done || self.waits { Ok(()) } else { self.fill(CHUNK, stop) }
     }
 
-    /// Takes back the memory of a chunk.
-    pub fn give_back(&mut self, chunk: Vec<u8>) {
+    /// Returns the memory of a chunk for reuse.
+    pub fn recycle(&mut self, chunk: Vec<u8>) {
         self.spare = chunk;
     }
 
-    fn hand_out(&mut self, end: usize) -> Vec<u8> {
+    /// Removes the first `end` bytes and returns them.
+    fn take_chunk(&mut self, end: usize) -> Vec<u8> {
         let mut rest = std::mem::take(&mut self.spare);
         rest.clear();
         rest.extend_from_slice(&self.carry[end..]);
@@ -151,7 +153,7 @@ impl Source {
         chunk
     }
 
-    /// Appends up to `count` bytes to what is carried.
+    /// Reads up to `count` bytes and appends them to `carry`.
     fn fill(&mut self, count: usize, stop: &AtomicBool) -> Result<()> {
         let start = self.carry.len();
         self.carry.resize(start + count, 0);
@@ -184,7 +186,7 @@ impl Source {
 #[cfg(unix)]
 fn standard_input() -> std::io::Result<File> {
     use std::os::fd::AsFd;
-    // A descriptor of its own: no buffer of std's in between.
+    // Duplicate the descriptor to bypass the buffer of the standard library.
     Ok(File::from(std::io::stdin().as_fd().try_clone_to_owned()?))
 }
 
@@ -194,7 +196,7 @@ fn standard_input() -> std::io::Result<File> {
     Ok(File::from(std::io::stdin().as_handle().try_clone_to_owned()?))
 }
 
-/// Waits a tenth of a second at most, so that Ctrl-C is answered while no data arrive.
+/// True if data are available; waits at most 0.1 s, so that Ctrl-C is handled while no data arrive.
 #[cfg(unix)]
 fn readable(file: &File) -> bool {
     use std::os::fd::AsRawFd;

@@ -1,4 +1,4 @@
-//! Hard records, and their Allan sums by exact arithmetic.
+//! Difficult records and their Allan sums in exact arithmetic.
 
 use std::sync::atomic::AtomicBool;
 
@@ -6,7 +6,7 @@ use allanite::deviation::allan::{Execution, overlapping};
 use allanite::machine::processor::Width;
 use allanite::phase::{Quantity, Record, Sample, Series, add_to};
 
-/// Nearly normal numbers from a small generator.
+/// Generator of approximately normal numbers.
 pub struct Noise(pub u64);
 
 impl Noise {
@@ -15,7 +15,7 @@ impl Noise {
         (self.0 >> 11) as f64 / 9007199254740992.0
     }
 
-    /// The next of them.
+    /// The next approximately normal number.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }

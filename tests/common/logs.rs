@@ -1,4 +1,5 @@
-//! What holds of every log, whatever bytes it is made of; `fuzz/` looks for bytes of which it does not.
+//! Properties of the reader that hold for any bytes. `fuzz/` searches for counterexamples.
+
 #![allow(dead_code)]
 
 use std::cell::OnceCell;
@@ -10,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use allanite::text::{Options, Reader, Table, read};
 use allanite::{Error, Result};
 
-/// A file of this thread that every input is written to; a name is asked for once.
+/// Scratch file of this thread, reused for every input.
 struct Scratch(PathBuf);
 
 impl Drop for Scratch {
@@ -59,8 +60,8 @@ fn in_pieces(path: &Path, options: &Options, count: usize) -> Result<Vec<Vec<u64
     Ok(columns)
 }
 
-/// What is wrong with a table whatever the log.
-fn judge(table: &Table) {
+/// Checks the invariants of a table.
+fn check_table(table: &Table) {
     assert!(!table.columns.is_empty());
     assert!(table.meta.rows > 0);
     assert!(table.columns.iter().all(|column| column.len() == table.meta.rows));
@@ -72,7 +73,7 @@ fn judge(table: &Table) {
     assert!(missing >= table.meta.missing, "{missing} {}", table.meta.missing);
 }
 
-/// Reading in pieces is reading; with infinities refused, a log is refused where it holds one and only there.
+/// Reading in pieces gives the same rows. With infinities refused, a log is refused exactly if it holds one.
 pub fn text(bytes: &[u8]) {
     with_file(bytes, |path| {
         let all = read(path, &Options::default(), &stop());
@@ -80,7 +81,7 @@ pub fn text(bytes: &[u8]) {
         assert_eq!(all.is_ok(), parts.is_ok());
         let finite = read(path, &Options { finite: true, ..Options::default() }, &stop());
         if let (Ok(table), Ok(parts)) = (&all, parts) {
-            judge(table);
+            check_table(table);
             assert_eq!(bits(&table.columns), parts);
             let infinite = table.columns.iter().flatten().any(|x| x.is_infinite());
             assert_eq!(finite.is_err(), infinite);
@@ -90,7 +91,7 @@ pub fn text(bytes: &[u8]) {
     });
 }
 
-/// The options of a caller from the first three bytes, the first lines from the others.
+/// Uses the first three bytes as reader options and the others as the first lines of a log.
 pub fn dialect(bytes: &[u8]) {
     let [delimiter, signs, columns, log @ ..] = bytes else { return };
     let options = Options {
@@ -116,7 +117,7 @@ pub fn dialect(bytes: &[u8]) {
         assert!(width > 0);
         assert!(reader.header().is_none_or(|header| header.len() == width));
         let found = reader.meta().clone();
-        // What was found may as well be said.
+        // Giving the detected options explicitly must not change the result.
         let said = Options {
             delimiter: Some(u8::try_from(found.delimiter).unwrap()),
             decimal_comma: Some(found.decimal_comma),
@@ -133,11 +134,11 @@ pub fn dialect(bytes: &[u8]) {
     });
 }
 
-/// A log through a pipe is the log in a file. The first byte says how long the pieces are.
+/// Reading a log through a pipe equals reading it from a file. The first byte sets the length of the pieces.
 #[cfg(unix)]
 pub fn pipes(bytes: &[u8]) {
     let Some((&first, log)) = bytes.split_first() else { return };
-    // A pipe holds as much; how a longer log is written is judged from fewer lines than those of a file.
+    // A pipe holds this much. The format of a longer log is determined from fewer lines than in a file.
     if log.len() > 60_000 || log.split(|&byte| byte == b'\n').count() > 40 {
         return;
     }
@@ -156,7 +157,7 @@ pub fn pipes(bytes: &[u8]) {
 #[cfg(not(unix))]
 pub fn pipes(_: &[u8]) {}
 
-/// Every piece is written when the one before was taken, so that each is a read of its own.
+/// Writes each piece after the previous one was read, so that each piece is read separately.
 #[cfg(unix)]
 fn through_pipe<T>(log: &[u8], length: usize, work: impl FnOnce(&Path) -> T) -> T {
     use std::os::fd::AsRawFd;
@@ -170,11 +171,12 @@ fn through_pipe<T>(log: &[u8], length: usize, work: impl FnOnce(&Path) -> T) -> 
             for piece in log.chunks(length) {
                 let mut waiting: libc::c_int = 1;
                 while waiting > 0 && !done.load(Ordering::Relaxed) {
-                    // SAFETY: the descriptor is open as long as the scope, and `waiting` is the int that is asked for.
+                    // SAFETY: the descriptor is open as long as the scope, and `waiting` is the int that the call
+                    // fills.
                     unsafe { libc::ioctl(reader.as_raw_fd(), libc::FIONREAD, &raw mut waiting) };
                     std::thread::yield_now();
                 }
-                // A reader that has refused the log takes no more of it.
+                // A reader that has refused the log reads no more of it.
                 if done.load(Ordering::Relaxed) || writer.write_all(piece).is_err() {
                     break;
                 }

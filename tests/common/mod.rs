@@ -1,3 +1,3 @@
-//! What several tests and benches use.
+//! Helpers shared by tests and benches.
 
 pub mod exact;

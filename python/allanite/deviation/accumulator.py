@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Accumulator"]
 
-#: Averages from which a power law is read, and what white FM is carried on as (rust/deviation/identify.rs).
-FEWEST = 90
-UNSURE = -0.5
+#: Minimum number of averages for an identification of the noise, as in rust/deviation/identify.rs.
+MIN_POINTS = 90
+#: Exponent α for longer averaging times if the last identified noise is white FM, as in rust/deviation/identify.rs.
+ALPHA_BEYOND_WHITE_FM = -0.5
 
 
 class Accumulator:
@@ -248,7 +249,7 @@ def _laws(m: NDArray[np.int64], variance: NDArray[np.float64], samples: int) -> 
     flicker FM, as in records that are kept.
     """
     alpha = np.zeros(m.size)
-    sure = (variance > 0) & (m * FEWEST <= samples)
+    sure = (variance > 0) & (m * MIN_POINTS <= samples)
     if np.count_nonzero(sure) < 2:
         return alpha
     x, y = np.log(m[sure]), np.log(variance[sure])
@@ -256,5 +257,5 @@ def _laws(m: NDArray[np.int64], variance: NDArray[np.float64], samples: int) -> 
     slope = (np.interp(right, x, y) - np.interp(left, x, y)) / (right - left)
     alpha[sure] = np.clip(np.round(-1.0 - slope), -2.0, 1.0) + 0.0
     last = alpha[sure][-1]
-    alpha[m > m[sure][-1]] = UNSURE if last == 0.0 else last
+    alpha[m > m[sure][-1]] = ALPHA_BEYOND_WHITE_FM if last == 0.0 else last
     return alpha

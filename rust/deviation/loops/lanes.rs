@@ -1,10 +1,12 @@
-//! The hot loop, once, for every width of vector: `Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])²` of several m in one pass.
+//! The innermost loop, generic over the vector width: `Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])²` for several m in one pass.
 //!
-//! Three shapes. A *chain* m, 2m, 4m, … shares loads: θ[k+2m] of one factor is θ[k+m'] of the next, which reaches
-//! the FMA limit. *Rows* of one factor, the terms at k, k+m, k+2m, …, share them likewise and serve every m that is
-//! long enough for a row. *Several* short factors share θ[k] only and are limited by loads.
+//! There are three shapes. A *chain* m, 2m, 4m, … shares loads, because θ[k+2m] of one factor is θ[k+m'] of the next;
+//! this reaches the FMA limit. *Rows* sum the terms at k, k+m, k+2m, … of one factor, which share loads in the same
+//! way; they suit every m that is long enough for a row. *Several* short factors share only θ[k] and are limited by
+//! loads.
 //!
-//! Every second difference is one of first differences, which neither an offset nor a drift of the phase makes inexact.
+//! Every second difference is computed from first differences, so that neither an offset nor a drift of the phase
+//! adds rounding errors.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
 #![allow(clippy::inline_always)]
@@ -21,7 +23,7 @@ pub unsafe trait Lanes: Copy {
     /// # Safety
     /// `WIDTH` doubles must be readable from `from`; any alignment.
     unsafe fn load(from: *const f64) -> Self;
-    /// The first `count` < `WIDTH` doubles, zeros behind them.
+    /// The first `count` < `WIDTH` doubles, followed by zeros.
     ///
     /// # Safety
     /// `count` doubles must be readable from `from`.
@@ -184,6 +186,7 @@ mod x86 {
 pub use x86::{Avx2, Avx512};
 
 #[inline(always)]
+/// Square of the second difference.
 fn term(a: f64, b: f64, c: f64) -> f64 {
     let d = (c - a) - 2.0 * (b - a);
     d * d
@@ -221,7 +224,8 @@ pub unsafe fn chain<V: Lanes, const T: usize>(theta: *const f64, m: usize, n: us
     }
 }
 
-/// Sums for T arbitrary factors over k = 0..n; `U` independent sums each hide the latency when T is small.
+/// Sums for T arbitrary factors over k = 0..n. Each has `U` independent partial sums, which hide the latency when T
+/// is small.
 ///
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
@@ -259,12 +263,12 @@ pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
     }
 }
 
-/// Partial sums of a block of rows: more would not stay in sixteen registers.
+/// Number of partial sums of a block of rows; more would not fit into sixteen registers.
 const SUMS: usize = 8;
 
 /// Sum for one factor m over `blocks` blocks of J rows: k = (block·J + row)·m + i, i = 0..row.
 ///
-/// With `row` = m these are the terms k = 0..blocks·J·m, for which J + 2 loads serve J terms.
+/// With `row` = m these are the terms k = 0..blocks·J·m. J + 2 loads serve J terms.
 ///
 /// # Safety
 /// The processor has the instructions of `V`; `(blocks·J + 1)·m + row` doubles are readable from `theta`.

@@ -1,6 +1,6 @@
-//! The loops that the estimators share: sums of squares in registers, their tiles, prefix sums of long windows.
+//! Loops that the estimators share: sums of squares in registers, cache tiles, and prefix sums for long windows.
 
 mod lanes;
-pub mod stretches;
+pub mod segments;
 pub mod sums;
 pub mod tiles;

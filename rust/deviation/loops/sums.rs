@@ -1,31 +1,32 @@
-//! Which hot loop runs: groups of averaging factors, widths chosen at run time, ranges without gaps.
+//! Choice of the innermost loop: groups of averaging factors, vector width, and ranges without gaps.
 //!
 //! ```text
 //! samples     ├────────── run ──────────┤ gap ├───────── run ─────────┤
-//! strips      └ 4096 ┘└ 4096 ┘└ 4096 ┘ …       all groups over one strip, then the next: θ stays in the first cache
+//! strips      └ 4096 ┘└ 4096 ┘└ 4096 ┘ …       all groups over one strip, then the next: θ stays in the L1 cache
 //!
 //! chain       θ[k]    θ[k+m]   θ[k+2m]            θ[k+4m]                               θ[k+8m]
 //!   m          a ────── b ────── c                                    d = (c − a) − 2 (b − a)
-//!   2m         a ─────────────── b ───────────────── c                its b is the c before: one load a factor
+//!   2m         a ─────────────── b ───────────────── c                its b is the previous c: one load per factor
 //!   4m         a ─────────────────────────────────── b ────────────────────────────────── c
 //!
-//! rows        θ[k]   θ[k+m]  θ[k+2m]  θ[k+3m]  …    one factor m ≥ 48, sixteen terms down a column of vectors:
-//!              └─ d ─────────┘                      each second difference is one of two gains, J + 2 loads serve J
+//! rows        θ[k]   θ[k+m]  θ[k+2m]  θ[k+3m]  …    one factor m ≥ 48, sixteen terms per column of vectors:
+//!              └─ d ─────────┘                      each uses two first differences; J + 2 loads serve J
 //!                     └─ d ───────────┘
 //! ```
 
 use super::lanes::{self, Lanes, Portable};
 use crate::machine::processor::{Unit, Width};
 
-/// Phase points handled by all groups before the next ones are fetched.
+/// Phase points that all groups handle before the next points are fetched.
 const STRIP: usize = 4096;
-/// Factors in one pass: of a chain on the widest unit, and of any others (more registers would be needed).
+/// Maximum number of factors of a chain, on the widest unit.
 const GROUP: usize = 7;
+/// Maximum number of factors of any other group, and of a chain on narrower units, limited by the registers.
 const SEVERAL: usize = 4;
-/// From this factor on a row of m terms is long enough to be summed by itself.
+/// From this factor on the terms are summed in rows of m. Chosen by judgment; not measured.
 const ROW: usize = 48;
 
-/// Factors of a doubling run for which the unit has registers.
+/// Maximum length of a chain for which the vector unit has registers.
 fn longest_chain(width: Width) -> usize {
     match width.unit() {
         #[cfg(target_arch = "x86_64")]
@@ -43,7 +44,7 @@ pub struct Group {
     shape: Shape,
 }
 
-/// How a group is summed: see `lanes.rs`.
+/// The loop that sums a group; see `lanes.rs`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
     Chain,
@@ -60,13 +61,14 @@ impl Group {
         group
     }
 
-    /// Places in the answer and factors.
+    /// Pairs (place in the result, m).
     pub fn members(&self) -> impl Iterator<Item = (usize, usize)> {
         (0..self.len).map(|i| (self.place[i], self.m[i]))
     }
 }
 
-/// Groups factors given in rising order as (place in the answer, m): doubling runs of three or more become chains.
+/// Groups of factors. `factors` are pairs (place in the result, m) in ascending order of m. Doubling runs of three or
+/// more become chains.
 pub fn groups(width: Width, factors: &[(usize, usize)]) -> Vec<Group> {
     let (runs, loose) = doubling(factors);
     let mut groups = Vec::new();
@@ -80,10 +82,10 @@ pub fn groups(width: Width, factors: &[(usize, usize)]) -> Vec<Group> {
     groups
 }
 
-/// Factors as (place in the answer, m).
+/// Factors as pairs (place in the result, m).
 pub type Placed = Vec<(usize, usize)>;
 
-/// Doubling runs m, 2m, 4m, … of three or more, and the other factors; all rising.
+/// Doubling runs m, 2m, 4m, … of three or more factors, and the remaining factors, all in ascending order.
 pub fn doubling(factors: &[(usize, usize)]) -> (Vec<Placed>, Placed) {
     let mut runs = Vec::new();
     let mut free = vec![true; factors.len()];
@@ -109,8 +111,8 @@ pub fn doubling(factors: &[(usize, usize)]) -> (Vec<Placed>, Placed) {
     (runs, loose)
 }
 
-/// Adds to `sums` the squares of the second differences whose first point k lies in `from..to` and whose 2m samples
-/// lie in one of `runs`. `theta[0]` is phase point `origin`.
+/// Adds to `sums` the squared second differences whose first point lies in `from..to` and whose 2m samples lie in one
+/// of `runs`. `theta[0]` is phase point `origin`.
 pub fn add(
     width: Width,
     (theta, origin): (&[f64], usize),
@@ -141,7 +143,7 @@ pub fn add(
                 for (place, m) in group.members() {
                     if last(m) > common {
                         let rest = last(m) - common;
-                        sums[place] += one(width, &theta[common - origin..], m, rest);
+                        sums[place] += sum_of_factor(width, &theta[common - origin..], m, rest);
                     }
                 }
             }
@@ -149,9 +151,9 @@ pub fn add(
     }
 }
 
-/// Like [`add`] without runs, for a phase with NaN in it: terms that are NaN are left out, the others counted.
+/// Like [`add`] without runs, for a phase that contains NaN. Terms that are NaN are skipped, the others are counted.
 ///
-/// A strip whose sum is a number has no NaN in it; only the others are gone through term by term.
+/// If the sum of a strip is finite, the strip contains no NaN. Only other strips are examined term by term.
 pub fn add_with_gaps(
     width: Width,
     (theta, origin): (&[f64], usize),
@@ -164,7 +166,7 @@ pub fn add_with_gaps(
         let theta = &theta[strip - origin..];
         for &(place, m) in factors {
             let n = STRIP.min(to - strip).min(theta.len().saturating_sub(2 * m));
-            let (mut sum, mut count) = (one(width, theta, m, n), n as u64);
+            let (mut sum, mut count) = (sum_of_factor(width, theta, m, n), n as u64);
             if sum.is_nan() {
                 (sum, count) = (0.0, 0);
                 for ((a, b), c) in theta[..n].iter().zip(&theta[m..]).zip(&theta[2 * m..]) {
@@ -179,7 +181,7 @@ pub fn add_with_gaps(
     }
 }
 
-/// Terms at every m-th point from the start of the record only: adjacent averages. Counts them.
+/// Adds and counts the terms at every m-th point of the record: adjacent averages.
 pub fn add_adjacent(
     (theta, origin): (&[f64], usize),
     (from, to): (usize, usize),
@@ -204,17 +206,18 @@ pub fn add_adjacent(
     }
 }
 
-/// Σ over k = 0..n for one factor.
-pub fn one(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
+/// Sum over k = 0..n for one factor.
+pub fn sum_of_factor(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
     group_sums(width, theta, &Group::new(&[(0, m)], Shape::Several), n)[0]
 }
 
-/// The same by rows where m is long enough for them.
-pub fn one_by_rows(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
+/// Like [`sum_of_factor`], in rows if m is long enough.
+pub fn sum_of_factor_in_rows(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
     let shape = if m < ROW { Shape::Several } else { Shape::Rows };
     group_sums(width, theta, &Group::new(&[(0, m)], shape), n)[0]
 }
 
+/// Sums over k = 0..n for each factor of a group.
 fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GROUP] {
     if n == 0 {
         return [0.0; GROUP];
@@ -228,7 +231,7 @@ fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GRO
         // SAFETY: a `Width` is only made of units that the processor has; readable as above.
         Unit::Avx2 => unsafe { dispatch_avx2(theta.as_ptr(), group, n) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: as the other one.
+        // SAFETY: as for AVX2.
         Unit::Avx512 => unsafe { dispatch_avx512(theta.as_ptr(), group, n) },
     }
 }
@@ -292,13 +295,13 @@ unsafe fn by_rows<V: Lanes>(theta: *const f64, m: usize, n: usize) -> f64 {
         let theta = theta.add(16 * sixteens * m);
         sum += lanes::rows::<V, 8>(theta, m, m, eights);
         let theta = theta.add(8 * eights * m);
-        // The last row ends early: columns before its end have one more.
+        // The last row is shorter, so columns before its end have one more term.
         sum += some_rows::<V>(theta, m, rest, more + 1);
         sum + some_rows::<V>(theta.add(rest), m, m - rest, more)
     }
 }
 
-/// One block of at most eight rows.
+/// Sum over one block of at most eight rows.
 ///
 /// # Safety
 /// As [`lanes::rows`].

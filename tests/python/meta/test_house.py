@@ -1,4 +1,4 @@
-"""What the house promises about itself."""
+"""Rules that the whole package follows: light imports, documented names, consistent constants, no searched messages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_import_is_light():
 
 
 def test_import_is_quick_beside_numpy():
-    """Processor time: a busy machine is slow, and that is not ours."""
+    """Processor time is measured, because wall time depends on the load of the machine."""
     code = (
         "import time, numpy; start = time.process_time(); import allanite; "
         "print(time.process_time() - start)"
@@ -61,12 +61,16 @@ def test_no_message_of_the_library_names_an_option():
 
 
 def test_constants_kept_twice_agree():
-    # The stream reads power laws as kept records do: what the core calls sure and unsure.
+    # The accumulator identifies power laws with the same constants as the core does for stored records.
     text = (ROOT / "rust" / "deviation" / "identify.rs").read_text(encoding="utf-8")
-    constants = dict(re.findall(r"^const (FEWEST|UNSURE): \w+ = ([-\d.]+);", text, re.MULTILINE))
+    constants = dict(
+        re.findall(
+            r"^const (MIN_POINTS|ALPHA_BEYOND_WHITE_FM): \w+ = ([-\d.]+);", text, re.MULTILINE
+        )
+    )
     assert {name: float(value) for name, value in constants.items()} == {
-        "FEWEST": accumulator.FEWEST,
-        "UNSURE": accumulator.UNSURE,
+        "MIN_POINTS": accumulator.MIN_POINTS,
+        "ALPHA_BEYOND_WHITE_FM": accumulator.ALPHA_BEYOND_WHITE_FM,
     }
 
 
@@ -88,7 +92,7 @@ def test_no_text_of_an_exception_is_searched():
             if not isinstance(handler, ast.ExceptHandler) or handler.name is None:
                 continue
             told = {f"str({handler.name})", f"{handler.name}.args[0]", f"repr({handler.name})"}
-            # A variable that has the text is the text.
+            # Follow variables to which the message is assigned.
             for node in ast.walk(handler):
                 if isinstance(node, ast.Assign) and ast.unparse(node.value) in told:
                     told |= {ast.unparse(target) for target in node.targets}

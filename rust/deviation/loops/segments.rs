@@ -1,31 +1,32 @@
-//! All stretches of a total variance at once, in O(1) each.
+//! Total variances over all segments at once, in O(1) per segment.
 //!
-//! With G the running sum of a stretch of 3m points without its trend, odd about both ends, the second differences
-//! of m-point sums of the reflected stretch are D(i) = G(i+3m) − 3G(i+2m) + 3G(i+m) − G(i), and D(i) = D(−3m−i).
-//! With G written out in the running sum C of the record, and i = ±s, each quarter of the period has the form
+//! Let G be the running sum of a segment of 3m points without its trend, continued oddly about both ends. The second
+//! differences of m-point sums of the reflected segment are D(i) = G(i+3m) − 3G(i+2m) + 3G(i+m) − G(i), with D(i) =
+//! D(−3m−i). Expressed by the running sum C of the record, with i = ±s, each quarter of the period has the form
 //!
 //! `D = U[k−s] + V[k+s] + α_k + β_k s + γ_k s²`
 //!
-//! with k the start of the stretch, U and V sums of a few C, and α, β, γ from the trend. The square, summed over all
-//! k and s, falls apart into running sums: of U², V² and of moments of U and V over s; and U[k−s]·V[k+s] over pairs
-//! (u, v) of one parity, which for each u is a running sum of every other V. So m stretches cost O(m), not O(m²).
+//! Here k is the start of the segment, U and V are sums of a few values of C, and α, β, γ come from the trend. The
+//! sum of D² over all k and s splits into running sums. One kind are running sums of U², V² and of moments of U and V
+//! over s. The other is the sum of U[k−s]·V[k+s] over pairs (u, v) of equal parity, which for each u is a running sum
+//! of every other V. So m segments cost O(m) instead of O(m²).
 //!
-//! What cancels is bounded by working on blocks of about m stretches, of whose running sum a parabola is removed; the
-//! detrended, centred stretches do not see it.
+//! Cancellation is bounded by working on blocks of about m segments and removing a parabola from the running sum of
+//! each block. The parabola does not change the detrended, centered segments.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// One quarter of the period: U[u] = Σ a·C[u + 3m + o·m] and V[v] = Σ a·C[v + o·m] over (o, a).
+/// One quarter of the period: U[u] = Σ a·C[u + 3m + o·m] and V[v] = Σ a·C[v + o·m], summed over pairs (o, a).
 struct Quarter {
     back: &'static [(isize, f64)],
     forth: &'static [(isize, f64)],
-    /// α, β, γ from C[k], m, and the trend (bend, tilt) of a stretch.
+    /// α, β, γ from C[k], m, and the trend of a segment.
     polynomial: fn(f64, f64, Trend) -> [f64; 3],
     /// First and last s in units of m.
     span: (usize, usize),
 }
 
-/// x ≈ tilt + bend·(2i + 1) inside of a stretch.
+/// Trend of a segment: x ≈ tilt + bend·(2i + 1).
 #[derive(Clone, Copy)]
 struct Trend {
     bend: f64,
@@ -61,15 +62,15 @@ const QUARTERS: [Quarter; 4] = [
     },
 ];
 
-/// Σ of the 6m squares of each of the `n` stretches of 3m whose running sums begin at `running[0..n]`; anything when the
-/// caller wants to stop.
+/// Sum of the 6m squares D² of each of the `n` segments of 3m points whose running sums start at `running[0..n]`. The
+/// result is unspecified if `stop` is set.
 pub fn sum(running: &[f64], n: usize, m: usize, stop: &AtomicBool) -> f64 {
     let block = m.max(64);
     let starts = (0..n).step_by(block).take_while(|_| !stop.load(Ordering::Relaxed));
-    starts.map(|from| of_block(&running[from..n.min(from + block) + 3 * m], m, stop)).sum()
+    starts.map(|from| sum_of_block(&running[from..n.min(from + block) + 3 * m], m, stop)).sum()
 }
 
-fn of_block(running: &[f64], m: usize, stop: &AtomicBool) -> f64 {
+fn sum_of_block(running: &[f64], m: usize, stop: &AtomicBool) -> f64 {
     let c = flattened(running);
     let n = c.len() - 3 * m;
     let trends: Vec<Trend> = (0..n).map(|k| trend(&c[k..=k + 3 * m])).collect();
@@ -79,7 +80,7 @@ fn of_block(running: &[f64], m: usize, stop: &AtomicBool) -> f64 {
             (0..n).map(|k| (quarter.polynomial)(c[k], m as f64, trends[k])).collect();
         let (first, last) = (quarter.span.0 * m, quarter.span.1 * m);
         if first == 0 {
-            // This quarter stands for its mirror image too, which has s = 1 … m instead of 0 … m − 1.
+            // This quarter also represents its mirror image, for which s = 1 … m instead of 0 … m − 1.
             let [inner, start, end] = [(1, m), (0, 1), (m, m + 1)]
                 .map(|(from, to)| squares(quarter, &c, m, from, to, &polynomials));
             total += 2.0 * inner + start + end;
@@ -90,7 +91,7 @@ fn of_block(running: &[f64], m: usize, stop: &AtomicBool) -> f64 {
     total
 }
 
-/// Without the parabola through its first, middle and last value.
+/// The running sum without the parabola through its first, middle and last value.
 fn flattened(running: &[f64]) -> Vec<f64> {
     let last = running.len() - 1;
     let middle = last / 2;
@@ -101,7 +102,7 @@ fn flattened(running: &[f64]) -> Vec<f64> {
     running.iter().enumerate().map(|(j, v)| (v - running[0]) - parabola(f64::from(j as u32))).collect()
 }
 
-/// Trend of a stretch from the means of its halves; what is left ends where it began.
+/// Trend of a segment from the means of its halves; the detrended running sum ends at its initial value.
 fn trend(c: &[f64]) -> Trend {
     let length = c.len() - 1;
     let (half, other) = (length / 2, length.div_ceil(2));
@@ -111,11 +112,11 @@ fn trend(c: &[f64]) -> Trend {
     Trend { bend: slope / 2.0, tilt: mean - slope / 2.0 }
 }
 
-/// Σ D² over all stretches k and s = `from`..`to`.
+/// Σ D² over all segments k and s = `from`..`to`.
 fn squares(q: &Quarter, c: &[f64], m: usize, from: usize, to: usize, polynomials: &[[f64; 3]]) -> f64 {
     let (n, width) = (polynomials.len(), to - from);
     let length = n + width - 1;
-    // U[i] is of u = i − to + 1, V[i] of v = i + from.
+    // Array index i corresponds to u = i − to + 1 in U, and to v = i + from in V.
     let back = combined(c, q.back, (3 * m + 1 - to) as isize, m, length);
     let forth = combined(c, q.forth, from as isize, m, length);
     if width == 1 {
@@ -130,7 +131,7 @@ fn squares(q: &Quarter, c: &[f64], m: usize, from: usize, to: usize, polynomials
     let mut sum = 0.0;
     for (k, &[a, b, g]) in polynomials.iter().enumerate() {
         let (u, v) = (u.window(k, width), v.window(k, width));
-        // s = far − i for U, i + near for V.
+        // At index i, s = far − i in U and s = i + near in V.
         let far = k as f64 + to as f64 - 1.0;
         let near = from as f64 - k as f64;
         let first = (far * u[0] - u[1]) + (near * v[0] + v[1]);
@@ -167,7 +168,7 @@ fn powers(from: usize, to: usize) -> [f64; 5] {
     std::array::from_fn(|j| high[j] - low[j])
 }
 
-/// Running sums of x, i·x, i²·x and x².
+/// Running sums of x, i·x, i²·x and x², with a leading zero.
 struct Moments(Vec<[f64; 4]>);
 
 impl Moments {
@@ -183,15 +184,16 @@ impl Moments {
         Self(sums)
     }
 
+    /// Sums over `width` values from index `from` on.
     fn window(&self, from: usize, width: usize) -> [f64; 4] {
         let (low, high) = (&self.0[from], &self.0[from + width]);
         std::array::from_fn(|j| high[j] - low[j])
     }
 }
 
-/// Σ U[k−s]·V[k+s] over stretches and s = from..to.
+/// Σ U[k−s]·V[k+s] over all segments and s = from..to.
 fn products(back: &[f64], forth: &[f64], n: usize, from: usize, to: usize) -> f64 {
-    // Running sums of every other V, two zeros ahead.
+    // Running sums of every other V, with two leading zeros.
     let mut every_other = vec![0.0; forth.len() + 2];
     for (i, v) in forth.iter().enumerate() {
         every_other[i + 2] = every_other[i] + v;
@@ -199,7 +201,7 @@ fn products(back: &[f64], forth: &[f64], n: usize, from: usize, to: usize) -> f6
     let term = |(i, u): (usize, &f64)| {
         let low = from.max((to - 1).saturating_sub(i));
         let high = (to - 1).min(to + n - 2 - i);
-        // Place of V[u + 2s].
+        // Index of V[u + 2s].
         let at = |s: usize| i + 1 + 2 * s - to - from;
         u * (every_other[at(high) + 2] - every_other[at(low)])
     };
