@@ -1,6 +1,7 @@
 """How much recording time each method throws away: variance of each estimate over the Cramér–Rao bound.
 
-Prints the table of docs/validation.md. A ratio of 1.5 means that the method needs a record 1.5 times as long to know as much.
+Prints the table of docs/validation.md. A ratio of 1.5 means that the method needs a record 1.5 times as long to know as
+much.
 """
 
 import sys

@@ -13,7 +13,7 @@ from allanite.common.units import parse_unit
 from allanite.deviation import oadev
 from allanite.effects.covariate import Covariate
 from allanite.fit.likelihood.whitened import cell_means, whiten
-from allanite.fit.shapes.deterministic import LOW, design_of, regress
+from allanite.fit.shapes.deterministic import LOWEST_ORDINATES, design_of, regress
 from allanite.statespace.growth import QUANTITIES, error_growth
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
 from allanite.suggestion.screens.level_changes import level_series
@@ -44,7 +44,7 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
     if both is None:
         return None
     data = fit.data
-    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
     way = data.seen(data.transform(runs.direction)[j], j)
     beside = design_of(Form(max(form.power, 1)).effects(runs), data, j).matrix
     variance = fit.solution.noise(data).variance(j)

@@ -21,8 +21,8 @@ from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
 from allanite.fit.shapes.limited import within_limits
-from allanite.fit.shapes.narrow import narrowed, within_bins
-from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, reopened
+from allanite.fit.shapes.narrow import fit_narrow_bands, ordinates_delta_logl
+from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, with_open_shapes
 from allanite.fit.solution import Regressed, Residual, Solution, fitted, processes_of
 
 if TYPE_CHECKING:
@@ -106,14 +106,14 @@ def _fit(
     best = start if start is not None else _given(model, part)
     total, previous = -np.inf, -np.inf
     for turn in range(rounds):
-        again = reopened(model, given) if turn == 1 and polish else None
+        again = with_open_shapes(model, given) if turn == 1 and polish else None
         model, best = fit_shapes(model, part, best, polished=polish)
         if again is not None:
             # Shapes were looked for before the functions of time were known, which a lag may have stood for.
             anew = fit_shapes(again, part)
             model, best = max((model, best), anew, key=lambda found: found[1].log_likelihood)
         model = with_coefficients(model, best.theta)
-        model, best = narrowed(model, best, part, ordinates, settled)
+        model, best = fit_narrow_bands(model, best, part, ordinates, settled)
         model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break
@@ -142,14 +142,16 @@ def _fit(
         raw = bins.power(ordinates)
         part = RandomPart(data, raw * free / count, count)
         total = RandomPart(data, raw, free).judged(best)
-        total += within_bins(model, data, ordinates, free)
+        total += ordinates_delta_logl(model, data, ordinates, free)
         if turn > 0 and (abs(total - previous) < 1e-3 or ordinates is before):
             break
         previous = total
     assert best is not None
     linear = part.linear(model)
     if not model.deterministic:
-        total = RandomPart(data, raw, free).judged(best) + within_bins(model, data, ordinates, free)
+        total = RandomPart(data, raw, free).judged(best) + ordinates_delta_logl(
+            model, data, ordinates, free
+        )
     processes = processes_of(model, best.theta, linear.matrix)
     functions: tuple[Regressed, ...] = ()
     seen, leverage = np.zeros(0, dtype=np.int64), np.zeros(0)

@@ -20,7 +20,7 @@ from allanite.fit.likelihood.marginal import slow_amplitudes
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import profile_interval
-from allanite.fit.shapes.narrow import within_bins
+from allanite.fit.shapes.narrow import ordinates_delta_logl
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
@@ -200,7 +200,8 @@ def _beyond_bins(solution: Solution, own: Process, data: Data) -> float:
     model = solution.model
     less = Model(tuple(e for e in model if e is not own.effect))
     with_it, without = (
-        within_bins(tried, data, solution.ordinates, solution.count) for tried in (model, less)
+        ordinates_delta_logl(tried, data, solution.ordinates, solution.count)
+        for tried in (model, less)
     )
     return with_it - without
 

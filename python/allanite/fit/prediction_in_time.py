@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from allanite.effects import Periodic
 from allanite.fit.likelihood.whitened import expected_level, white_power, whiten
 from allanite.fit.shapes.deterministic import window
-from allanite.fit.shapes.drifting import seen_at
-from allanite.fit.shapes.shape import ZOOM
+from allanite.fit.shapes.drifting import ordinates_of_drift
+from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -63,14 +63,14 @@ def prices(data: Data, solution: Solution) -> Array:
         elif isinstance(effect, Periodic):
             lines = np.zeros(BLOCKS)
             for k, (multiple, _, _) in enumerate(effect.lines):
-                j = window(multiple * (effect.frequency or 0.0), data, ZOOM)
+                j = window(multiple * (effect.frequency or 0.0), data, ORDINATES_BESIDE_LINE)
                 pair = slice(2 * k, 2 * k + 2)
                 lines += unstable(j, own.matrix[:, pair], own.amplitudes[pair])
             total += _at_least(lines, numbers)
         elif effect.low:
             slow.append(own)
         else:
-            j = seen_at(effect, data)
+            j = ordinates_of_drift(effect, data)
             # A wide band by its middle.
             j = j[max(0, j.size // 2 - 2 * LOWEST) : j.size // 2 + 2 * LOWEST]
             total += _at_least(unstable(j, own.matrix, own.amplitudes), numbers)

@@ -112,7 +112,7 @@ def seen_at(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
     if isinstance(effect, Periodic):
         return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
     if not effect.low:
-        return drifting.seen_at(effect, data)
+        return drifting.ordinates_of_drift(effect, data)
     last = grid.n // 4 if grid.n < data.n else grid.n
     return np.arange(1, last, dtype=np.int64)
 

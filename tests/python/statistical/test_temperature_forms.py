@@ -1,8 +1,8 @@
 """Three hours at 10 Hz whose bias follows a temperature with play: named so at ΔlogL of about 25.
 
-Of 24 such records 23 were named play or two lags, of 12 with a line 12 a lag (docs/validation.md); of six, five or more would
-be in 97.6 % of the cases at 23 of 24. The first three are enough where all are: half the records named would pass in 17 %
-of the cases (11 % with six at once). Seeds are fixed.
+Of 24 such records 23 were named play or two lags, of 12 with a line 12 a lag (docs/validation.md); of six, five or more
+would be in 97.6 % of the cases at 23 of 24. The first three are enough where all are: half the records named would pass
+in 17 % of the cases (11 % with six at once). Seeds are fixed.
 """
 
 import numpy as np

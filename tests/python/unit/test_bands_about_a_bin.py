@@ -7,7 +7,7 @@ import allanite as al
 import generators as g
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.data import prepare
-from allanite.fit.shapes.narrow import within_bins
+from allanite.fit.shapes.narrow import ordinates_delta_logl
 from allanite.study.drop_and_replace import pruned
 
 RATE, LENGTH = 100.0, 180_000
@@ -36,7 +36,7 @@ def test_nothing_is_missing_beside_them(damping):
 def test_its_evidence_is_the_same_on_both_sides():
     data = prepare(_recording(0, 0.006))
     one, other = (
-        within_bins(
+        ordinates_delta_logl(
             al.parse_model(f"N(N=0.0126)+RES(f=20,damping={damping},rms=0.04)"),
             data,
             data.ordinates,

@@ -16,7 +16,7 @@ from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column_of, density
 from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, ordinates_of_bins
 from allanite.fit.likelihood.whitened import whitened_ordinates
-from allanite.fit.shapes.narrow import Window, within_bins
+from allanite.fit.shapes.narrow import Window, ordinates_delta_logl
 from allanite.spectrum import bins_of
 from allanite.study.error_comparison import errors_fall
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
@@ -171,7 +171,7 @@ def test_bins_and_what_is_within_them_are_the_likelihood_of_the_ordinates():
         part = -0.5 * float(
             np.sum(count[near] * (np.log(columns[near]) + power[near] / columns[near]))
         )
-        assert within_bins(model, data, data.ordinates, count) == pytest.approx(
+        assert ordinates_delta_logl(model, data, data.ordinates, count) == pytest.approx(
             whole - part, abs=1e-6
         )
         found.append(binned + whole - part)

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.fit.shapes.drifting import STEP, Band
+from allanite.fit.shapes.drifting import DRIFT_STEP, Band
 
 RATE, LENGTH = 50.0, 60_000
 T = LENGTH / RATE
@@ -86,7 +86,7 @@ def test_a_search_finds_the_highest_of_all_rates_of_drift(strength):
         f, d = rng.uniform(20.0, 230.0), rng.uniform(-80.0, 80.0)
         line = np.exp(2j * np.pi * (f * u + 0.5 * d * (u - 0.5) ** 2)) / k
         band = Band(noise + np.sqrt(strength) * line, 10, 1.0)
-        drifts = STEP * np.arange(-(band.trials // 2), band.trials // 2 + 1)
+        drifts = DRIFT_STEP * np.arange(-(band.trials // 2), band.trials // 2 + 1)
         turned = band.series * np.exp(-1j * np.pi * np.outer(drifts, (u - 0.5) ** 2))
         highest = float(np.max(np.abs(np.fft.fft(turned, 2 * k, axis=1)) ** 2))
         assert band.search()[2] == pytest.approx(highest, rel=1e-9)

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.fit.shapes.drifting import MOST_WIDTH, Band
+from allanite.fit.shapes.drifting import MAX_EXHAUSTIVE_FREQUENCIES, Band
 from allanite.suggestion.p_values import Family, line_trials, log_p_value
 
 RATE, LENGTH, N = 50.0, 100_000, 0.0126
@@ -46,8 +46,10 @@ def test_courses_lead_to_the_line(k, gain):
 def test_noise_of_a_wide_band_is_no_line():
     """As if every rate had been searched at every frequency, its chance is far below 1 %."""
     for seed in range(12):
-        band = Band(_series(np.random.default_rng([seed, 1]), 2 * MOST_WIDTH), 10, 1.0)
-        family = Family("line", width=line_trials(8 * MOST_WIDTH) * band.trials)
+        band = Band(
+            _series(np.random.default_rng([seed, 1]), 2 * MAX_EXHAUSTIVE_FREQUENCIES), 10, 1.0
+        )
+        family = Family("line", width=line_trials(8 * MAX_EXHAUSTIVE_FREQUENCIES) * band.trials)
         assert log_p_value(family, band.search()[2]) > np.log(0.01)
 
 

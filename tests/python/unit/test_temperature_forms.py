@@ -7,7 +7,7 @@ import allanite as al
 import generators as g
 from allanite.effects.hysteresis import play
 from allanite.fit.likelihood.data import prepare
-from allanite.fit.shapes.matched import KEPT, MEANS, regressor_ordinates
+from allanite.fit.shapes.matched import CACHED_ORDINATES, COLUMN_MEANS, regressor_ordinates
 
 RATE, N = 10.0, 36_000
 
@@ -89,11 +89,11 @@ def test_a_play_stays_beside_a_line_of_the_same_column():
 
 def test_ordinates_of_a_long_column_are_those_of_its_transform():
     """From means, for speed: 3e-5 of the size off; of a rate of change, more of which is a thermometer's noise, 6e-4."""
-    n = 2 * MEANS + 77
+    n = 2 * COLUMN_MEANS + 77
     rng = np.random.default_rng(8)
     column = 3.0 * np.sin(np.arange(n) / n * 31.0) + 0.01 * rng.standard_normal(n)
     data = prepare(al.Recording(rng.standard_normal(n), RATE, covariates={"t": column}))
-    j = np.arange(1, KEPT, dtype=np.int64)
+    j = np.arange(1, CACHED_ORDINATES, dtype=np.int64)
     for effect in (
         al.effects.Covariate(column="t", lag=20.0),
         al.effects.Hysteresis(column="t", width=0.5),

@@ -15,7 +15,7 @@ from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import added, simplest, worth_polishing
+from allanite.fit.shapes.scan import scan_added_effect, simplest_design, worth_polishing
 from allanite.fit.shapes.shape import free_places, grid_models
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def fit_replacement(
         place = len(base.model)
         points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
         # logL of `part` differs from that of the base by a constant, since known functions are removed from the power.
-        scanned = added(base.model, points, base.best, part)
+        scanned = scan_added_effect(base.model, points, base.best, part)
         below = base.log_likelihood - part.judged(base.best)
         if scanned[0][0].log_likelihood + below < least:
             return None
@@ -126,7 +126,7 @@ def fit_replacement(
             )
             for found, model in worth_polishing(scanned)
         ]
-        model, found = simplest(ends, place)
+        model, found = simplest_design(ends, place)
         model = with_coefficients(model, found.theta)
         return solve(data, model, start=found, like=base, rounds=3, polish=False)
     if cls.screened == "slow":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Deterministic
-from allanite.fit.shapes.deterministic import LOW
+from allanite.fit.shapes.deterministic import LOWEST_ORDINATES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -43,7 +43,7 @@ def column_slopes(
         ((slow, fast), standard error of their difference); None if one half has no information.
     """
     series = effect.signal(data.time, data.covariates)
-    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
     z = data.seen(data.transform(series)[j], j)
     variance = solution.noise(data).variance(j)
     weight = z**2 / variance

@@ -19,7 +19,7 @@ from allanite.fit.rivals.alternatives import (
     slow_scans,
 )
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence, parameter_cost
-from allanite.fit.shapes.matched import lowest
+from allanite.fit.shapes.matched import filter_ordinates
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -180,7 +180,7 @@ class _PairSearch:
         All combinations of grid points of two kinds are compared by their joint ΔlogL; the best pairs are then fitted.
         """
         base = self.base
-        j = lowest(self.data)
+        j = filter_ordinates(self.data)
         target = base.ordinates[j] / np.sqrt(base.noise(self.data).variance(j))
         scans = slow_scans(base, self.data, self._another)
         blocks = [(points, unit, unit @ target) for points, _, unit in scans]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects import Periodic
-from allanite.fit.shapes.drifting import seen_at
+from allanite.fit.shapes.drifting import ordinates_of_drift
 from allanite.fit.shapes.matched import regressor_ordinates
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
 
 __all__ = [
-    "LOW",
+    "LOWEST_ORDINATES",
     "Design",
     "Regression",
     "comb_gains",
@@ -37,12 +37,12 @@ __all__ = [
 ]
 
 #: Number of lowest ordinates in which slow functions are regressed. Chosen by judgment; not measured.
-LOW = 8192
+LOWEST_ORDINATES = 8192
 #: Ordinates to each side of a line in which the line is regressed. Chosen by judgment; not measured.
-WINDOW = 512
+LINE_WINDOW = 512
 #: Minimum eigenvalue of the normal equations, relative to the largest; below, regressors are linearly dependent.
 #: Chosen by judgment; not measured.
-INDEPENDENT = 1e-12
+MIN_RELATIVE_EIGENVALUE = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +89,7 @@ class Regression:
     __repr__ = brief
 
 
-def window(frequency: float, data: Data, half: int = WINDOW) -> NDArray[np.int64]:
+def window(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.int64]:
     """Ordinates within `half` of a frequency in Hz."""
     centre = round(2.0 * data.n * frequency / data.rate)
     return np.arange(
@@ -152,7 +152,7 @@ def comb_gains(
 
 
 def comb_window(
-    frequency: float, multiples: Sequence[float], data: Data, half: int = WINDOW
+    frequency: float, multiples: Sequence[float], data: Data, half: int = LINE_WINDOW
 ) -> NDArray[np.int64]:
     """Ordinates within `half` of a line and its harmonics."""
     return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))
@@ -167,9 +167,13 @@ def design_of(
     combs = {i: (e.frequency or 0.0, [m for m, _, _ in e.lines]) for i, e in lines.items()}
     if at is None:
         parts = [comb_window(*comb, data) for comb in combs.values()]
-        parts += [seen_at(e, data) for i, e in enumerate(effects) if not e.low and i not in lines]
+        parts += [
+            ordinates_of_drift(e, data)
+            for i, e in enumerate(effects)
+            if not e.low and i not in lines
+        ]
         if slow:
-            parts.append(np.arange(1, min(data.n, LOW), dtype=np.int64))
+            parts.append(np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64))
         at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))
     blocks = []
     for i, effect in enumerate(effects):
@@ -209,7 +213,7 @@ def regress(
     normal = unit.T @ unit
     # Drop directions that other regressors already span.
     strength, axes = np.linalg.eigh(normal)
-    own = strength > INDEPENDENT * strength.max(initial=0.0)
+    own = strength > MIN_RELATIVE_EIGENVALUE * strength.max(initial=0.0)
     inverse = (axes[:, own] / strength[own]) @ axes[:, own].T
     score = unit.T @ (values * root)
     solution = inverse @ score

@@ -25,41 +25,41 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.expected import Noise
 
 __all__ = [
-    "MOST_WIDTH",
-    "SAME",
-    "WIDEST",
+    "MAX_BAND_FREQUENCIES",
+    "MAX_EXHAUSTIVE_FREQUENCIES",
+    "MIN_SHAPE_DELTA_LOGL",
     "Band",
     "band_about",
-    "loudest",
+    "loudest_frequency",
+    "ordinates_of_drift",
     "polish_drifting",
-    "seen_at",
 ]
 
 #: Ordinates to each side of the frequencies that a line passes, in its regression. Chosen by judgment; not measured.
-BESIDE = 512
+ORDINATES_BESIDE_DRIFT = 512
 #: Minimum number of frequencies of a searched band. Chosen by judgment; not measured.
-LEAST_WIDTH = 1024
+MIN_BAND_FREQUENCIES = 1024
 #: Maximum number of frequencies of a band that is searched at every drift rate. Chosen by judgment; not measured.
-MOST_WIDTH = 4096
+MAX_EXHAUSTIVE_FREQUENCIES = 4096
 #: Maximum number of frequencies of a band; lines that drift further are not searched. Chosen by judgment; not measured.
-WIDEST = 65536
+MAX_BAND_FREQUENCIES = 65536
 #: Maximum number of values of a section of a wide band. Chosen by judgment; not measured.
-SECTION = 1024
+MAX_SECTION_VALUES = 1024
 #: Minimum number of sections of a wide band. Chosen by judgment; not measured.
-SECTIONS = 16
+MIN_SECTIONS = 16
 #: Number of best courses of a wide band that are searched closely. Chosen by judgment; not measured.
-COURSES = 8
+MAX_COURSES = 8
 #: Number of frequencies of the narrow band around a course. Chosen by judgment; not measured.
-ABOUT = 512
+COURSE_BAND_FREQUENCIES = 512
 #: Step of the drift in a search, in cycles per record duration squared. Chosen by judgment; not measured.
-STEP = 2.0
+DRIFT_STEP = 2.0
 #: Minimum rough height, relative to the highest, of drift rates that are evaluated exactly. Chosen by judgment; not
 #: measured.
-ROUGH = 0.6
+MIN_RELATIVE_HEIGHT = 0.6
 #: Maximum number of drift rates that are evaluated exactly. Chosen by judgment; not measured.
-MAY_BE = 128
-#: Minimum ΔlogL of changed shapes; it corresponds to 0.045 standard errors, see `shape.SAME`.
-SAME = 1e-3
+MAX_EXACT_DRIFTS = 128
+#: Minimum ΔlogL of changed shapes; smaller changes are not made. It is a change by √(2·0.001) = 0.045 standard errors.
+MIN_SHAPE_DELTA_LOGL = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,11 +83,11 @@ class Band:
     @property
     def trials(self) -> int:
         """Number of drift rates that a search tries."""
-        return 2 * int(0.8 * self.series.size / STEP) + 1
+        return 2 * int(0.8 * self.series.size / DRIFT_STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
         """Best drifting line on a grid: mid-record frequency (cycles per record), drift over the record, and ΔlogL."""
-        if self.series.size > MOST_WIDTH:
+        if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
             found = [self._about(*course) for course in self._courses()]
             return max(found, key=lambda one: one[2])
         return self._turned_back(self.trials // 2)
@@ -96,14 +96,14 @@ class Band:
         """Best line, as `search` returns it, among `most` drift rates to each side of 0."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
-        drifts = STEP * np.arange(-most, most + 1, dtype=np.float64)
+        drifts = DRIFT_STEP * np.arange(-most, most + 1, dtype=np.float64)
         # Evaluate all roughly, then the promising ones exactly.
         heights = _kernels.chirp_heights(
-            self.series.view(np.float64), float(drifts[0]), STEP, drifts.size
+            self.series.view(np.float64), float(drifts[0]), DRIFT_STEP, drifts.size
         )
-        near = np.flatnonzero(heights >= ROUGH * heights.max())
+        near = np.flatnonzero(heights >= MIN_RELATIVE_HEIGHT * heights.max())
         best = (0.0, 0.0, -np.inf)
-        for drift in drifts[near[np.argsort(-heights[near], kind="stable")[:MAY_BE]]]:
+        for drift in drifts[near[np.argsort(-heights[near], kind="stable")[:MAX_EXACT_DRIFTS]]]:
             turned = self.series * np.exp(-1j * np.pi * drift * u * u)
             power = np.abs(np.fft.fft(turned, 2 * k)) ** 2
             at = int(np.argmax(power))
@@ -114,15 +114,17 @@ class Band:
     @property
     def _sections(self) -> int:
         """Number of sections into which the record of a wide band is cut."""
-        return max(SECTIONS, 1 << (self.series.size // SECTION - 1).bit_length())
+        return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
         """Best straight courses of a wide band: mid-record frequency minus `first`, and drift over the record."""
         number = self._sections
         # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.
-        most = int(0.5 * STEP * self.trials / number)
-        places, heights = _kernels.best_courses(self.series.view(np.float64), number, STEP, most)
-        best = np.argsort(-heights, kind="stable")[:COURSES]
+        most = int(0.5 * DRIFT_STEP * self.trials / number)
+        places, heights = _kernels.best_courses(
+            self.series.view(np.float64), number, DRIFT_STEP, most
+        )
+        best = np.argsort(-heights, kind="stable")[:MAX_COURSES]
         # Frequencies of a section are half a cycle per section apart.
         return [(int(places[at]) * number // 2, float(number * (at - most))) for at in best]
 
@@ -131,10 +133,14 @@ class Band:
         k = self.series.size
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
-        low = min(max(place - ABOUT // 2, 0), k - ABOUT)
-        near = Band(np.fft.ifft(spectrum[low : low + ABOUT]), self.first + low, self.duration)
+        low = min(max(place - COURSE_BAND_FREQUENCIES // 2, 0), k - COURSE_BAND_FREQUENCIES)
+        near = Band(
+            np.fft.ifft(spectrum[low : low + COURSE_BAND_FREQUENCIES]),
+            self.first + low,
+            self.duration,
+        )
         # Search drift rates up to the second neighboring course.
-        frequency, more, gain = near._turned_back(int(2.0 * self._sections / STEP))
+        frequency, more, gain = near._turned_back(int(2.0 * self._sections / DRIFT_STEP))
         return frequency, drift + more, gain
 
     def gain(self, frequency: float, drift: float) -> float:
@@ -163,12 +169,14 @@ class Band:
         return float(found.x[0]), float(found.x[1]), float(-found.fun)
 
 
-def seen_at(effect: Deterministic, data: Data) -> NDArray[np.int64]:
+def ordinates_of_drift(effect: Deterministic, data: Data) -> NDArray[np.int64]:
     """Ordinates in which a drifting line is regressed."""
     low, high = effect.seen_between(data.start, data.start + data.duration) or (0.0, 0.0)
     first, last = (round(2.0 * f * data.duration) for f in (low, high))
-    first = min(max(1, first - BESIDE), data.ordinates.size - 1)
-    return np.arange(first, max(first + 1, min(data.ordinates.size, last + BESIDE + 1)))
+    first = min(max(1, first - ORDINATES_BESIDE_DRIFT), data.ordinates.size - 1)
+    return np.arange(
+        first, max(first + 1, min(data.ordinates.size, last + ORDINATES_BESIDE_DRIFT + 1))
+    )
 
 
 def band_about(
@@ -177,7 +185,7 @@ def band_about(
     ordinates: NDArray[np.float64],
     noise: Noise,
     data: Data,
-    least: int = LEAST_WIDTH,
+    least: int = MIN_BAND_FREQUENCIES,
 ) -> Band:
     """Band around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,).
 
@@ -185,8 +193,8 @@ def band_about(
     values if the record has as many frequencies.
     """
     middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
-    half = int(np.clip(1.5 * width, 0.5 * least, 0.5 * max(least, MOST_WIDTH)))
-    half = max(min(half, data.n // 8), min(int(width), WIDEST // 2, data.n // 4 - 1))
+    half = int(np.clip(1.5 * width, 0.5 * least, 0.5 * max(least, MAX_EXHAUSTIVE_FREQUENCIES)))
+    half = max(min(half, data.n // 8), min(int(width), MAX_BAND_FREQUENCIES // 2, data.n // 4 - 1))
     first = int(np.clip(round(middle) - half, 1, data.n // 2 - 2 * half))
     j = np.arange(max(1, 2 * first - 64), min(data.n, 2 * (first + 2 * half) + 64))
     white = ordinates[j] / np.sqrt(noise.variance(j))
@@ -234,7 +242,7 @@ def fourier_sums(
     return out
 
 
-def loudest(
+def loudest_frequency(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> float:
     """Frequency of the largest whitened ordinate within the limits of a line, Hz."""
@@ -260,7 +268,7 @@ def polish_drifting(
     f, d = values["frequency"], values["drift"]
     if f is None or d is None:
         if f is None:
-            f = loudest(effect, ordinates, noise, data)
+            f = loudest_frequency(effect, ordinates, noise, data)
         band = band_about(f, f, ordinates, noise, data)
         middle, drift, _ = band.polished(*band.search()[:2])
     else:
@@ -268,7 +276,7 @@ def polish_drifting(
         band = band_about(min(ends), max(ends), ordinates, noise, data)
         at = (f + d * (data.start + 0.5 * T)) * T, d * T * T
         middle, drift, gain = band.polished(*at)
-        if gain - band.gain(*at) < SAME:
+        if gain - band.gain(*at) < MIN_SHAPE_DELTA_LOGL:
             return effect
     return effect.with_values(
         frequency=max((middle - drift * (0.5 + data.start / T)) / T, 1e-12), drift=drift / T**2

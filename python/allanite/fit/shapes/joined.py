@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = ["put_together", "unformed"]
+__all__ = ["built_from_pieces", "places_without_form"]
 
 #: Maximum number of pieces of an effect of free form. Chosen by judgment; not measured.
-MOST = 6
+MAX_PIECES = 6
 #: Number of least significant pieces whose removal is tried in each round. Chosen by judgment; not measured.
-TRIED = 4
+MAX_TRIED_REMOVALS = 4
 
 
-def unformed(model: Model, part: RandomPart) -> list[int]:
+def places_without_form(model: Model, part: RandomPart) -> list[int]:
     """Indices of effects of free form that have no pieces yet."""
     return [
         place
@@ -32,12 +32,12 @@ def unformed(model: Model, part: RandomPart) -> list[int]:
     ]
 
 
-def put_together(model: Model, place: int, part: RandomPart) -> Model:
+def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
     """The model with the effect at index `place` built from the pieces that describe the power left by other effects.
 
-    All pieces are fitted at once. Then the least useful piece is removed repeatedly, as long as there are more than `MOST`
-    or the loss of logL stays below a price. The price is 2 for two parameters (Akaike 1974) plus ln of the number of pieces
-    to choose from.
+    All pieces are fitted at once. Then the least useful piece is removed repeatedly, as long as there are more than
+    `MAX_PIECES` or the loss of logL stays below a price. The price is 2 for two parameters (Akaike 1974) plus ln of the
+    number of pieces to choose from.
     """
     effect = model.effects[place]
     assert isinstance(effect, Stochastic)
@@ -53,17 +53,17 @@ def put_together(model: Model, place: int, part: RandomPart) -> Model:
         while kept.size:
             theta = found.theta[first:]
             tried = (
-                _weakest(linear, first, found, part)
+                _least_significant(linear, first, found, part)
                 if (theta > 0.0).all()
                 else [int(theta.argmin())]
             )
-            ends = {i: _without(linear, first + i, found, part) for i in tried}
+            ends = {i: _maximum_without(linear, first + i, found, part) for i in tried}
             least = max(ends, key=lambda i: ends[i].log_likelihood)
             lost = found.log_likelihood - ends[least].log_likelihood
-            if (theta > 0.0).all() and kept.size <= MOST and lost > price:
+            if (theta > 0.0).all() and kept.size <= MAX_PIECES and lost > price:
                 break
             found = ends[least]
-            linear = _taken_out(linear, first + least)
+            linear = _without_effect(linear, first + least)
             kept = np.delete(kept, least)
         if kept.size:
             chosen, variances = [pieces[i] for i in kept], found.theta[first:]
@@ -75,16 +75,16 @@ def put_together(model: Model, place: int, part: RandomPart) -> Model:
     return Model((*model.effects[:place], made, *model.effects[place + 1 :]))
 
 
-def _weakest(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
+def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
     """Indices of the least significant pieces, by θ over its standard error."""
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]
     known = theta[first:] ** 2 / np.maximum(variance, 1e-300)
-    return [int(i) for i in np.argsort(known)[:TRIED]]
+    return [int(i) for i in np.argsort(known)[:MAX_TRIED_REMOVALS]]
 
 
-def _taken_out(linear: Linear, place: int) -> Linear:
+def _without_effect(linear: Linear, place: int) -> Linear:
     """The linear problem without the effect at index `place`."""
     return Linear(
         np.delete(linear.matrix, place, axis=1),
@@ -93,6 +93,6 @@ def _taken_out(linear: Linear, place: int) -> Linear:
     )
 
 
-def _without(linear: Linear, place: int, found: Maximum, part: RandomPart) -> Maximum:
+def _maximum_without(linear: Linear, place: int, found: Maximum, part: RandomPart) -> Maximum:
     """Maximum without the effect at index `place`, started from the other coefficients."""
-    return part.climb(_taken_out(linear, place), np.delete(found.theta, place), found.scale)
+    return part.climb(_without_effect(linear, place), np.delete(found.theta, place), found.scale)

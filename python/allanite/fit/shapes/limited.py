@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["within_limits"]
 
 #: Minimum ΔlogL to release a parameter from its limit. Chosen by judgment; not measured.
-GAIN = 1e-3
+MIN_RELEASE_DELTA_LOGL = 1e-3
 
 #: Parameters held at a limit: (index of the effect, name) → limit.
 Held = dict[tuple[int, str], float]
@@ -33,30 +33,30 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
 
     `Effect.at_limit` of the result names the parameters at a limit.
     """
-    model = Model(tuple(_moved_in(effect) for effect in model))
+    model = Model(tuple(_moved_into_limits(effect) for effect in model))
     found = fit(model)
-    held, found = _all_in(model, {}, found, fit)
+    held, found = _hold_until_inside(model, {}, found, fit)
     # A single held parameter was beyond its limit with all others free; releasing it would not help.
     while len(held) > 1:
-        tries = (_let_go(model, held, key, found, fit) for key in held)
+        tries = (_released(model, held, key, found, fit) for key in held)
         better = next((one for one in tries if one is not None), None)
         if better is None:
             break
         held, found = better
-    return _exactly(found, held)
+    return _set_to_limits(found, held)
 
 
-def _all_in(
+def _hold_until_inside(
     model: Model, held: Held, found: Solution, fit: Callable[[Model], Solution]
 ) -> tuple[Held, Solution]:
     """Held parameters and fit after holding more parameters until none is beyond its limits."""
-    while beyond := _beyond(found.model, held):
+    while beyond := _beyond_limits(found.model, held):
         held = {**held, **beyond}
-        found = fit(_holding(model, found.model, held))
+        found = fit(_with_held(model, found.model, held))
     return held, found
 
 
-def _let_go(
+def _released(
     model: Model,
     held: Held,
     key: tuple[int, str],
@@ -65,13 +65,16 @@ def _let_go(
 ) -> tuple[Held, Solution] | None:
     """Held parameters and fit after releasing one; None if limits are then violated or logL does not rise."""
     rest = {k: value for k, value in held.items() if k != key}
-    tried = fit(_holding(model, found.model, rest))
-    if _beyond(tried.model, rest) or tried.log_likelihood < found.log_likelihood + GAIN:
+    tried = fit(_with_held(model, found.model, rest))
+    if (
+        _beyond_limits(tried.model, rest)
+        or tried.log_likelihood < found.log_likelihood + MIN_RELEASE_DELTA_LOGL
+    ):
         return None
     return rest, tried
 
 
-def _exactly(found: Solution, held: Held) -> Solution:
+def _set_to_limits(found: Solution, held: Held) -> Solution:
     """The fit with held parameters set exactly to their limits.
 
     An amplitude computed from a sine and a cosine part differs from its limit by rounding.
@@ -84,16 +87,16 @@ def _exactly(found: Solution, held: Held) -> Solution:
     return replace(found, effects=tuple(effects))
 
 
-def _beyond(model: Model, held: Held) -> Held:
+def _beyond_limits(model: Model, held: Held) -> Held:
     """Parameters at or beyond a limit that are not held yet, with that limit."""
     out = {}
     for place, effect in enumerate(model):
-        for name in {*effect.limits, *_ranged(effect)}:
+        for name in {*effect.limits, *_shapes_with_range(effect)}:
             value = effect.values[name]
             if name in effect.hold or (place, name) in held or value is None:
                 continue
             limit = effect.limits.reached(name, value)
-            if limit is None and name in _ranged(effect):
+            if limit is None and name in _shapes_with_range(effect):
                 declared = effect.parameter(name)
                 limit = Limits({name: (declared.low, declared.high)}).reached(name, value)
             if limit is not None:
@@ -101,12 +104,12 @@ def _beyond(model: Model, held: Held) -> Held:
     return out
 
 
-def _ranged(effect: Effect) -> tuple[str, ...]:
+def _shapes_with_range(effect: Effect) -> tuple[str, ...]:
     """Names of shapes whose declared range acts as limits: free shapes of random effects and modifiers."""
     return () if isinstance(effect, Deterministic) else effect.free_shapes
 
 
-def _moved_in(effect: Effect) -> Effect:
+def _moved_into_limits(effect: Effect) -> Effect:
     """The effect with start values moved into the limits and nothing held at a limit."""
     if not effect.limits and not effect.at_limit:
         return effect
@@ -118,7 +121,7 @@ def _moved_in(effect: Effect) -> Effect:
     return effect.with_values(**values, at_limit=())
 
 
-def _holding(model: Model, found: Model, held: Held) -> Model:
+def _with_held(model: Model, found: Model, held: Held) -> Model:
     """The model with parameters held at their limits.
 
     Deterministic effects, and effects at the end of their own range, keep their other fitted values. With one shape

@@ -18,24 +18,24 @@ if TYPE_CHECKING:
 __all__ = [
     "basis_of",
     "best_spans",
+    "filter_ordinates",
     "grid_points",
-    "left_by",
-    "lowest",
     "matched_gains",
+    "orthogonal_to",
     "regressor_ordinates",
     "slow_families",
 ]
 
 #: Number of lowest ordinates used by the filter; they hold all but 1/4096 of the weight of a step.
-LOW = 4096
+FILTER_ORDINATES = 4096
 #: Number of lowest ordinates of a function of time that are cached. Chosen by judgment; not measured.
-KEPT = 8192
+CACHED_ORDINATES = 8192
 #: Number of means into which a logged column of a long record is averaged first. With 16 means per cached ordinate, the
 #: averaging attenuates by at most 0.6 %, which is corrected.
-MEANS = 16 * KEPT
+COLUMN_MEANS = 16 * CACHED_ORDINATES
 #: A direction counts as linearly dependent if its remainder orthogonal to others is below this fraction of its norm.
 #: Chosen by judgment; not measured.
-SAME = 1e-3
+MIN_INDEPENDENT_NORM = 1e-3
 
 
 def regressor_ordinates(
@@ -45,33 +45,35 @@ def regressor_ordinates(
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
         return data.seen(closed, j)
-    if j.size and int(j[-1]) >= KEPT:
+    if j.size and int(j[-1]) >= CACHED_ORDINATES:
         return data.seen(np.concatenate([data.rows(p)[:, j] for p in points]), j)
-    return data.seen(np.concatenate([_lowest(p, data)[:, j] for p in points]), j)
+    return data.seen(np.concatenate([_cached_ordinates(p, data)[:, j] for p in points]), j)
 
 
-def _lowest(effect: Deterministic, data: Data) -> NDArray[np.float64]:
-    """The first `KEPT` ordinates of every regressor of an effect; cached."""
+def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
+    """The first `CACHED_ORDINATES` ordinates of every regressor of an effect; cached."""
 
     def made() -> NDArray[np.float64]:
         series = effect.regressors(data.time, data.covariates).T
-        if effect.follows is not None and data.samples.size >= 2 * MEANS:
-            return np.array([_of_means(s, data)[:KEPT] for s in series])
-        return np.array([data.transform(s)[:KEPT] for s in series])
+        if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
+            return np.array([_ordinates_of_means(s, data)[:CACHED_ORDINATES] for s in series])
+        return np.array([data.transform(s)[:CACHED_ORDINATES] for s in series])
 
     return data.lowest.get(effect.seen_alike, made)
 
 
-def _of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
-    """The first `KEPT` ordinates of a slow series, computed from `MEANS` means.
+def _ordinates_of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
+    """The first `CACHED_ORDINATES` ordinates of a slow series, computed from `COLUMN_MEANS` means.
 
-    The attenuation of the means, sin(x)/x with x = πj/(2·`MEANS`), at least 0.994, is corrected.
+    The attenuation of the means, sin(x)/x with x = πj/(2·`COLUMN_MEANS`), at least 0.994, is corrected.
     """
-    edges = np.arange(MEANS + 1, dtype=np.int64) * series.size // MEANS
+    edges = np.arange(COLUMN_MEANS + 1, dtype=np.int64) * series.size // COLUMN_MEANS
     means = np.add.reduceat(series, edges[:-1]) / np.diff(edges)
-    j = np.arange(KEPT)
-    loss = np.sinc(j / (2.0 * MEANS))
-    return np.asarray(data.transform(means)[:KEPT] * np.sqrt(series.size / MEANS) / loss)
+    j = np.arange(CACHED_ORDINATES)
+    loss = np.sinc(j / (2.0 * COLUMN_MEANS))
+    return np.asarray(
+        data.transform(means)[:CACHED_ORDINATES] * np.sqrt(series.size / COLUMN_MEANS) / loss
+    )
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
@@ -83,9 +85,9 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
     return [blank.with_values(**dict(zip(shapes, v, strict=True))) for v in product(*grids)]
 
 
-def lowest(data: Data) -> NDArray[np.int64]:
+def filter_ordinates(data: Data) -> NDArray[np.int64]:
     """Indices of the lowest ordinates, which the matched filter uses."""
-    return np.arange(1, min(data.n, LOW), dtype=np.int64)
+    return np.arange(1, min(data.n, FILTER_ORDINATES), dtype=np.int64)
 
 
 def slow_families(
@@ -116,14 +118,14 @@ def matched_gains(
     `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `beside` are fitted together with
     each point, so that only the orthogonal part of the point counts.
     """
-    j = lowest(data)
+    j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
     whole = regressor_ordinates(points, j, data)
     whole *= root  # of many points, in place
     target = residual[j] * root
-    basis = _beside(beside, j, root, data)
+    basis = _basis_of_effects(beside, j, root, data)
     if basis.size:
-        whole = left_by(basis, whole)
+        whole = orthogonal_to(basis, whole)
         target = target - basis @ (basis.T @ target)
     whole = whole.reshape(len(points), -1, j.size)
     unit = whole[:, 0]
@@ -153,20 +155,20 @@ def best_spans(
 
     See `Deterministic.best_spans`.
     """
-    j = lowest(data)
+    j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
-    basis = _beside(beside, j, root, data)
+    basis = _basis_of_effects(beside, j, root, data)
     spans = cls.best_spans(residual[j] * root, data.seen(root, j), basis, data.n, data.rate)
-    return [(_later(effect, data.start), arc) for effect, arc in spans]
+    return [(_shifted_in_time(effect, data.start), arc) for effect, arc in spans]
 
 
-def _later(effect: Deterministic, start: float) -> Deterministic:
+def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
     """The effect with all times shifted by `start`, so that they count from the first sample of the recording."""
     times = {p.name: effect.values[p.name] for p in effect.parameters if p.unit == "s"}
     return effect.with_values(**{name: time + start for name, time in times.items()})
 
 
-def _beside(
+def _basis_of_effects(
     effects: Sequence[Deterministic],
     j: NDArray[np.int64],
     root: NDArray[np.float64],
@@ -177,19 +179,19 @@ def _beside(
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 
 
-def left_by(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def orthogonal_to(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Parts of rows (r, ordinates) orthogonal to a basis (ordinates, k); nearly dependent rows become 0."""
     left = (rows @ basis) @ basis.T
     np.subtract(rows, left, out=left)  # of many rows, in place
     # A nearly dependent row would leave only rounding errors.
-    left[_squares(left) < SAME**2 * _squares(rows)] = 0.0
+    left[_squares(left) < MIN_INDEPENDENT_NORM**2 * _squares(rows)] = 0.0
     return np.asarray(left)
 
 
 def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Orthonormal basis that spans the rows, shape (ordinates, at most rows)."""
     left, singular, _ = np.linalg.svd(_units(rows).T, full_matrices=False)
-    return np.asarray(left[:, singular > SAME])
+    return np.asarray(left[:, singular > MIN_INDEPENDENT_NORM])
 
 
 def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -19,34 +19,33 @@ from allanite.fit.likelihood.peaks import (
     is_narrow,
     ordinates_of_bins,
 )
+from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = ["Window", "flat_about", "narrowed", "within_bins"]
+__all__ = ["Window", "fit_narrow_bands", "is_flat_near", "ordinates_delta_logl"]
 
 Array = NDArray[np.float64]
 #: Ratio of successive half-widths that are tried. Chosen by judgment; not measured.
-RATIO = 2.0
+HALF_WIDTH_RATIO = 2.0
 #: Minimum half-width of a band, in ordinates: the resolution of the spectrum; a narrower band is a line.
-LEAST = 1.0
+MIN_HALF_WIDTH = 1.0
 #: Maximum steps of the optimization. Chosen by judgment; not measured.
-MOST = 40
-#: Minimum rise of logL of a step; smaller rises end the optimization. Chosen by judgment; not measured.
-SAME = 1e-3
+MAX_STEPS = 40
 #: Step of numerical derivatives, in units of `Window.scales`. Chosen by judgment; not measured.
-STEP = 1e-4
+DERIVATIVE_STEP = 1e-4
 #: Maximum change of ln density of the rest of the model within a bin, for the bin to count as flat.
 #: Chosen by judgment; not measured.
-STEEP = 0.5
+MAX_FLAT_CHANGE = 0.5
 #: Width of a band, relative to the maximum width of narrow bands, from which single ordinates no longer count.
 #: Chosen by judgment; not measured.
-BROAD = 4.0
+MAX_WIDTH_WITH_WEIGHT = 4.0
 #: A band whose ln half-width is within this distance of the maximum was placed by the bins; then all widths are tried.
 #: Chosen by judgment; not measured.
-ENTERED = 0.3
+MAX_DISTANCE_TO_WIDEST = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +84,9 @@ class Window:
         near = bins_near(effect, data.bins, data.rate)
         others = Model((*model.effects[:place], *model.effects[place + 1 :]))
         j = ordinates_of_bins(near, data.bins)
-        return cls(model, place, data, j, ordinates[j] ** 2, _rest(others, near, data))
+        return cls(
+            model, place, data, j, ordinates[j] ** 2, _mean_density_of_bins(others, near, data)
+        )
 
     @property
     def own(self) -> Stochastic:
@@ -156,7 +157,7 @@ class Window:
     def inside(self, x: Array) -> bool:
         """True if coordinates describe an admissible narrow band in this window."""
         return bool(
-            np.log(LEAST) <= x[2] <= self.widest + 0.7
+            np.log(MIN_HALF_WIDTH) <= x[2] <= self.widest + 0.7
             and self.j[0] < x[1] < self.j[-1]
             and abs(x[3]) < 2.0
             and self._apart(x)
@@ -180,7 +181,7 @@ class Window:
             return self.start()
         excess = self.power / self.rest
         total = np.concatenate([[0.0], np.cumsum(excess - np.median(excess) / 0.4549)])
-        best, half = self.start(), LEAST
+        best, half = self.start(), MIN_HALF_WIDTH
         highest = self.log_likelihood(best) if self.inside(best) else -np.inf
         while np.log(half) <= self.widest:
             width = max(2, round(2.0 * half))
@@ -195,17 +196,17 @@ class Window:
                 found = self.log_likelihood(x)
                 if found > highest:
                     best, highest = x, found
-            half *= RATIO
+            half *= HALF_WIDTH_RATIO
         return best
 
     def climbed(self, x: Array) -> Array:
         """Coordinates of the local maximum of logL, by Fisher scoring from x."""
-        for _ in range(MOST):
+        for _ in range(MAX_STEPS):
             slopes, now = self._slopes(x)
             value = self._judged(now)
             gradient = 0.5 * slopes.T @ (self.power / now - 1.0)
             step = _inverse(slopes) @ gradient
-            if float(gradient @ step) < 2.0 * SAME:
+            if float(gradient @ step) < 2.0 * MIN_SHAPE_DELTA_LOGL:
                 break
             # Limit a step to the width of the band.
             step /= max(1.0, float(np.max(np.abs(step) / self.scales(x))))
@@ -219,14 +220,14 @@ class Window:
             else:
                 break
             x, risen = tried, found - value
-            if risen < SAME:
+            if risen < MIN_SHAPE_DELTA_LOGL:
                 break
         return x
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
         """Derivatives of ln spectrum by the coordinates, shape (k, coordinates), and the spectrum."""
         now = self.spectrum(x)
-        steps = STEP * self.scales(x)
+        steps = DERIVATIVE_STEP * self.scales(x)
         slopes = [(self.spectrum(x + s) - now) / (s.sum() * now) for s in np.diag(steps)]
         return np.column_stack(slopes), now
 
@@ -243,7 +244,7 @@ class Window:
         for name in effect.free_shapes:
             slope = np.zeros(x.size)
             for i in (1, 2, *range(4, x.size)):
-                step = STEP * self.scales(x)[i]
+                step = DERIVATIVE_STEP * self.scales(x)[i]
                 moved = np.zeros(x.size)
                 moved[i] = step
                 up, down = (self.effect(x + s * moved).values[name] for s in (1.0, -1.0))
@@ -252,7 +253,7 @@ class Window:
         return out
 
 
-def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> float:
+def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Array) -> float:
     """Additional logL from the single ordinates near narrow bands, given the power of their bins.
 
     The rest of the model counts as flat within a bin. Otherwise a band next to the empty end of a filtered spectrum would
@@ -268,17 +269,17 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
     count : ndarray, shape (bins,)
         Degrees of freedom of the bins: fewer than their ordinates if neighboring ordinates are correlated.
     """
-    narrow = [e for e in model.stochastic if _share(e, data)]
+    narrow = [e for e in model.stochastic if _ordinates_weight(e, data)]
     if not narrow:
         return 0.0
     share = np.zeros(data.bins.count.size)
     for effect in narrow:
         own = bins_near(effect, data.bins, data.rate)
-        share[own] = np.maximum(share[own], _share(effect, data))
+        share[own] = np.maximum(share[own], _ordinates_weight(effect, data))
     near = np.flatnonzero(share)
     j = ordinates_of_bins(near, data.bins)
     power = ordinates[j] ** 2
-    expected = _rest(Model(tuple(e for e in model if e not in narrow)), near, data)
+    expected = _mean_density_of_bins(Model(tuple(e for e in model if e not in narrow)), near, data)
     for effect in narrow:
         strength = effect.values[effect.coefficient] ** 2
         terms = tuple(t.scaled(strength) for t in data.unit_terms(model, effect))
@@ -289,7 +290,7 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
     return float(-0.5 * (share[near] * count[near]) @ _means(uneven, sizes))
 
 
-def _share(effect: Stochastic, data: Data) -> float:
+def _ordinates_weight(effect: Stochastic, data: Data) -> float:
     """Weight of single ordinates for a band: 1 if it is narrow, falling to 0 for wider bands.
 
     The gradual fall avoids a jump of logL when a band becomes slightly too wide to be fitted to ordinates.
@@ -302,10 +303,17 @@ def _share(effect: Stochastic, data: Data) -> float:
         return 0.0
     low, high = effect.occupies
     width = 2.0 * (high - low) / (high + low) if high > low else np.inf
-    return float(np.clip(np.log(BROAD * MAX_NARROW_WIDTH / width) / np.log(BROAD), 0.0, 1.0))
+    return float(
+        np.clip(
+            np.log(MAX_WIDTH_WITH_WEIGHT * MAX_NARROW_WIDTH / width)
+            / np.log(MAX_WIDTH_WITH_WEIGHT),
+            0.0,
+            1.0,
+        )
+    )
 
 
-def flat_about(model: Model, place: int, data: Data) -> bool:
+def is_flat_near(model: Model, place: int, data: Data) -> bool:
     """True if the model without narrow bands is nearly constant within the bins near the band at index `place`.
 
     If a filter attenuates part of a bin strongly, single ordinates would describe the filter instead of the band.
@@ -316,10 +324,10 @@ def flat_about(model: Model, place: int, data: Data) -> bool:
         return True
     ends = (data.bins.edges[near], data.bins.edges[near + 1] - 1)
     first, last = (np.log(density(terms, j, data.n)) for j in ends)
-    return bool(np.abs(last - first).max() < STEEP)
+    return bool(np.abs(last - first).max() < MAX_FLAT_CHANGE)
 
 
-def _rest(model: Model, near: NDArray[np.int64], data: Data) -> Array:
+def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> Array:
     """Mean density of the bin of each ordinate, for all ordinates of the bins `near`."""
     return np.repeat(means(model, data, data.ends_out)[near], _sizes(near, data))
 
@@ -342,7 +350,7 @@ def _inverse(slopes: Array) -> Array:
     return np.asarray(inverse / np.outer(scale, scale))
 
 
-def _touch(one: Effect, other: Effect, data: Data) -> bool:
+def _overlap(one: Effect, other: Effect, data: Data) -> bool:
     """True if the peaks of two effects overlap, or if their fits use common bins."""
     if any(a[0] <= b[1] and b[0] <= a[1] for a in one.peaks for b in other.peaks):
         return True
@@ -350,7 +358,7 @@ def _touch(one: Effect, other: Effect, data: Data) -> bool:
     return bool(np.isin(near, beside).any())
 
 
-def narrowed(
+def fit_narrow_bands(
     model: Model, best: Maximum, part: RandomPart, ordinates: Array, settled: int = 0
 ) -> tuple[Model, Maximum]:
     """The model with every narrow band fitted to single ordinates, and the maximum over the coefficients.
@@ -371,7 +379,7 @@ def narrowed(
     for place, effect in enumerate(model.effects):
         if not is_fitted_to_ordinates(effect, data):
             continue
-        if place < settled and not any(_touch(effect, e, data) for e in model.effects[settled:]):
+        if place < settled and not any(_overlap(effect, e, data) for e in model.effects[settled:]):
             continue
         assert isinstance(effect, Stochastic)
         if not effect.values[effect.coefficient]:
@@ -379,7 +387,7 @@ def narrowed(
         window = Window.of(model, place, data, ordinates)
         start = window.start()
         # If the bins placed the band, its frequency and width are only rough.
-        at = window.scanned() if start[2] > window.widest - ENTERED else start
+        at = window.scanned() if start[2] > window.widest - MAX_DISTANCE_TO_WIDEST else start
         x = window.climbed(at)
         if x is start:
             continue

@@ -34,22 +34,22 @@ __all__ = ["polish"]
 Array = NDArray[np.float64]
 #: Initial trust radius of a shape: in ln for positive shapes, in its unit for signed ones. Chosen by judgment; not
 #: measured.
-TRUST = 0.5
+INITIAL_TRUST = 0.5
 #: Trust radius below which the optimization ends. Chosen by judgment; not measured.
-NARROWEST = 1e-5
+MIN_TRUST = 1e-5
 #: Distance kept from the limits of a logarithm, so that rounding cannot exceed a limit.
-ROUNDING = 1e-12
+LIMIT_MARGIN = 1e-12
 #: Maximum number of steps. Chosen by judgment; not measured.
-STEPS = 60
+MAX_STEPS = 60
 #: Minimum rise of logL in a step; smaller rises end the optimization. Chosen by judgment; not measured.
-ENOUGH = 1e-4
+MIN_STEP_DELTA_LOGL = 1e-4
 #: Maximum number of steps for candidates, which are only compared. Chosen by judgment; not measured.
-ROUGH_STEPS = 15
+MAX_ROUGH_STEPS = 15
 #: Minimum rise of logL in a step for candidates. Chosen by judgment; not measured.
-ROUGH_ENOUGH = 0.03
+MIN_ROUGH_STEP_DELTA_LOGL = 0.03
 #: Maximum ΔlogL of a discrepancy over δ = 0 up to which the optimization is repeated without discrepancy, since other
 #: shapes may make it vanish. Chosen by judgment; not measured.
-NEAR = 30.0
+MAX_DELTA_LOGL_TO_DROP_DISCREPANCY = 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,9 @@ class _Shapes:
             low = max(low, least, 1e-300)
             # exp(ln x) may differ from x by rounding; keep it within the limits.
             ends = np.log(low), np.log(max(low, min(high, most)))
-            limits.append((ends[0] + ROUNDING, max(ends[0] + ROUNDING, ends[1] - ROUNDING)))
+            limits.append(
+                (ends[0] + LIMIT_MARGIN, max(ends[0] + LIMIT_MARGIN, ends[1] - LIMIT_MARGIN))
+            )
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def start(self) -> Array:
@@ -140,7 +142,7 @@ def polish(
     else:
         linear = part.linear(shapes.at(point))
         plain = part.climb(linear, found.theta, None)
-        if plain.log_likelihood > found.log_likelihood - NEAR:
+        if plain.log_likelihood > found.log_likelihood - MAX_DELTA_LOGL_TO_DROP_DISCREPANCY:
             ends.append(_climb(shapes, point, plain, part, roughly))
     point, found = max(ends, key=lambda end: end[1].log_likelihood)
     return shapes.at(point), found
@@ -157,8 +159,12 @@ def _climb(
     floor = 1e-24 * float(power.max()) + 1e-300
     spectrum = np.maximum(linear.matrix @ theta, floor)
     judged = judge(power, count, spectrum, scale)
-    trust = np.full(point.size, TRUST)
-    steps, enough = (ROUGH_STEPS, ROUGH_ENOUGH) if roughly else (STEPS, ENOUGH)
+    trust = np.full(point.size, INITIAL_TRUST)
+    steps, enough = (
+        (MAX_ROUGH_STEPS, MIN_ROUGH_STEP_DELTA_LOGL)
+        if roughly
+        else (MAX_STEPS, MIN_STEP_DELTA_LOGL)
+    )
     for _ in range(steps):
         slopes = _slopes(shapes, point, here, linear, theta, part)
         goal_theta, goal = _step(slopes, point, trust, linear, theta, spectrum, judged.weight, part)
@@ -176,7 +182,7 @@ def _climb(
             step *= 0.4
         if risen <= 0.0:
             trust *= 0.2
-            if trust.max() < NARROWEST:
+            if trust.max() < MIN_TRUST:
                 break
             continue
         short = float(np.max(np.abs(tried - point) / trust)) < 0.1

@@ -28,27 +28,27 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.likelihood.random_part import RandomPart
 
-__all__ = ["added", "other_form", "simplest", "worth_polishing"]
+__all__ = ["better_form", "scan_added_effect", "simplest_design", "worth_polishing"]
 
 Array = NDArray[np.float64]
 
 #: Minimum number of grid points whose shapes are optimized further. Chosen by judgment; not measured.
-POLISHED = 2
+MIN_OPTIMIZED_POINTS = 2
 #: Fisher-scoring steps at every grid point, to select the best. Chosen by judgment; not measured.
-FIRST = 3
+SELECTION_STEPS = 3
 #: Fisher-scoring steps at the selected grid points, to rank them. Chosen by judgment; not measured.
-ROUNDS = 12
+RANKING_STEPS = 12
 #: Fraction of the grid points that are selected, in addition to the best of every design. Chosen by judgment; not measured.
-RUNNING = 0.2
+SELECTED_FRACTION = 0.2
 #: Minimum number of ranked points that are finally optimized with all bins instead of cells.
 #: Chosen by judgment; not measured.
-LEADING = 10
+MIN_RANKED_POINTS = 10
 #: Maximum difference in logL with which a simpler design of an effect is preferred: the expected gain of 2 by 4 useless
 #: parameters, or AIC with two parameters. Chosen by judgment; not measured.
-ALIKE = 2.0
+MAX_SIMPLER_LOSS = 2.0
 
 
-def added(
+def scan_added_effect(
     model: Model, points: list[Effect], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
     """Maxima and models with each grid point of an effect added to a model, best first.
@@ -60,7 +60,7 @@ def added(
     held = (p.coefficient in p.held for p in points if isinstance(p, Stochastic))
     if before.fixed.any() or any(held):
         # With held coefficients, solve the complete problem of each point.
-        return _one_by_one([model + point for point in points], base, part)
+        return _maxima_one_by_one([model + point for point in points], base, part)
     bins, known = before.matrix.shape
     # One array for all points (about a thousand) and bins (about a thousand).
     effects = known + isinstance(points[0], Stochastic)
@@ -75,12 +75,12 @@ def added(
         top = int(np.argmax(column / base.spectrum))
         size = max(float(smooth[top]), 0.03 * float(base.spectrum[top]))
         start[-1] = size / float(column[top])
-    found = _climbed(matrices, starts, points, base, part)
+    found = _maxima_of_selected(matrices, starts, points, base, part)
     order = sorted(found.items(), key=lambda pair: -pair[1].log_likelihood)
     return [(maximum, model + points[i]) for i, maximum in order]
 
 
-def _climbed(
+def _maxima_of_selected(
     matrices: Array,
     starts: Array,
     points: list[Effect],
@@ -103,7 +103,7 @@ def _climbed(
         seen: dict[tuple[object, ...], int] = {}
         for k in map(int, order):
             seen.setdefault(designs[k], k)
-        return np.unique([*order[: max(POLISHED, least)], *seen.values()])
+        return np.unique([*order[: max(MIN_OPTIMIZED_POINTS, least)], *seen.values()])
 
     def climbed(
         which: NDArray[np.intp], thetas: Array, rounds: int
@@ -113,23 +113,23 @@ def _climbed(
             power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )
 
-    thetas, values, _ = climbed(np.arange(len(points)), starts, FIRST)
-    kept = ahead(np.arange(values.size), values, int(RUNNING * values.size))
-    thetas, values, scales = climbed(kept, thetas[kept], ROUNDS)
+    thetas, values, _ = climbed(np.arange(len(points)), starts, SELECTION_STEPS)
+    kept = ahead(np.arange(values.size), values, int(SELECTED_FRACTION * values.size))
+    thetas, values, scales = climbed(kept, thetas[kept], RANKING_STEPS)
     if base.scale is not None:
         # With a discrepancy the likelihood has several maxima.
         votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
         even = np.stack([first_guess(part.power, votes, matrices[k], None) for k in kept])
-        others, heights, rough = climbed(kept, even, ROUNDS)
+        others, heights, rough = climbed(kept, even, RANKING_STEPS)
         higher = heights > values
         thetas[higher], values[higher] = others[higher], heights[higher]
         scales = [b if up else a for a, b, up in zip(scales, rough, higher, strict=True)]
     if not narrow:
         place = {int(k): i for i, k in enumerate(kept)}
-        kept = ahead(kept, values, LEADING)
+        kept = ahead(kept, values, MIN_RANKED_POINTS)
         starting = thetas[[place[int(k)] for k in kept]]
         thetas, values, scales = climb_many(
-            part.power, part.count, matrices[kept], starting, base.scale, FIRST
+            part.power, part.count, matrices[kept], starting, base.scale, SELECTION_STEPS
         )
     return {
         int(k): Maximum(
@@ -152,7 +152,7 @@ def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
     return np.add.reduceat(share[:, None] * columns, first, axis=1), power, count
 
 
-def _one_by_one(
+def _maxima_one_by_one(
     models: list[Model], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
     """Maxima of models, each fitted completely, best first."""
@@ -170,7 +170,7 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
 def worth_polishing(
     scanned: list[tuple[Maximum, Model]], place: int = -1
 ) -> list[tuple[Maximum, Model]]:
-    """Scanned points whose shapes should be optimized: the best of every design, and at least `POLISHED` in total.
+    """Scanned points whose shapes should be optimized: the best of every design, and at least two in total.
 
     `scanned` is sorted, best first. Points that differ only in the first shape count once, since they lead to the same
     maximum. Every design is kept, because the grid is coarse for long records: a design whose best cutoff lies between two
@@ -185,17 +185,17 @@ def worth_polishing(
         apart = [p for p in effect.parameters if p.name != first and p.role != "derived"]
         key = tuple(effect.values[p.name] for p in apart)
         design = _design(effect)
-        if key not in seen and (design not in designs or len(seen) < POLISHED):
+        if key not in seen and (design not in designs or len(seen) < MIN_OPTIMIZED_POINTS):
             out.append((found, model))
             seen.add(key)
             designs.add(design)
     return out
 
 
-def simplest(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
-    """The model with the simplest design of the effect at index `place` whose logL is within `ALIKE` of the best."""
+def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
+    """The model with the simplest design of the effect at index `place` among those with nearly the best logL."""
     top = max(found.log_likelihood for _, found in ends)
-    alike = [end for end in ends if end[1].log_likelihood >= top - ALIKE]
+    alike = [end for end in ends if end[1].log_likelihood >= top - MAX_SIMPLER_LOSS]
     first = type(alike[0][0].effects[place])()
     ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
 
@@ -206,14 +206,16 @@ def simplest(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maxi
     return min(alike, key=order)
 
 
-def other_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """The model with an alternative form of the effect at index `place` (`Effect.otherwise`) if logL rises by `ALIKE`."""
+def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
+    """The model with another form of the effect at index `place` (`Effect.otherwise`) if logL rises clearly."""
     found = model, best
     for effect in model.effects[place].otherwise():
         other = Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
         places = [(place, name) for name in effect.free_shapes]
         tried = polish(other, places, part.maximize(other, best), part, roughly=True)
-        if tried[1].log_likelihood > max(found[1].log_likelihood, best.log_likelihood + ALIKE):
+        if tried[1].log_likelihood > max(
+            found[1].log_likelihood, best.log_likelihood + MAX_SIMPLER_LOSS
+        ):
             found = tried
     return found
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic
 from allanite.fit.shapes.deterministic import (
-    LOW,
+    LOWEST_ORDINATES,
     comb_gains,
     comb_ordinates,
     comb_window,
@@ -20,17 +20,21 @@ from allanite.fit.shapes.deterministic import (
     window,
     without_at,
 )
-from allanite.fit.shapes.drifting import loudest, polish_drifting
-from allanite.fit.shapes.joined import put_together, unformed
+from allanite.fit.shapes.drifting import (
+    MIN_SHAPE_DELTA_LOGL,
+    loudest_frequency,
+    polish_drifting,
+)
+from allanite.fit.shapes.joined import built_from_pieces, places_without_form
 from allanite.fit.shapes.matched import (
     basis_of,
     grid_points,
-    left_by,
     matched_gains,
+    orthogonal_to,
     regressor_ordinates,
 )
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import other_form, simplest, worth_polishing
+from allanite.fit.shapes.scan import better_form, simplest_design, worth_polishing
 from allanite.fit.shapes.tones import polish_burst
 
 if TYPE_CHECKING:
@@ -45,23 +49,21 @@ __all__ = [
     "free_places",
     "grid_models",
     "polish_line",
-    "reopened",
+    "with_open_shapes",
 ]
 
 #: Functions that optimize shapes of effects that are neither slow nor periodic, by the name of their screen.
-POLISH = {"drifting line": polish_drifting, "passing line": polish_burst}
+SHAPE_OPTIMIZERS = {"drifting line": polish_drifting, "passing line": polish_burst}
 #: Ordinates to each side of a line that are used to optimize its frequency. Chosen by judgment; not measured.
-ZOOM = 48
+ORDINATES_BESIDE_LINE = 48
 #: Maximum number of lines of a comb that are used to optimize its frequency. Chosen by judgment; not measured.
-POLISHED = 12
+MAX_OPTIMIZED_LINES = 12
 #: Number of lines of a comb above which each line is evaluated separately, if they do not overlap.
 #: Chosen by judgment; not measured.
-MANY = 3
+MAX_JOINT_LINES = 3
 #: Tolerance of a shape of a slow function, in parts of the distance between its neighbors on the grid.
 #: Chosen by judgment; not measured.
-FINE = 1e-3
-#: Minimum ΔlogL of a changed shape; it corresponds to a change by √(2·0.001) = 0.045 standard errors.
-SAME = 1e-3
+SHAPE_TOLERANCE = 1e-3
 
 
 def free_places(model: Model) -> list[tuple[int, str]]:
@@ -101,12 +103,16 @@ def fit_shapes(
     `start` is a maximum over the coefficients of this model, to start from. Without `polished`, shapes stay on the grid.
     """
     blank = model.effects
-    opened = [i for i, e in enumerate(blank) if not isinstance(e, Deterministic) and _open(e)]
+    opened = [
+        i for i, e in enumerate(blank) if not isinstance(e, Deterministic) and _has_open_shape(e)
+    ]
     # Open shapes of later effects start in the middle of their grids; a second pass runs when all have values.
     for place in opened * (2 if len(opened) > 1 else 1):
-        points = grid_models(_with(model, place, blank[place]), place, part.data)
-        points += [_with(model, place, e) for e in _seen(blank[place], part.data)]
-        tried = [(part.maximize(m), m) for m in map(_filled(part.data), points)]
+        points = grid_models(_with_effect(model, place, blank[place]), place, part.data)
+        points += [
+            _with_effect(model, place, e) for e in _suggested_by_ordinates(blank[place], part.data)
+        ]
+        tried = [(part.maximize(m), m) for m in map(_WithGridMiddles(part.data), points)]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
         ends = [(m, found) for found, m in tried[:1]]
         if polished:
@@ -114,17 +120,17 @@ def fit_shapes(
                 polish(m, [p for p in free_places(m) if p[0] == place], found, part, roughly=True)
                 for found, m in worth_polishing(tried, place)
             ]
-        chosen, start = simplest(ends, place)
+        chosen, start = simplest_design(ends, place)
         if polished:
-            chosen, start = other_form(chosen, place, start, part)
-        model = _with(model, place, chosen.effects[place])
-    for place in unformed(model, part):
-        model, start = put_together(model, place, part), None
+            chosen, start = better_form(chosen, place, start, part)
+        model = _with_effect(model, place, chosen.effects[place])
+    for place in places_without_form(model, part):
+        model, start = built_from_pieces(model, place, part), None
     found = part.maximize(model, start)
     return polish(model, free_places(model), found, part) if polished else (model, found)
 
 
-def _seen(effect: Effect, data: Data) -> list[Effect]:
+def _suggested_by_ordinates(effect: Effect, data: Data) -> list[Effect]:
     """Effects of this kind suggested by single ordinates that agree with the values already given."""
     if data.ordinates.size != data.n:
         return []
@@ -133,21 +139,21 @@ def _seen(effect: Effect, data: Data) -> list[Effect]:
     return [e for e in seen if all(e.values[name] == value for name, value in given.items())]
 
 
-def reopened(model: Model, given: Model) -> Model | None:
+def with_open_shapes(model: Model, given: Model) -> Model | None:
     """The model with those shapes open again that had no value in the given model; None if all had values."""
     effects = [
-        old if not isinstance(old, Deterministic) and _open(old) else new
+        old if not isinstance(old, Deterministic) and _has_open_shape(old) else new
         for new, old in zip(model.effects, given.effects, strict=True)
     ]
     return Model(tuple(effects)) if tuple(effects) != model.effects else None
 
 
-def _with(model: Model, place: int, effect: Effect) -> Model:
+def _with_effect(model: Model, place: int, effect: Effect) -> Model:
     """The model with the effect at index `place` replaced."""
     return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
 
 
-def _open(effect: Effect) -> bool:
+def _has_open_shape(effect: Effect) -> bool:
     """True if a shape or a choice of a random effect has no value."""
     undecided = len(effect.variants()) > 1 and any(
         p.role == "choice" and effect.values[p.name] is None for p in effect.parameters
@@ -155,7 +161,7 @@ def _open(effect: Effect) -> bool:
     return undecided or any(effect.values[n] is None for n in effect.free_shapes)
 
 
-class _filled:  # noqa: N801
+class _WithGridMiddles:
     """Function that gives every open random effect of a model the middle of its grid."""
 
     def __init__(self, data: Data) -> None:
@@ -163,11 +169,11 @@ class _filled:  # noqa: N801
 
     def __call__(self, model: Model) -> Model:
         for place, effect in enumerate(model.effects):
-            if isinstance(effect, Deterministic) or not _open(effect):
+            if isinstance(effect, Deterministic) or not _has_open_shape(effect):
                 continue
             points = grid_models(Model((effect,)), 0, self.data)
             middle = points[len(points) // 2].effects[0]
-            model = _with(model, place, middle)
+            model = _with_effect(model, place, middle)
         return model
 
 
@@ -192,11 +198,11 @@ def fit_deterministic_shapes(
             start = effect.frequency
             if start is not None and not lines and place < len(model.effects) - 1:
                 continue
-            rest = _known(others)
+            rest = _with_values(others)
             if start is None:
-                start = loudest(effect, data.without(rest), noise, data)
+                start = loudest_frequency(effect, data.without(rest), noise, data)
             multiples = [m for m, _, _ in effect.lines]
-            j = comb_window(start, multiples, data, ZOOM)
+            j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
             left = without_at(rest, j, data)
             found = polish_line(start, j, left, noise, data, multiples)
             found = effect.limits.clipped("frequency", found)
@@ -208,17 +214,19 @@ def fit_deterministic_shapes(
                 left = without_at(rest, j, data)
                 size = regress(line, left, noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
-                model = _with(model, place, placed)
+                model = _with_effect(model, place, placed)
         elif not effect.low:
             if slow or place == len(model.effects) - 1 or effect.values["frequency"] is None:
-                left = data.without(_known(others))
-                model = _with(model, place, POLISH[effect.screened](effect, left, noise, data))
+                left = data.without(_with_values(others))
+                model = _with_effect(
+                    model, place, SHAPE_OPTIMIZERS[effect.screened](effect, left, noise, data)
+                )
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
-            model = _polish_slow(model, place, others, noise, data)
+            model = _optimize_slow(model, place, others, noise, data)
     return model
 
 
-def _known(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
+def _with_values(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
     """The effects that have values of all shapes and an amplitude other than 0."""
     known = [e for e in effects if any(v is not None and v != 0.0 for v in e.amplitudes())]
     return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
@@ -234,19 +242,24 @@ def polish_line(
 ) -> float:
     """Frequency within 1/T of `start` at which a line with its harmonics explains most of ordinates j, Hz.
 
-    Returns `start` if the gain in logL is below `SAME`. T is the duration of the record.
+    Returns `start` if the gain in logL is below `MIN_SHAPE_DELTA_LOGL`. T is the duration of the record.
     """
-    if len(multiples) > POLISHED:
+    if len(multiples) > MAX_OPTIMIZED_LINES:
         # For a pulse train, a few of its lines determine the frequency.
-        multiples = [multiples[i] for i in np.linspace(0, len(multiples) - 1, POLISHED).astype(int)]
-        values = values[np.isin(j, near := comb_window(start, multiples, data, ZOOM))]
+        multiples = [
+            multiples[i]
+            for i in np.linspace(0, len(multiples) - 1, MAX_OPTIMIZED_LINES).astype(int)
+        ]
+        values = values[
+            np.isin(j, near := comb_window(start, multiples, data, ORDINATES_BESIDE_LINE))
+        ]
         j = near
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
     # Evaluate the lines of a long comb separately; together their cost grows with the square of their number.
     parts = [(multiples, np.arange(j.size))]
-    if len(multiples) > MANY and start > (2 * ZOOM + 2) * step:
-        windows = [window(m * start, data, ZOOM) for m in multiples]
+    if len(multiples) > MAX_JOINT_LINES and start > (2 * ORDINATES_BESIDE_LINE + 2) * step:
+        windows = [window(m * start, data, ORDINATES_BESIDE_LINE) for m in multiples]
         parts = [
             ([m], np.flatnonzero(np.isin(j, own)))
             for m, own in zip(multiples, windows, strict=True)
@@ -265,10 +278,10 @@ def polish_line(
         for some, own in parts:
             gains += comb_gains(tried, some, j[own], values[own], variance[own], data)
         centre = float(tried[int(np.argmax(gains))])
-    return start if gains.max() - gains[-1] < SAME else centre
+    return start if gains.max() - gains[-1] < MIN_SHAPE_DELTA_LOGL else centre
 
 
-def _polish_slow(
+def _optimize_slow(
     model: Model,
     place: int,
     others: tuple[Deterministic, ...],
@@ -283,7 +296,7 @@ def _polish_slow(
 
     effect = model.effects[place]
     assert isinstance(effect, Deterministic)
-    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
     if others:
         j = np.union1d(j, design_of(others, data).ordinates)
     root = 1.0 / np.sqrt(noise.variance(j))
@@ -296,7 +309,7 @@ def _polish_slow(
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
             tried = base.with_values(**{name: value})
-            rows = left_by(basis, regressor_ordinates([tried], j, data) * root)
+            rows = orthogonal_to(basis, regressor_ordinates([tried], j, data) * root)
             return -regress(rows.T, target, np.ones(j.size)).gain
 
         grid = np.unique(effect.searched(name, data.n, data.rate))
@@ -304,7 +317,7 @@ def _polish_slow(
         if known is None:
             points = grid_points(effect, data)
             gains, _ = matched_gains(
-                points, data.without(_known(others)), noise, data, _known(others)
+                points, data.without(_with_values(others)), noise, data, _with_values(others)
             )
             known = float(points[int(np.argmax(gains))].values[name])
         at = int(np.searchsorted(grid, known))
@@ -314,12 +327,12 @@ def _polish_slow(
                 loss,
                 bounds=(low, high),
                 method="bounded",
-                options={"maxiter": 20, "xatol": FINE * (high - low)},
+                options={"maxiter": 20, "xatol": SHAPE_TOLERANCE * (high - low)},
             )
-            if found.fun < loss(known) - SAME:
+            if found.fun < loss(known) - MIN_SHAPE_DELTA_LOGL:
                 known = float(found.x)
         # A shape whose grid starts at 0, such as a lag, is set to 0 if that does not lower logL.
-        if grid[0] == 0.0 < known and loss(0.0) <= loss(known) + SAME:
+        if grid[0] == 0.0 < known and loss(0.0) <= loss(known) + MIN_SHAPE_DELTA_LOGL:
             known = 0.0
         effect = effect.with_values(**{name: known})
     return model.replaced(place, **{n: effect.values[n] for n in effect.free_shapes})

@@ -8,44 +8,56 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.threads import go_on
-from allanite.fit.shapes.drifting import SAME, Band, band_about, loudest
+from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL, Band, band_about, loudest_frequency
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
 
-__all__ = ["louder", "placed", "polish_burst", "search_burst", "steady", "trials"]
+__all__ = [
+    "effective_trials",
+    "place_burst",
+    "polish_burst",
+    "relative_power",
+    "search_burst",
+    "steady_line_gain",
+]
 
 #: Minimum length of a burst, in values of the series. Chosen by judgment; not measured.
-SHORTEST = 16
+MIN_BURST_VALUES = 16
 #: Ratio of successive window lengths that are tried. Chosen by judgment; not measured.
-RATIO = 2.0**0.5
+LENGTH_RATIO = 2.0**0.5
 #: Window positions per window length. Chosen by judgment; not measured.
-MOVES = 4
+POSITIONS_PER_LENGTH = 4
 #: Maximum length of a burst, in parts of the record; a longer one is a steady line. Chosen by judgment; not measured.
-LONGEST = 0.9
+MAX_BURST_FRACTION = 0.9
 #: Minimum number of values of the series with which the edges are optimized. Chosen by judgment; not measured.
-FINE = 1 << 14
+MIN_FINE_VALUES = 1 << 14
 #: Intervals of the grid of positions that are tried for each edge of a burst. Chosen by judgment; not measured.
-PLACES = 48
+EDGE_INTERVALS = 48
 #: Segments, over three lengths of a burst, whose sums are precomputed to optimize its frequency.
 #: Chosen by judgment; not measured.
-PIECES = 384
+SUM_SEGMENTS = 384
 
 
-def trials(band: Band) -> int:
+def effective_trials(band: Band) -> int:
     """Effective number of windows that a search tries for each independent frequency.
 
     Shorter windows have more positions but proportionally fewer independent frequencies.
     """
-    return 2 * MOVES * len(_lengths(band.series.size))
+    return 2 * POSITIONS_PER_LENGTH * len(_lengths(band.series.size))
 
 
 def _lengths(size: int) -> NDArray[np.int64]:
     """Window lengths that are tried, longest first, in values of the series."""
-    count = int(np.log(max(LONGEST * size / SHORTEST, 1.0)) / np.log(RATIO)) + 1
-    return np.unique((LONGEST * size / RATIO ** np.arange(count)).astype(np.int64))[::-1]
+    count = (
+        int(np.log(max(MAX_BURST_FRACTION * size / MIN_BURST_VALUES, 1.0)) / np.log(LENGTH_RATIO))
+        + 1
+    )
+    return np.unique(
+        (MAX_BURST_FRACTION * size / LENGTH_RATIO ** np.arange(count)).astype(np.int64)
+    )[::-1]
 
 
 def search_burst(band: Band) -> tuple[float, float, float, float]:
@@ -56,7 +68,7 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
     best = (0.0, 0.0, 1.0, -np.inf)
     for length in _lengths(k):
         go_on()
-        step = max(1, int(length) // MOVES)
+        step = max(1, int(length) // POSITIONS_PER_LENGTH)
         rows = np.lib.stride_tricks.sliding_window_view(band.series, length)[::step]
         power = np.abs(fft(rows, 2 * length, axis=1)) ** 2 * (k / length)
         row, at = np.unravel_index(int(np.argmax(power)), power.shape)
@@ -67,23 +79,23 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
     return best
 
 
-def placed(
+def place_burst(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
     """Burst near a window with optimized frequency and edges: frequency, start, end, and rise of logL."""
     found = (frequency, start, end, -np.inf)
     for _ in range(2):
-        found = _placed(band, *found[:3])
+        found = _place_once(band, *found[:3])
     return found
 
 
-def steady(band: Band, frequency: float) -> float:
+def steady_line_gain(band: Band, frequency: float) -> float:
     """Rise of logL by a steady line within half a cycle per record of a frequency."""
     near = frequency + np.linspace(-0.5, 0.5, 21)
     return max(float(np.abs(_summed(band, float(f))[-1]) ** 2) for f in near)
 
 
-def louder(band: Band, frequency: float, start: float, end: float) -> float:
+def relative_power(band: Band, frequency: float, start: float, end: float) -> float:
     """Power of the band during a burst, without the burst, relative to the expected noise; at least 1."""
     inside = band.series[round(start * band.series.size) : round(end * band.series.size)]
     count = max(inside.size, 2)
@@ -93,17 +105,17 @@ def louder(band: Band, frequency: float, start: float, end: float) -> float:
     return max(1.0, (power - burst / count) * count / (count - 1))
 
 
-def _placed(
+def _place_once(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
     """Burst with the best edges near a window at one frequency, then with the best frequency between these edges."""
     total = _summed(band, frequency)
     reach = 0.5 * (end - start)
-    firsts = np.clip(start + reach * np.linspace(-1.0, 1.0, PLACES + 1), 0.0, 1.0)
-    lasts = np.clip(end + reach * np.linspace(-1.0, 1.0, PLACES + 1), 0.0, 1.0)
+    firsts = np.clip(start + reach * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1), 0.0, 1.0)
+    lasts = np.clip(end + reach * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1), 0.0, 1.0)
     gains = _gain(band, total, firsts[:, None], lasts[None, :])
     i, j = np.unravel_index(int(np.argmax(gains)), gains.shape)
-    return _polished(band, frequency, float(firsts[i]), float(lasts[j]))
+    return _optimized(band, frequency, float(firsts[i]), float(lasts[j]))
 
 
 def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
@@ -119,11 +131,11 @@ def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> ND
     places = np.arange(k + 1) / k
     inside = np.interp(end, places, total) - np.interp(start, places, total)
     length = np.asarray(end - start)
-    enough = (length >= SHORTEST / k) & (length <= LONGEST)
+    enough = (length >= MIN_BURST_VALUES / k) & (length <= MAX_BURST_FRACTION)
     return np.where(enough, np.abs(inside) ** 2 / np.maximum(length, 1e-12), 0.0)
 
 
-def _polished(
+def _optimized(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
     """Local maximum of the gain over frequency, start and end, by the simplex method."""
@@ -133,7 +145,7 @@ def _polished(
     scale = np.array([0.2 / length, 0.02 * length, 0.02 * length])
     origin = np.array([frequency, start, end])
     # The phase of a tried frequency hardly changes within one of these short segments.
-    knots = np.linspace(max(0.0, start - length), min(1.0, end + length), PIECES + 1)
+    knots = np.linspace(max(0.0, start - length), min(1.0, end + length), SUM_SEGMENTS + 1)
     places = np.arange(band.series.size + 1) / band.series.size
     total = _summed(band, frequency)
     sums = np.interp(knots, places, total)
@@ -141,7 +153,7 @@ def _polished(
     def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
         f, a, b = origin + scale * x
         a, b = max(float(a), knots[0]), min(float(b), knots[-1])
-        if not SHORTEST / band.series.size <= b - a <= LONGEST:
+        if not MIN_BURST_VALUES / band.series.size <= b - a <= MAX_BURST_FRACTION:
             return 0.0
         first, last = np.searchsorted(knots, a, side="right"), np.searchsorted(knots, b)
         edges = np.concatenate([[a], knots[first:last], [b]])
@@ -173,16 +185,16 @@ def polish_burst(
     values, T = effect.values, data.duration
     f, start, end = values["frequency"], values["start"], values["end"]
     if f is None:
-        f = loudest(effect, ordinates, noise, data)
+        f = loudest_frequency(effect, ordinates, noise, data)
     if start is None or end is None:
         about = band_about(f, f, ordinates, noise, data)
-        at = placed(about, *search_burst(about)[:3])[:3]
+        at = place_burst(about, *search_burst(about)[:3])[:3]
     else:
         at = f * T, (start - data.start) / T, (end - data.start) / T
-    band = band_about(at[0] / T, at[0] / T, ordinates, noise, data, FINE)
+    band = band_about(at[0] / T, at[0] / T, ordinates, noise, data, MIN_FINE_VALUES)
     before = float(_gain(band, _summed(band, at[0]), at[1], at[2]))
-    middle, first, last, gain = _polished(band, *at)
-    if start is not None and gain - before < SAME:
+    middle, first, last, gain = _optimized(band, *at)
+    if start is not None and gain - before < MIN_SHAPE_DELTA_LOGL:
         return effect
     return effect.with_values(
         frequency=max(middle / T, 1e-12), start=data.start + first * T, end=data.start + last * T

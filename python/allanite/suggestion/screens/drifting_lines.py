@@ -15,12 +15,12 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import (
-    MOST_WIDTH,
-    WIDEST,
+    MAX_BAND_FREQUENCIES,
+    MAX_EXHAUSTIVE_FREQUENCIES,
     Band,
     band_about,
+    ordinates_of_drift,
     polish_drifting,
-    seen_at,
 )
 from allanite.suggestion.constants import (
     MAX_ORDINATE_POWER,
@@ -97,7 +97,7 @@ def solved_with(
     """
     refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
     last = refitted.model.deterministic[-1]
-    j = seen_at(last, data)
+    j = ordinates_of_drift(last, data)
     matrix = design_of((last,), data, j).matrix
     gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
     return refitted, last, min(gain, refitted.log_likelihood - solution.log_likelihood)
@@ -111,7 +111,7 @@ def _places(
     total[0] = 0.0
     np.cumsum(np.minimum(total, MAX_ORDINATE_POWER, out=total), out=total)
     for width in WIDTHS:
-        narrow = width <= MOST_WIDTH
+        narrow = width <= MAX_EXHAUSTIVE_FREQUENCIES
         min_excess = MIN_BAND_EXCESS if narrow else MIN_WIDE_BAND_EXCESS
         if width < total.size // (MIN_NARROW_BANDS if narrow else MIN_WIDE_BANDS):
             mean = (total[width:] - total[:-width]) / width
@@ -135,7 +135,7 @@ def _places(
         assert one.effect.occupies is not None
         low, high = one.effect.occupies
         # Lines that drift farther than this width are not searched.
-        if (high - low) * data.duration < WIDEST:
+        if (high - low) * data.duration < MAX_BAND_FREQUENCIES:
             yield low, high
 
 

@@ -15,7 +15,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.stop_band import is_empty
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
-from allanite.fit.shapes.shape import ZOOM, polish_line
+from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE, polish_line
 from allanite.suggestion.constants import (
     MAX_LINE_HARMONIC,
     MAX_LINES_REFITTED,
@@ -116,7 +116,7 @@ def screen_lines(
         start = base * data.rate / (2.0 * data.n)
         for effect in _periodic_effects(start, multiples, solution, data):
             multiples = [m for m, _, _ in effect.lines]
-            j = comb_window(start, multiples, data, ZOOM)
+            j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
             frequency = polish_line(start, j, solution.ordinates[j], noise, data, multiples)
             effect = effect.with_values(frequency=frequency)
             refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
@@ -124,7 +124,7 @@ def screen_lines(
             without = refitted.noise(data)
             gains = []
             for m in multiples:
-                j = window(m * frequency, data, ZOOM)
+                j = window(m * frequency, data, ORDINATES_BESIDE_LINE)
                 line = line_ordinates(m * frequency, j, data)
                 gain = regress(line, solution.ordinates[j], without.variance(j)).gain
                 gains.append(gain)

@@ -21,9 +21,15 @@ from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION, is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
-from allanite.fit.shapes.narrow import flat_about
+from allanite.fit.shapes.narrow import is_flat_near
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import ALIKE, added, other_form, simplest, worth_polishing
+from allanite.fit.shapes.scan import (
+    MAX_SIMPLER_LOSS,
+    better_form,
+    scan_added_effect,
+    simplest_design,
+    worth_polishing,
+)
 from allanite.fit.shapes.shape import free_places
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
@@ -281,7 +287,7 @@ def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
 
 def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -> Candidate | None:
     """Candidate from the best of many grid points: the shapes of the best few are polished, then everything is refitted."""
-    scanned = added(base.model, points, base.best, part)
+    scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SPECTRAL_SCREEN_GAIN:
         return None
     last = len(base.model)
@@ -289,13 +295,13 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -
         polish(model, [p for p in free_places(model) if p[0] == last], found, part, roughly=True)
         for found, model in worth_polishing(scanned)
     ]
-    model, best = simplest(ends, last)
+    model, best = simplest_design(ends, last)
     if best.log_likelihood > base.best.log_likelihood + MIN_DELTA_LOGL_OVER_SIMPLER:
         top = sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_DESIGNS_POLISHED]
-        others = [other_form(plain, last, start, part) for plain, start in top]
+        others = [better_form(plain, last, start, part) for plain, start in top]
         model, best = max(
             [(model, best), *others],
-            key=lambda end: end[1].log_likelihood + ALIKE * (end[0] is model),
+            key=lambda end: end[1].log_likelihood + MAX_SIMPLER_LOSS * (end[0] is model),
         )
     model, best = _with_richer_form(ends, model, best, part)
     model, best = _redesigned(model, best, part)
@@ -314,7 +320,7 @@ def _candidate(solution: Solution, base: Solution, data: Data, arc: float) -> Ca
     if gain <= 0.0:
         return None
     narrow = is_fitted_to_ordinates(fitted, data)
-    if narrow and not flat_about(solution.model, len(solution.model) - 1, data):
+    if narrow and not is_flat_near(solution.model, len(solution.model) - 1, data):
         return None
     chance = None
     if narrow:

@@ -9,8 +9,15 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Moving
 from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, best_scale, judge
-from allanite.fit.shapes.drifting import MOST_WIDTH, Band
-from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
+from allanite.fit.shapes.drifting import MAX_EXHAUSTIVE_FREQUENCIES, Band
+from allanite.fit.shapes.tones import (
+    effective_trials,
+    place_burst,
+    polish_burst,
+    relative_power,
+    search_burst,
+    steady_line_gain,
+)
 from allanite.suggestion.constants import MIN_BURST_CYCLES, MIN_DELTA_LOGL_OVER_SIMPLER
 from allanite.suggestion.p_values import Family, line_trials, log_p_value, may_become_significant
 from allanite.suggestion.screens.drifting_lines import blanks_of_screen, solved_with
@@ -29,7 +36,7 @@ def screen_tone_bursts(
 ) -> tuple[Candidate, ...]:
     """Best tone burst of each kind of the catalogue, refitted, if it beats the lines and bands in `lasting`."""
     # A burst does not drift, so wide bands are not needed.
-    bands = tuple(band for band in bands if band.series.size <= MOST_WIDTH)
+    bands = tuple(band for band in bands if band.series.size <= MAX_EXHAUSTIVE_FREQUENCIES)
     blanks = blanks_of_screen("passing line", solution, data)
     found = (_best(blank, bands, lasting, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
@@ -46,14 +53,14 @@ def _best(
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
     band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
-    middle, first, last, hope = placed(band, middle, first, last)
+    middle, first, last, hope = place_burst(band, middle, first, last)
     # A segment that is loud at all frequencies is no line: divide by its loudness.
-    loud = louder(band, middle, first, last)
+    loud = relative_power(band, middle, first, last)
     hope /= loud
     frequency = middle / T
     there = [c.gain for c in lasting if _is_near(c, frequency, 1.0 / ((last - first) * T))]
-    least = max([*there, steady(band, middle) / loud]) + MIN_DELTA_LOGL_OVER_SIMPLER
-    family = Family("line", width=line_trials(data.n) * trials(band))
+    least = max([*there, steady_line_gain(band, middle) / loud]) + MIN_DELTA_LOGL_OVER_SIMPLER
+    family = Family("line", width=line_trials(data.n) * effective_trials(band))
     if hope < least or frequency <= 0.0 or not may_become_significant(family, hope):
         return None
     if middle * (last - first) < MIN_BURST_CYCLES or _is_on_course(frequency, solution):
