@@ -12,7 +12,7 @@ from allanite.page.bench import Bench, look
 from allanite.page.edits import effect as effect_at
 from allanite.page.edits import freed, frozen, parse_model_string, with_limits, with_value
 from allanite.page.ladder import Ladder, Step
-from allanite.study import Rung, exchanged, full, next_rung
+from allanite.study import Rung, best_replacement, is_full, next_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -177,11 +177,11 @@ class Tab(Bench):
             rungs = [s.rung for s in ladder.steps[: ladder.at + 1]]
             if self.within(step) and not check.adequate:
                 return True
-            good = check.adequate or full(rungs[begun:])
+            good = check.adequate or is_full(rungs[begun:])
             best = check.significant[0].effect if check.significant else None
             tried = "" if best is None else f", trying {step.fit.display_name(best)}"
             job.say(f"{before}step {len(rungs) - begun}{tried}")
-            rung = exchanged(rungs) if good else next_rung(rungs, check)
+            rung = best_replacement(rungs) if good else next_step(rungs, check)
             if rung is None:
                 return good
             self.climb(job, Step(" ".join(rung.changes), rung), column)

@@ -1,18 +1,18 @@
-"""The ladder: check, add what is missing, keep only what is needed, until nothing helps."""
+"""Stepwise model building: check, add the best missing effect, drop or replace what it makes needless, and repeat."""
 
-from allanite.study.final_replacement import exchanged
+from allanite.study.final_replacement import best_replacement
 from allanite.study.ladder import Rung, Study, misfit_left
-from allanite.study.search import full, improve, improve_columns, next_rung
+from allanite.study.search import improve, improve_columns, is_full, next_step
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
 __all__ = [
     "MAX_ADDED_EFFECTS",
     "Rung",
     "Study",
-    "exchanged",
-    "full",
+    "best_replacement",
     "improve",
     "improve_columns",
+    "is_full",
     "misfit_left",
-    "next_rung",
+    "next_step",
 ]

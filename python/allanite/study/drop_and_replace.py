@@ -1,4 +1,4 @@
-"""Moves of the search after an addition: drop what is no longer needed, replace what stands for something else."""
+"""Moves of the search: add an effect, drop effects that are no longer needed, replace an effect by an alternative."""
 
 from __future__ import annotations
 
@@ -31,42 +31,43 @@ if TYPE_CHECKING:
     from allanite.suggestion.suggest import Suggestion
 
 __all__ = [
-    "added_to",
-    "mostly_within",
-    "one_thing",
-    "pruned",
-    "swapped",
-    "with_samples_out",
+    "is_same_feature",
+    "lies_mostly_within",
+    "with_addition",
+    "with_best_alternative",
+    "with_exclusion",
+    "without_needless_effects",
 ]
 
 
-def _of(fit: Fit, solution: Solution) -> Fit:
+def _fit_of(fit: Fit, solution: Solution) -> Fit:
+    """Fit of a solution."""
     return Fit(fit.recording, solution.model, fit.method, fit.data, solution)
 
 
-def pruned(
-    fit: Fit, before: Fit, asked: int, gone: set[str], stand_in: set[str]
+def without_needless_effects(
+    fit: Fit, before: Fit, start_count: int, gone: set[str], stand_in: set[str]
 ) -> tuple[Fit, list[str], int]:
-    """The fit without what is no longer needed, the kinds taken out, and how many of the start's effects are left.
+    """Fit without needless effects, the kinds dropped, and the number of initial effects that are left.
 
     Parameters
     ----------
     fit, before : Fit
         After and before the addition, which is the last effect of the model.
-    asked : int
-        How many effects, from the first, are the start's.
+    start_count : int
+        Number of effects, from the first, that the initial model has.
     gone : set of str
-        Kinds that were taken out on an earlier rung and came back: needed.
+        Kinds that were dropped on an earlier step and added again: they are needed.
     stand_in : set of str
-        Kinds that took the place of one of the start's: kept as long as that would have been.
+        Kinds that replaced an initial effect: they are dropped by the same rule as an initial effect.
     """
     removed: list[str] = []
-    # The interval of a function of time counts on the slow noise that the start asked for.
-    first = asked if isinstance(fit.model.effects[-1], Deterministic) else 0
+    # The interval of a function of time depends on the slow noise of the initial model, which therefore stays.
+    first = start_count if isinstance(fit.model.effects[-1], Deterministic) else 0
     place = len(fit.model.effects) - 2
     while place >= first:
         effect = fit.model.effects[place]
-        own = place < asked
+        own = place < start_count
         if (
             is_removable(effect)
             and effect.kind not in gone
@@ -81,25 +82,25 @@ def pruned(
             if without is not None:
                 removed.append(effect.kind)
                 fit = without
-                asked -= own
+                start_count -= own
         place -= 1
-    return fit, removed[::-1], asked
+    return fit, removed[::-1], start_count
 
 
-def _may_come(effect: Effect, place: Effect) -> bool:
-    """True if a swap may put an effect in another's place; one-off events and X are only suggested, filters elsewhere."""
+def _may_replace(effect: Effect, place: Effect) -> bool:
+    """True if an alternative may replace an effect: no one-off event, no power law, and a filter only another filter."""
     once = isinstance(effect, Deterministic) and effect.happens_once
     filtering = isinstance(effect, Modifier) and not isinstance(place, Modifier)
     return not (once or effect.last_resort or filtering)
 
 
 def _without(fit: Fit, place: int, least: float) -> Fit | None:
-    """The fit without an effect, if that costs less than `least` of logL."""
+    """Fit without an effect, if that loses less than `least` of logL; else None."""
     effects = fit.model.effects
     less = Model(effects[:place] + effects[place + 1 :])
     if effects[place].screened not in {"spectral", "slow", "line"}:
-        return None  # the evidence of what happens in time is not in the mean spectrum
-    # With the shapes as they are the loss is an upper bound: far above what matters, it need not be known better.
+        return None  # the evidence of events in time is not in the mean spectrum
+    # With fixed shapes the loss is an upper bound. If it is far above the limit, the full fit is not needed.
     rough = (
         solve(fit.data, less, like=fit.solution, polish=False)
         if not removes(effects[place])
@@ -115,31 +116,33 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     return found if lost < least else None
 
 
-def added_to(
-    fit: Fit, addition: Effect | Suggestion, asked: int, lines: Sequence[Effect] = ()
+def with_addition(
+    fit: Fit, addition: Effect | Suggestion, start_count: int, lines: Sequence[Effect] = ()
 ) -> tuple[Fit, tuple[str, ...], tuple[Effect, ...]] | None:
-    """The fit with an effect more, or a suggestion's, the kind that gave way to it, and what came with it.
+    """Fit with one more effect, the kinds that left for it, and further effects added with it; None if it does not help.
 
-    Of lines and a band at one frequency one stays: several of the `lines` that are known may be one band.
-
-    None where the one that is there explains as much, or is one of the first `asked`, which the start has.
+    Of a line and a band at one frequency only one stays. Several of the suggested `lines` may together replace one band.
+    The addition is refused if the present effect explains as much or is among the first `start_count`, which are the
+    initial ones.
     """
     effect = addition if isinstance(addition, Effect) else addition.effect
     if not isinstance(addition, Effect) and addition.before is fit and addition.gives_way:
-        first = [e.kind for e in fit.model.effects[:asked]]
+        first = [e.kind for e in fit.model.effects[:start_count]]
         if any(kind in first for kind in addition.gives_way):
             return None
         return fit.add(addition), addition.gives_way, ()
-    place = next((i for i, e in enumerate(fit.model) if one_thing(e, effect, fit)), None)
+    place = next((i for i, e in enumerate(fit.model) if is_same_feature(e, effect, fit)), None)
     if place is None:
-        return (*with_samples_out(fit, addition, asked), ())
-    if place < asked:
+        return (*with_exclusion(fit, addition, start_count), ())
+    if place < start_count:
         return None
     effects = fit.model.effects
     rest = (*effects[:place], *effects[place + 1 :])
     better = refitted(fit, Model((*rest, effect)))
     came: tuple[Effect, ...] = ()
-    for line in _apart([effect, *(e for e in lines if one_thing(effects[place], e, fit))], fit):
+    for line in _separate_lines(
+        [effect, *(e for e in lines if is_same_feature(effects[place], e, fit))], fit
+    ):
         more = refitted(fit, Model((*rest, effect, *came, line)))
         if evidence(more.solution) > evidence(better.solution) + MAX_RIVAL_LOG_EVIDENCE:
             better, came = more, (*came, line)
@@ -147,24 +150,24 @@ def added_to(
     return (better, (effects[place].kind,), came) if clearly else None
 
 
-def with_samples_out(
-    fit: Fit, addition: Effect | Suggestion, asked: int
+def with_exclusion(
+    fit: Fit, addition: Effect | Suggestion, start_count: int
 ) -> tuple[Fit, tuple[str, ...]]:
-    """The fit with an effect more, and the kinds of what went with the samples it takes out."""
+    """Fit with one more effect, and the kinds that left because their samples are excluded."""
     effect = addition if isinstance(addition, Effect) else addition.effect
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is None:
         return fit.add(addition), ()
-    gone = [e for e in fit.model.effects[asked:] if mostly_within(e, effect.when, fit)]
+    gone = [e for e in fit.model.effects[start_count:] if lies_mostly_within(e, effect.when, fit)]
     if not gone:
         return fit.add(addition), ()
     rest = tuple(e for e in fit.model.effects if e not in gone)
     return refitted(fit, Model((*rest, effect))), tuple(e.kind for e in gone)
 
 
-def mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
-    """Whether it is of a while, or of moments, by half or more between two times.
+def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
+    """True if at least half of an effect, or of its moments, lies between two times.
 
-    A function of time is there if it hardly changes elsewhere.
+    For a function of time, nearly all of its changes must lie there.
     """
     first, last = when
     if isinstance(effect, Modifier) and effect.moments:
@@ -182,30 +185,31 @@ def mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
     return (effect.passing or effect.removes) and within
 
 
-def _apart(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
-    """Those lines behind the first that are too far apart to be one that wanders; none if the first is no line."""
+def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
+    """Lines after the first that are too far apart to be one wandering line; empty if the first effect is no line."""
     kept: list[Effect] = []
     for line in lines:
         alone = line.screened == "line" and line.occupies is not None
         if alone and all(
-            between(line, other) > MAX_LINE_BAND_DISTANCE / fit.data.duration for other in kept
+            line_distance(line, other) > MAX_LINE_BAND_DISTANCE / fit.data.duration
+            for other in kept
         ):
             kept.append(line)
     return tuple(kept[1:]) if kept and kept[0] is lines[0] else ()
 
 
-def between(one: Effect, other: Effect) -> float:
-    """Hz from one line to another."""
+def line_distance(one: Effect, other: Effect) -> float:
+    """Distance of two lines, Hz."""
     a, b = one.occupies, other.occupies
     return abs(a[0] - b[0]) if a is not None and b is not None else np.inf
 
 
-def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
-    """Whether two effects are one hump or gap of the spectrum.
+def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
+    """True if two effects describe one hump or gap of the spectrum.
 
-    A line in a band, or too near to be told from it: one that wanders is a narrow band with single ordinates that stand out
-    in its flanks. Two bands about as wide of which one has its middle in the other: the hump is no pure resonance. What is
-    on the course of a band that moves. A band and a filter that takes out what is there: each would grow against the other.
+    This holds for a line in or near a band (a wandering line leaves single ordinates in the flanks of a band); for two
+    bands of similar width, one with its middle in the other (the hump is no pure resonance); for an effect on the course of
+    a moving band; and for a band and a filter that removes it, since each would grow against the other.
     """
     a, b = one.occupies, other.occupies
     if a is None or b is None:
@@ -230,10 +234,10 @@ def _absent(effect: Effect) -> bool:
     return isinstance(effect, Stochastic) and not effect.values[effect.coefficient]
 
 
-def _nearer(new: Fit, old: Fit, place: int) -> bool:
-    """Whether the Allan curve is clearly nearer to a measured one that is farther away than chance leads.
+def _fits_curve_better(new: Fit, old: Fit, place: int) -> bool:
+    """True if the Allan curve is clearly closer to the measured one, whose distance was beyond its scatter.
 
-    What stands at `place` gives way within chance too, where the record does not show it.
+    An effect at `place` that the record does not show gives way within the scatter as well.
     """
     a, b = new.curve.rms_percent, old.curve.rms_percent
     if a is None or b is None or np.log1p(a / 100.0) > MAX_ALLAN_ERROR_RATIO * np.log1p(b / 100.0):
@@ -242,16 +246,15 @@ def _nearer(new: Fit, old: Fit, place: int) -> bool:
     return b > MAX_ALLAN_ERROR_SCATTERS * chance or (b > chance and not is_detected(old, place))
 
 
-def swapped(
+def with_best_alternative(
     fit: Fit, places: set[int], tried: set[tuple[str, str]], barred: set[str]
 ) -> tuple[Fit, str, Effect] | None:
-    """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
+    """Fit in which the best alternative replaces an effect, the kind that left, and the new effect; None if none is better.
 
-    One that is little better takes the place if its Allan curve is clearly nearer to a measured one that chance does not
-    explain, or if the record does not show what stands there.
-
-    `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back. Kinds that are
-    `barred` take no place.
+    An alternative must have a score higher by `MAX_RIVAL_LOG_EVIDENCE`. With less, it must bring the Allan curve clearly
+    closer to a measured one beyond its scatter, or replace an effect that the record does not show. Only effects at
+    `places` are examined. `tried` remembers (kind, replacement), so that no replacement is reversed. Kinds in `barred`
+    replace nothing.
     """
     best: tuple[float, Alternative, str] | None = None
     for place, effect in enumerate(fit.model.effects):
@@ -259,7 +262,11 @@ def swapped(
             continue
         for found in fit.alternatives(place):
             new = found.effect.kind
-            if (new, effect.kind) in tried or new in barred or not _may_come(found.effect, effect):
+            if (
+                (new, effect.kind) in tried
+                or new in barred
+                or not _may_replace(found.effect, effect)
+            ):
                 continue
             if best is not None and found.evidence <= best[0]:
                 continue
@@ -268,7 +275,7 @@ def swapped(
                 1, found.effect.numbers - effect.numbers
             )
             if found.evidence >= MAX_RIVAL_LOG_EVIDENCE or (
-                enough and _nearer(_of(fit, found.solution), fit, place)
+                enough and _fits_curve_better(_fit_of(fit, found.solution), fit, place)
             ):
                 best = found.evidence, found, effect.kind
     if best is None:
@@ -277,5 +284,5 @@ def swapped(
     tried.add((kind, found.effect.kind))
     better = refitted(fit, found.solution.model)
     came = max(i for i, e in enumerate(better.model) if e.kind == found.effect.kind)
-    # What shares its part with another may be ahead, and be nothing by itself.
+    # An alternative may score high together with another effect, although the record does not show it.
     return (better, kind, found.effect) if is_detected(better, came) else None

@@ -1,4 +1,4 @@
-"""Whether the errors of a model fall with a change, are as small as they were, or rise."""
+"""Comparison of the errors of two models: does an error rise, and beyond its scatter?"""
 
 from __future__ import annotations
 
@@ -13,72 +13,85 @@ from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS, MAX_IGNORED_
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
-__all__ = ["as_good", "errors_fall", "predicts", "refusal", "rises", "wider", "within_chance"]
+__all__ = [
+    "allan_error_rises",
+    "allan_error_within_scatter",
+    "discrepancy_rises",
+    "is_as_good",
+    "no_error_rises",
+    "predicts_as_well",
+    "refusal_reason",
+]
 
 
-def rises(before: Fit, after: Fit) -> bool:
-    """Whether the Allan error is larger, by anything."""
+def allan_error_rises(before: Fit, after: Fit) -> bool:
+    """True if the Allan error is larger, by any amount."""
     old, new = before.curve.rms_percent, after.curve.rms_percent
     return old is not None and new is not None and new > old
 
 
-def wider(before: Fit, after: Fit) -> bool:
-    """Whether the discrepancy is larger, by anything."""
+def discrepancy_rises(before: Fit, after: Fit) -> bool:
+    """True if the model discrepancy is larger, by any amount."""
     return after.discrepancy.percent > before.discrepancy.percent
 
 
-def errors_fall(before: Fit, after: Fit) -> bool:
-    """Whether neither the discrepancy nor the Allan error rises by more than its own scatter."""
+def no_error_rises(before: Fit, after: Fit) -> bool:
+    """True if neither the discrepancy nor the Allan error rises by more than its own scatter."""
     old, new = before.curve, after.curve
     other = after.data is not before.data and removes(after.model.effects[-1])
     if other and after.model.effects[-1].when is None:
-        return True  # samples that do not belong hide by how much a model is wrong
+        return True  # outliers hide how wrong the model is, so the errors are not comparable
     if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
         return False
     if old.rms_percent is None or new.rms_percent is None:
         return True
-    # A true model's error is within twice its scatter, whatever the error before; with more missing it may rise by once.
+    # The error of a true model is within twice its scatter. While effects are missing it may rise by its scatter.
     chance = new.chance_percent or 0.0
     if new.rms_percent > max(MAX_ALLAN_ERROR_SCATTERS * chance, np.hypot(old.rms_percent, chance)):
         return False
     if other:
-        return True  # the curve of another record
-    # Chance is large at long τ alone, and excuses nothing at short ones.
+        return True  # the curves are of different samples
+    # Large scatter at long τ must not excuse a rise at short τ, so the rises are compared τ by τ.
     return new.risen(old, MAX_ALLAN_ERROR_SCATTERS) <= MAX_IGNORED_ALLAN_RISE**2
 
 
-def predicts(before: Fit, after: Fit) -> bool:
-    """Whether unseen data are not predicted worse by more than the standard error of the difference.
+def predicts_as_well(before: Fit, after: Fit) -> bool:
+    """True unless unseen data are predicted worse by more than the standard error of the difference.
 
-    Where the discrepancy rises as well, by any amount.
+    False as well if unseen data are predicted worse by any amount and the discrepancy rises.
     """
     old, new = before.error.predictive, after.error.predictive
     if old is None or new is None:
         return True
-    if wider(before, after) and compare(old, new)[0] > 0.0:
+    if discrepancy_rises(before, after) and compare(old, new)[0] > 0.0:
         return False
     return not worse(old, new)
 
 
-def as_good(before: Fit, after: Fit) -> bool:
-    """Whether a model with less in it is as good: no error rises, the Allan error to no more than chance leads to."""
-    return errors_fall(before, after) and (not rises(before, after) or within_chance(after))
+def is_as_good(before: Fit, after: Fit) -> bool:
+    """True if a smaller model is as good: no error rises beyond its scatter and the Allan error is at most its scatter.
 
-
-def refusal(before: Fit, after: Fit, once: bool) -> str:
-    """Why what is significant was not added, a clause; what happens `once` predicts nothing.
-
-    Where nothing rises it leads nowhere else: its place is taken, or what it needs beside it raises an error.
+    A rise of the Allan error above its scatter is a fault; below, any model is as good.
     """
-    if not once and not predicts(before, after):
+    return no_error_rises(before, after) and (
+        not allan_error_rises(before, after) or allan_error_within_scatter(after)
+    )
+
+
+def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
+    """Clause why a significant suggestion was not added; effects that happen once predict nothing.
+
+    If no error rises, its place is taken, or an effect that it needs raises an error.
+    """
+    if not once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
-    if rises(before, after):
+    if allan_error_rises(before, after):
         return "raises the Allan error"
-    if wider(before, after):
+    if discrepancy_rises(before, after):
         return "raises the discrepancy"
     return "stands where another effect does"
 
 
-def within_chance(fit: Fit) -> bool:
-    """Whether the Allan error is no larger than chance leads to."""
+def allan_error_within_scatter(fit: Fit) -> bool:
+    """True if the Allan error is at most its expected scatter."""
     return (fit.curve.rms_percent or 0.0) <= (fit.curve.chance_percent or 0.0)

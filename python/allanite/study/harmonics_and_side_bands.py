@@ -1,4 +1,4 @@
-"""Multiples and side bands of a narrow band: a line that wanders has harmonics, which wander as many times as far."""
+"""Harmonics and side bands of a narrow band: the m-th harmonic of a wandering line wanders m times as far."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.result import Fit
 
-__all__ = ["with_companions"]
+__all__ = ["with_harmonics_or_side_bands"]
 
 
-def with_companions(before: Fit, rung: Rung) -> Rung:
-    """The rung with what belongs to a narrow band that it added to the fit `before`.
+def with_harmonics_or_side_bands(before: Fit, rung: Rung) -> Rung:
+    """Step with the harmonics of a narrow band that it added to the fit `before`, or with a modulated band instead.
 
-    Its harmonics come with it. Where it is itself a side band of one that was there, that one is modulated, and so may the
-    others be. Each is believed where its evidence is larger by 3.
+    If the new band is a side band of a present band, the present band is modulated, and others may be too. Each change
+    needs a score higher by `MAX_RIVAL_LOG_EVIDENCE`.
     """
     place = len(rung.fit.model) - 1
     band = rung.fit.model.effects[place]
@@ -43,7 +43,7 @@ def with_companions(before: Fit, rung: Rung) -> Rung:
         or not is_fitted_to_ordinates(band, before.data)
     ):
         return rung
-    fit = _as_side_band(before, band)
+    fit = _with_modulated_band(before, band)
     if (
         fit is not None
         and evidence(fit.solution) > evidence(rung.fit.solution) + MAX_RIVAL_LOG_EVIDENCE
@@ -53,7 +53,7 @@ def with_companions(before: Fit, rung: Rung) -> Rung:
         new = [
             e
             for e in fit.model
-            if len(e.peaks) > 1 and not any(_within(e, other) for other in known)
+            if len(e.peaks) > 1 and not any(_is_in_band_of(e, other) for other in known)
         ]
         if new:
             risen = fit.solution.log_likelihood - before.solution.log_likelihood
@@ -71,31 +71,31 @@ def with_companions(before: Fit, rung: Rung) -> Rung:
     )
 
 
-def _as_side_band(fit: Fit, band: Effect) -> Fit | None:
-    """The best fit with one of its narrow bands modulated at the distance of another `band`, and others as they show it.
+def _with_modulated_band(fit: Fit, band: Effect) -> Fit | None:
+    """Best fit with a present band modulated at the distance of another `band`; or None.
 
-    A band that stood for the companion on the other side is gone.
+    Other bands are modulated likewise, and bands that stood for the side band on the other side leave.
     """
     found: Fit | None = None
     at = None
     for place, effect in enumerate(fit.model.effects):
-        made = _beside(effect, band) if is_fitted_to_ordinates(effect, fit.data) else None
+        made = _modulated_by(effect, band) if is_fitted_to_ordinates(effect, fit.data) else None
         if made is None:
             continue
-        rest = [e for e in fit.model.effects[place + 1 :] if not _companion(e, made)]
-        first = [e for e in fit.model.effects[:place] if not _companion(e, made)]
+        rest = [e for e in fit.model.effects[place + 1 :] if not _is_side_band(e, made)]
+        first = [e for e in fit.model.effects[:place] if not _is_side_band(e, made)]
         tried = refitted(fit, Model((*first, made, *rest)))
         if found is None or evidence(tried.solution) > evidence(found.solution):
             found, at = tried, len(first)
     if found is None:
         return None
     for other in range(len(found.model)):
-        found = _modulated(found, other) if other != at else found
+        found = _with_side_bands(found, other) if other != at else found
     return found
 
 
-def _beside(effect: Effect, band: Effect) -> Stochastic | None:
-    """A band that is modulated at the distance of a weaker one, if that may be a companion."""
+def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
+    """Band modulated at the distance of a weaker band, if the weaker one may be its side band; else None."""
     assert isinstance(effect, Stochastic)
     assert isinstance(band, Stochastic)
     a, b = effect.occupies, band.occupies
@@ -110,43 +110,45 @@ def _beside(effect: Effect, band: Effect) -> Stochastic | None:
         or not least < apart < MAX_SIDE_BAND_FRACTION * a[0]
     ):
         return None
-    return _modulating(effect, apart, 2.0 * float(np.sqrt(strengths[0] / strengths[1])))
+    return _modulated_effect(effect, apart, 2.0 * float(np.sqrt(strengths[0] / strengths[1])))
 
 
-def _modulating(band: Effect, rate: float, depth: float) -> Stochastic | None:
-    """The effect of the catalogue that is a band, modulated."""
+def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | None:
+    """Effect of the catalogue that is this band, modulated; None if there is none."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
     made = (cls.modulating(band, rate, depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)
 
 
-def _companion(effect: Effect, made: Effect) -> bool:
-    """Whether a band is where a modulated one has a companion."""
-    return isinstance(effect, Stochastic) and any(_meets(effect, peak) for peak in made.peaks[1:])
+def _is_side_band(effect: Effect, made: Effect) -> bool:
+    """True if the band lies at a side band of the modulated one."""
+    return isinstance(effect, Stochastic) and any(
+        _is_near_peak(effect, peak) for peak in made.peaks[1:]
+    )
 
 
-def _within(effect: Effect, other: Effect) -> bool:
-    """Whether the first of its bands is that of another."""
-    return other.occupies is not None and _meets(effect, other.occupies)
+def _is_in_band_of(effect: Effect, other: Effect) -> bool:
+    """True if the first band of the effect lies in the band of another."""
+    return other.occupies is not None and _is_near_peak(effect, other.occupies)
 
 
-def _meets(effect: Effect, peak: tuple[float, float]) -> bool:
-    """Whether the first band of an effect is no farther from a peak than that is wide."""
+def _is_near_peak(effect: Effect, peak: tuple[float, float]) -> bool:
+    """True if the first band of the effect is no farther from a peak than the peak is wide."""
     own, (low, high) = effect.occupies, peak
     return own is not None and low - (high - low) < own[1] and own[0] < high + (high - low)
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
-    """The fit with the harmonics of a narrow band of its model that the record shows, lowest first; few are tried."""
+    """Fit with those harmonics of a narrow band of the model that the record shows, lowest first."""
     if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, fit.data):
         return fit
     assert effect.occupies is not None
     low, high = effect.occupies
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     data = fit.data
-    white = _power(fit)
+    white = _relative_power(fit)
     for m in range(2, MAX_BAND_HARMONIC + 1):
-        # The phase of a multiple wanders m times as far: where that is a random walk, its band is m² times as wide.
+        # The phase of the m-th harmonic wanders m times as far. If it is a random walk, the band is m² times as wide.
         wide = m * m * half
         first, last = (round(2.0 * (m * middle + s * wide) * data.duration) for s in (-1.0, 1.0))
         if last >= white.size or first < 1:
@@ -160,7 +162,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
             continue
         made = effect.banded(m * low, m * high)
         assert made is not None
-        power = _in_excess(fit, first, last, float(excess.mean()))
+        power = _excess_variance(fit, first, last, float(excess.mean()))
         added = made.with_values(**{effect.coefficient: float(np.sqrt(power))})
         better = refitted(fit, Model((*fit.model.effects, added)))
         own = better.model.effects[-1]
@@ -170,15 +172,15 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
         close = abs(at - m * middle) < wide
         if close and evidence(better.solution) > evidence(fit.solution) + MAX_RIVAL_LOG_EVIDENCE:
             fit = better
-            white = _power(fit)
+            white = _relative_power(fit)
     return fit
 
 
-def _modulated(fit: Fit, place: int) -> Fit:
-    """The fit with a narrow band of its model, at a `place`, as one that is modulated, where the record shows side bands.
+def _with_side_bands(fit: Fit, place: int) -> Fit:
+    """Fit with the narrow band at a `place` of the model modulated, if the record shows side bands; else the same fit.
 
-    They are at one distance on both sides of it, and as wide. The distance that is tried is that at which the power of both
-    stands out most; the evidence must be larger by 3.
+    Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
+    power on both sides stands out most. The score must be higher by `MAX_RIVAL_LOG_EVIDENCE`.
     """
     effect, data = fit.model.effects[place], fit.data
     if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, data):
@@ -192,13 +194,13 @@ def _modulated(fit: Fit, place: int) -> Fit:
     last = min(
         int(MAX_SIDE_BAND_FRACTION * middle), fit.solution.ordinates.size - 1 - middle - 2 * half
     )
-    if last - first < 4 * half or _modulating(effect, 1.0, 1.0) is None:
+    if last - first < 4 * half or _modulated_effect(effect, 1.0, 1.0) is None:
         return fit
-    total = np.cumsum(_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
+    total = np.cumsum(_relative_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
     mean = (total[2 * half :] - np.append(0.0, total[: -2 * half - 1])) / (2 * half + 1)
     own = mean.size // 2
     sides = np.array([mean[own - last : own - first + 1][::-1], mean[own + first : own + last + 1]])
-    # What another effect stands for is no side band of this one.
+    # Other effects of the model are no side bands of this one.
     for f in (f for e in fit.model if e is not effect for peak in e.peaks for f in peak):
         there = (
             abs(np.arange(first, last + 1) - abs(round(2.0 * data.duration * f) - middle))
@@ -214,11 +216,11 @@ def _modulated(fit: Fit, place: int) -> Fit:
         return fit
     apart = first + best
     power = [
-        _in_excess(fit, middle + s * apart - half, middle + s * apart + half, m)
+        _excess_variance(fit, middle + s * apart - half, middle + s * apart + half, m)
         for s, m in ((-1, sides[0, best]), (1, sides[1, best]))
     ]
     strength = float(np.mean(power)) / float(effect.values[effect.coefficient]) ** 2
-    made = _modulating(effect, apart / (2.0 * data.duration), 2.0 * float(np.sqrt(strength)))
+    made = _modulated_effect(effect, apart / (2.0 * data.duration), 2.0 * float(np.sqrt(strength)))
     assert made is not None
     effects = list(fit.model.effects)
     effects[place] = made
@@ -230,13 +232,13 @@ def _modulated(fit: Fit, place: int) -> Fit:
     )
 
 
-def _in_excess(fit: Fit, first: int, last: int, mean: float) -> float:
-    """Variance in some ordinates, `mean` times what the model expects there, less this."""
+def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:
+    """Variance within some ordinates beyond the model, if their power is `mean` times the expected one."""
     power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
     return power * max(1.0 - 1.0 / mean, 0.0) / fit.data.n
 
 
-def _power(fit: Fit) -> NDArray[np.float64]:
-    """Squared residual ordinates over what the model expects of them, shape (n,)."""
+def _relative_power(fit: Fit) -> NDArray[np.float64]:
+    """Squared residual ordinates over their expectation, shape (n,)."""
     white = whitened_ordinates(fit.solution, fit.data, np.ones(fit.solution.count.size))
     return np.square(white, out=white)

@@ -1,4 +1,4 @@
-"""What a study is: a ladder of models and what is left unexplained."""
+"""Result of a search: the steps from the first model to the last, and what remains unexplained."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from allanite import _kernels
 from allanite.effects import title_of
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.undecided import Undecided, undecided
-from allanite.study.error_comparison import refusal
+from allanite.study.error_comparison import refusal_reason
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
 if TYPE_CHECKING:
@@ -26,28 +26,28 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.suggestion import Check
 
-__all__ = ["Rung", "Study", "came_back", "misfit_left"]
+__all__ = ["Rung", "Study", "kinds_added_again", "misfit_left"]
 
 
 @dataclass(frozen=True, eq=False)
 class Rung:
-    """One step of the ladder.
+    """One step of the model building.
 
     Attributes
     ----------
     fit : Fit
     added : Effect or None
-        None on the first.
+        Effect that the step added; None for the first step.
     removed : tuple of str
-        Kinds that the addition made needless, or that another took the place of.
+        Kinds that left the model: needless beside the addition, or replaced.
     risen : float or None
-        Rise of logL by this step; None where that of the two fits says it.
+        ΔlogL of this step; None if it is the difference of the two fits.
     dropped_start : int
-        How many of `removed` were in the first model.
+        Number of `removed` effects that were in the first model.
     brought : tuple of Effect
-        What took the place of some of `removed`, or what `added` needs beside it.
+        Further effects of the step: replacements of some of `removed`, or effects that `added` needs.
     trials : float or None
-        Single tests that its search was worth; None of what no search has found.
+        Number of independent tests of its search; None if no search found the effect.
     """
 
     fit: Fit
@@ -60,12 +60,12 @@ class Rung:
 
     @property
     def new(self) -> tuple[Effect, ...]:
-        """What this step put into the model."""
+        """Effects that this step put into the model."""
         return () if self.added is None else (self.added, *self.brought)
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``; what is gone by its count."""
+        """Texts of the changes, one for each effect: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``."""
         further = {e.kind for e in self.new if e.further} & set(self.removed)
         # What left and came back beside another is where it was.
         back = Counter(self.removed) & Counter(e.kind for e in self.brought if not e.further)
@@ -90,10 +90,10 @@ class Rung:
     def to_dict(
         self, misfit_left: float, last: bool = True, over_rivals: Undecided | None = None
     ) -> dict[str, Any]:
-        """The contract's record of a rung; `misfit_left` in per cent of the first rung's.
+        """JSON record of the step; `misfit_left` is the unexplained misfit, % of that of the first step.
 
-        Rivals of its effects, and intervals `over_rivals`, are of the last rung alone: the others were left for what was
-        missing.
+        Alternatives of its effects, and intervals `over_rivals`, are given for the last step only, since earlier models are
+        wrong.
         """
         body = self.fit.body(searched=last)
         if over_rivals is not None:
@@ -108,8 +108,8 @@ class Rung:
         }
 
 
-def came_back(ladder: Sequence[Rung]) -> set[str]:
-    """Kinds that were taken out on a rung and put in again on a later one: needed."""
+def kinds_added_again(ladder: Sequence[Rung]) -> set[str]:
+    """Kinds that were removed on a step and added again later, and are therefore needed."""
     gone: set[str] = set()
     back: set[str] = set()
     for rung in ladder:
@@ -120,19 +120,19 @@ def came_back(ladder: Sequence[Rung]) -> set[str]:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A ladder of ever better models of one recording.
+    """Stepwise models of one recording, and the check of the last one.
 
     Attributes
     ----------
     ladder : tuple of Rung
     check : Check
-        Of the last rung: what is left unexplained.
+        Check of the last model.
     stopped_because : str
         ``adequate``, ``within tolerance``, ``nothing helps``, ``limit`` or ``time``.
     tolerance : float or None
-        Per cent of the deviation that was asked for.
+        Requested limit of the model discrepancy, % of the deviation.
     tried : tuple of Effect
-        Effects that the search added and took back, of kinds that the last model lacks.
+        Effects that the search added and dropped again, of kinds that the last model lacks.
 
     Examples
     --------
@@ -159,14 +159,14 @@ class Study:
 
     @property
     def adequate(self) -> bool:
-        """Whether the last model leaves nothing unexplained: its check is adequate, and there are no `doubts`."""
+        """True if the check of the last model is adequate and there are no `doubts`."""
         return self.check.adequate and not self.doubts
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Why the last model is not adequate even if its check is: a sentence each.
+        """Sentences why the last model is not adequate although its check is.
 
-        The Allan error is more than twice its expected scatter, or another model has more evidence by over 3 nats.
+        The Allan error is more than twice its expected scatter, or another model has a score higher by more than 3 nats.
         """
         found = []
         error = self.fit.error
@@ -191,38 +191,38 @@ class Study:
 
     @property
     def reason(self) -> str:
-        """Why the search ended: `stopped_because`, with quantization named where it limits an adequate model."""
+        """Reason why the search ended: `stopped_because`, with quantization named if it limits an adequate model."""
         return self.verdict if self.stopped_because == "adequate" else self.stopped_because
 
     @property
-    def _good_enough(self) -> bool:
-        """Whether the search ended because the last model suffices."""
+    def _is_good_enough(self) -> bool:
+        """True if the search ended because the last model suffices."""
         return self.stopped_because in {"adequate", "within tolerance"}
 
     @property
     def misfit_left(self) -> tuple[float, ...]:
-        """What is left of the misfit on each rung, per cent of the first's."""
+        """Unexplained misfit of each step, % of that of the first step."""
         return misfit_left(self.ladder)
 
     @cached_property
     def undecided(self) -> Undecided | None:
-        """What the models that this record cannot tell from the last say together; None where there is but one."""
+        """Values over all models that this record cannot distinguish from the last; None if there is only one."""
         return undecided(self.fit)
 
     @property
     def left(self) -> list[str]:
-        """What the last model does not explain: a sentence each."""
-        if self._good_enough:
+        """Sentences about what the last model does not explain."""
+        if self._is_good_enough:
             return []
         return [*self.check.left, *self.doubts] or [self.check.nowhere]
 
     @property
     def unexplained(self) -> dict[str, Any]:
-        """Worst intervals that remain, as in the contract."""
+        """Worst intervals of the last model over τ, frequency and time, as in the JSON."""
         return self.check.where.worst()
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/improve/2`` of the contract."""
+        """JSON record of the study, schema ``allanite/improve/2``."""
         return {
             "schema": "allanite/improve/2",
             "version": _kernels.version(),
@@ -243,7 +243,7 @@ class Study:
         }
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """The errors of the ladder, with the first and the last model.
+        """Figure of the errors of each step, with the first and the last model.
 
         Parameters
         ----------
@@ -262,7 +262,7 @@ class Study:
         wide = max(22, *(len(cells[0]) for cells in rows))
         lines = [
             (
-                f"{'':>2}  {'added':{wide}} {'misfit left':>11} {'discrepancy':>11} {'ADEV rms':>9} "
+                f"{'':>2}  {'added':{wide}} {'unexplained':>11} {'discrepancy':>11} {'ADEV rms':>9} "
                 f"{'worst':>20} {'prediction':>11}  model"
             )
         ]
@@ -272,18 +272,18 @@ class Study:
                 f"{i:>2}  {added:{wide}} {left:>11} {discrepancy:>11} {rms:>9} {worst:>20} {predictive:>11}  {model}"
             )
         lines.append(f"stopped: {self.ending}")
-        if not self._good_enough:
+        if not self._is_good_enough:
             lines += ["left unexplained:", *(f"  {s}" for s in self.left)]
         if self.tried:
             titles = dict.fromkeys(self.fit.display_name(effect) for effect in self.tried)
             lines.append(f"tried and dropped: {', '.join(titles)}")
-        lines += ["", fit_table(self.fit, "", self._good_enough, self.undecided)]
+        lines += ["", fit_table(self.fit, "", self._is_good_enough, self.undecided)]
         if self.undecided is not None:
             lines.append(f"! {undecided_sentence(self.fit, self.undecided)}")
         return "\n".join(lines)
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Of each step as texts: what was done, misfit left, discrepancy, Allan error, its worst, prediction, model."""
+        """Texts of each step: changes, misfit, discrepancy, Allan error, worst τ, prediction score, model."""
         out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error
@@ -300,7 +300,7 @@ class Study:
                     f"{rung.fit.discrepancy.percent:.2g} %",
                     "–" if e.adev_rms_percent is None else f"{e.adev_rms_percent:.3g} %",
                     worst,
-                    _number(e.predictive_score),
+                    _number_text(e.predictive_score),
                     rung.fit.model.name,
                 )
             )
@@ -308,13 +308,13 @@ class Study:
 
     @cached_property
     def ending(self) -> str:
-        """Why the ladder ended, a clause; why nothing that is significant was added."""
+        """Clause why the search ended, and why significant suggestions were not added."""
         if self.stopped_because == "within tolerance":
             return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
         if self.stopped_because == "nothing helps" and self.check.significant:
             why: dict[str, str] = {}
             for s in self.check.significant:
-                why.setdefault(s.kind, refusal(self.fit, s.found, s.effect_happens_once))
+                why.setdefault(s.kind, refusal_reason(self.fit, s.found, s.effect_happens_once))
             told = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
             return f"nothing helps further (significant, but: {told})"
         steps = len(self.ladder) - 1
@@ -333,7 +333,15 @@ class Study:
         from allanite.common.showing import html_list, html_table
         from allanite.fit.table import undecided_sentence
 
-        head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
+        head = (
+            "step",
+            "unexplained misfit",
+            "discrepancy",
+            "ADEV rms",
+            "worst",
+            "prediction",
+            "model",
+        )
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
         ending = [f"stopped: {self.ending}", *self.left]
         if self.undecided is not None:
@@ -342,15 +350,16 @@ class Study:
         return table + html_list(ending) + self.fit._repr_html_()
 
 
-def _number(value: float | None) -> str:
+def _number_text(value: float | None) -> str:
+    """Text of a number, or a dash."""
     return "–" if value is None else f"{value:.4g}"
 
 
 def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
-    """What is left of the misfit on each rung, per cent of the first's: 100 on the first.
+    """Unexplained misfit of each step, % of that of the first step.
 
-    The misfit of a rung is the logL that a saturated model gains over the last model, less what chance gives, and the rise
-    of all later rungs.
+    The misfit of the last step is the logL that a saturated model gains, less what chance gives. That of an earlier step
+    adds the ΔlogL of all later steps.
     """
     left = [max(ladder[-1].fit.excess, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):

@@ -1,4 +1,4 @@
-"""Where the bias leaves and comes back, further times are looked for at once, and one effect says so."""
+"""Merged excursions: if the bias leaves and comes back, further times are searched at once, and one effect has them all."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
-from allanite.study.error_comparison import as_good
+from allanite.study.error_comparison import is_as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EXCURSIONS
 from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.screens.slow_functions import judged_beside_best, score, screen_slow
@@ -25,20 +25,19 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.suggestion import Suggestion
 
-__all__ = ["every_visit"]
+__all__ = ["with_all_excursions"]
 
 
-def every_visit(
-    fit: Fit, asked: int, suggestions: Sequence[Suggestion]
+def with_all_excursions(
+    fit: Fit, start_count: int, suggestions: Sequence[Suggestion]
 ) -> tuple[Fit, tuple[str, ...]] | None:
-    """The fit with one effect in the place of those after the first `asked` by which the bias leaves and comes back.
+    """Fit with one effect for all excursions that the search has added and all that are still missing; or None.
 
-    And of those that are still missing: one says nothing of another, each has samples of its own. What is taken in explains
-    more than any other slow function, and something that the best random process of the `suggestions` does not; together
-    they leave a model as good. With the kinds of the effects that were there before the last; None where one is all there
-    is.
+    Each further excursion must explain more than any other slow function, and something beside the best random process of
+    the `suggestions`. All together must leave a model that is as good. Also returned are the kinds of the excursions that
+    were there before the last one.
     """
-    known = [e for e in fit.model.effects[asked:] if isinstance(e, Away)]
+    known = [e for e in fit.model.effects[start_count:] if isinstance(e, Away)]
     rest = Model(tuple(e for e in fit.model if e not in known))
     events = list(known)
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
@@ -48,39 +47,41 @@ def every_visit(
         beside = None
         if rival is not None:
             beside = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)
-        further = _missing(solution, fit.data, beside)
+        further = _missing_excursion(solution, fit.data, beside)
         if further is None or any(_overlap(further, e) for e in events):
-            break  # what overlaps is of the shape of one that is known
+            break  # an overlapping one is a flaw of a known excursion's shape
         events.append(further)
         model = solution.model + further
         solution = solve(fit.data, model, like=solution, polish=False, rounds=4)
     kinds = tuple(e.kind for e in known[:-1])
     for visits in (events, known) if len(events) > len(known) else (known,):
-        one = _together(visits) if len(visits) > 1 else None
+        one = _merged(visits) if len(visits) > 1 else None
         if one is not None:
             whole = refitted(fit, rest + one)
-            if visits is known or as_good(fit, whole):
+            if visits is known or is_as_good(fit, whole):
                 return whole, kinds
     return None
 
 
-def _together(events: Sequence[Away]) -> Away | None:
-    """The effect of the catalogue that is all of them."""
+def _merged(events: Sequence[Away]) -> Away | None:
+    """Effect of the catalogue that has all the excursions; None if there is none."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Away))
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 
 
 def _overlap(one: Away, event: Away) -> bool:
+    """True if two excursions overlap in time."""
     (start, end), *_ = _times(one)
     return any(start < last and end > first for first, last in _times(event))
 
 
 def _times(event: Away) -> list[tuple[float, float]]:
+    """Times of each single excursion of an effect, s."""
     return [e.when for e in event.singly if e.when is not None]
 
 
-def _missing(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
-    """The excursion that is missing, if of all slow functions it explains most, and more than chance does."""
+def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
+    """Excursion that explains most of all slow functions that may be missing, if it is significant; else None."""
     slow = slow_families(solution.model, data.covariates)
     whitened = cache(lambda: whiten(solution, data))
     screens = {

@@ -1,4 +1,4 @@
-"""Where the level of the white noise changes several times, one effect says so."""
+"""Merged changes of level: if the white-noise level changes several times, one effect describes all changes."""
 
 from __future__ import annotations
 
@@ -19,22 +19,24 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.suggestion.screens.spectral import Candidate
 
-__all__ = ["one_level", "several_levels"]
+__all__ = ["levels_to_merge", "with_merged_level"]
 
 
-def several_levels(fit: Fit, asked: int) -> list[Level]:
-    """The effects after the first `asked` by which the level changes, where they are more than one or two intervals."""
-    changes = [e for e in fit.model.effects[asked:] if isinstance(e, Level) and e.switches[0]]
+def levels_to_merge(fit: Fit, start_count: int) -> list[Level]:
+    """Effects after the first `start_count` that change the level, if they must be merged, else an empty list.
+
+    One or two separate intervals need not be merged.
+    """
+    changes = [e for e in fit.model.effects[start_count:] if isinstance(e, Level) and e.switches[0]]
     intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)
     return changes if len(changes) > (MAX_SEPARATE_LEVEL_INTERVALS if intervals else 1) else []
 
 
-def one_level(fit: Fit, changes: list[Level]) -> Fit | None:
-    """The fit with one effect in the place of several `changes` of level, with what is still missing beside it.
+def with_merged_level(fit: Fit, changes: list[Level]) -> Fit | None:
+    """Fit with one effect in the place of several `changes` of level, and of those still missing; or None.
 
-    It is what a search finds beside the rest of the model, or the changes together: what explains the power of the white
-    noise over time better, less half the logarithm of its values for each number. None where neither explains more than the
-    changes without the last.
+    Candidates are what a search finds without the changes, and the changes combined. The one with the highest score of the
+    power of the white noise over time is taken. None if no candidate explains more than the changes without the last.
     """
     base = refitted(fit, Model(tuple(e for e in fit.model if e not in changes)))
     whitened = whiten(base.solution, base.data)
@@ -44,20 +46,22 @@ def one_level(fit: Fit, changes: list[Level]) -> Fit | None:
     price = 0.5 * np.log(max(series.freedom * series.judged.size, 2.0))
 
     def explained(level: Level) -> float:
+        """ΔlogL of the power of the white noise over time with a level."""
         expected = expected_level(base.model + level, base.data, series.judged.size)
         model = 1.0 + series.share * (expected - 1.0)
         fits = np.log(model).sum() + model.size * np.log(np.mean(series.judged / model))
         return float(-0.5 * series.freedom * fits)
 
     def worth(level: Level) -> float:
+        """ΔlogL less the BIC cost of the parameters of a level."""
         return explained(level) - price * level.numbers
 
-    before = max((explained(level) for level in _together(changes[:-1])), default=0.0)
+    before = max((explained(level) for level in _combined(changes[:-1])), default=0.0)
     found = [
         *_switching(screen_levels(base.solution, base.data, whitened)),
-        *_together(changes),
+        *_combined(changes),
     ]
-    # A set that explains more each time does not come back to where it was.
+    # Requiring more each time prevents a loop between equal sets.
     found = [level for level in found if explained(level) > before + MAX_RIVAL_LOG_EVIDENCE]
     if not found:
         return None
@@ -65,18 +69,19 @@ def one_level(fit: Fit, changes: list[Level]) -> Fit | None:
     while True:
         last = refitted(base, base.model + best)
         again = screen_levels(last.solution, last.data, whiten(last.solution, last.data))
-        more = [e for one in _switching(again) for e in _together([best, one])]
+        more = [e for one in _switching(again) for e in _combined([best, one])]
         if not more or worth(further := max(more, key=worth)) <= worth(best):
             return last
         best = further
 
 
 def _switching(candidates: Iterable[Candidate]) -> list[Level]:
+    """Effects of those candidates that switch between levels."""
     return [c.effect for c in candidates if isinstance(c.effect, Level) and c.effect.switches[0]]
 
 
-def _together(changes: list[Level]) -> list[Level]:
-    """The effects of the catalogue that have the product of the levels of several."""
+def _combined(changes: list[Level]) -> list[Level]:
+    """Effects of the catalogue that have the product of the levels of several."""
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))

@@ -1,4 +1,4 @@
-"""Where effects of one kind only describe one broad shape, the shape without a name is the better model."""
+"""Nameless shape: it replaces a stack of effects of one kind that together only describe one broad shape."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
-__all__ = ["unstacked"]
+__all__ = ["nameless_shape_step"]
 
 
-def unstacked(ladder: Sequence[Rung]) -> Rung | None:
-    """The rung on which a shape without a name takes the place of a stack of added effects, or None where they are better.
+def nameless_shape_step(ladder: Sequence[Rung]) -> Rung | None:
+    """Step on which a nameless shape replaces a stack of added effects; None if the stack has the higher score.
 
-    A stack is two or more random effects of one kind, and what describes without explaining, that the start did not have.
+    A stack is two or more random effects of one kind, or power laws, that the initial model did not have.
     """
     fit = ladder[-1].fit
-    asked = {effect.kind for effect in ladder[0].fit.model}
+    start_count = {effect.kind for effect in ladder[0].fit.model}
     count = Counter(effect.kind for effect in fit.model)
     stack = [
         effect
         for effect in fit.model
         if isinstance(effect, Stochastic)
-        and effect.kind not in asked
+        and effect.kind not in start_count
         and (count[effect.kind] > 1 or effect.last_resort)
     ]
     if len(stack) < 2:

@@ -1,4 +1,4 @@
-"""Check, add the best missing effect, refit, drop and replace what it made needless; until nothing helps."""
+"""Search: check, add the best missing effect, refit, drop and replace what it makes needless, until nothing helps."""
 
 from __future__ import annotations
 
@@ -18,26 +18,37 @@ from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.solution import Process
-from allanite.study.drop_and_replace import added_to, pruned, swapped, with_samples_out
-from allanite.study.error_comparison import (
-    as_good,
-    errors_fall,
-    predicts,
-    rises,
-    wider,
-    within_chance,
+from allanite.study.drop_and_replace import (
+    with_addition,
+    with_best_alternative,
+    with_exclusion,
+    without_needless_effects,
 )
-from allanite.study.final_replacement import exchanged
-from allanite.study.harmonics_and_side_bands import with_companions
-from allanite.study.ladder import Rung, Study, came_back
-from allanite.study.merged_excursions import every_visit
-from allanite.study.merged_levels import one_level, several_levels
-from allanite.study.nameless_shape import unstacked
-from allanite.study.second_effect import is_there, with_another
-from allanite.study.spectrum_changes import alone, bins_moved, faded, moved, rise
-from allanite.study.splitting import parted
-from allanite.study.story import dropped_on_the_way, story
-from allanite.study.wandering_lines import wandering
+from allanite.study.error_comparison import (
+    allan_error_rises,
+    allan_error_within_scatter,
+    discrepancy_rises,
+    is_as_good,
+    no_error_rises,
+    predicts_as_well,
+)
+from allanite.study.final_replacement import best_replacement
+from allanite.study.harmonics_and_side_bands import with_harmonics_or_side_bands
+from allanite.study.ladder import Rung, Study, kinds_added_again
+from allanite.study.merged_excursions import with_all_excursions
+from allanite.study.merged_levels import levels_to_merge, with_merged_level
+from allanite.study.nameless_shape import nameless_shape_step
+from allanite.study.second_effect import is_already_explained, with_second_effect
+from allanite.study.spectrum_changes import (
+    changed_bins,
+    changes_spectrum,
+    delta_logl,
+    hides_another,
+    leaves_others_unchanged,
+)
+from allanite.study.splitting import with_pair
+from allanite.study.story import story, tried_and_dropped
+from allanite.study.wandering_lines import wandering_line_step
 from allanite.suggestion import check_fit, same_misfit
 from allanite.suggestion.constants import (
     DEFAULT_SECONDS,
@@ -59,7 +70,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["full", "improve", "improve_columns", "next_rung"]
+__all__ = ["improve", "improve_columns", "is_full", "next_step"]
 
 
 @one_thread()
@@ -71,7 +82,7 @@ def improve(
     tolerance: float | None = None,
     seconds: float | None = None,
 ) -> Study:
-    """Add the best missing effect until nothing significant is left.
+    """Study that adds the best missing effect until nothing significant is left.
 
     Parameters
     ----------
@@ -80,14 +91,14 @@ def improve(
     model : Model, Effect or str
         Where to start.
     on_progress : callable, optional
-        Called with (rungs done, most rungs).
+        Called with (steps done, most steps).
     limit : int
-        Most additions, beside at most 32 lines and stretches left out: each has ordinates or times of its own.
+        Most additions. Up to 32 lines and excluded segments, which have their own ordinates or times, do not count.
     tolerance : float, optional
-        Per cent of the deviation: a model whose discrepancy is below it is good enough.
+        % of the deviation. The search ends if the model discrepancy is below it.
     seconds : float, optional
-        Time after which no further effect is looked for. The first model is fitted and checked whatever it takes. By
-        default a minute of processor time, and ten seconds more for every million samples.
+        Time limit of the search, s. The first model is always fitted and checked. By default the limit is 60 s of
+        processor time and 10 s more for each million samples.
 
     Returns
     -------
@@ -130,24 +141,24 @@ def improve(
         check = check_fit(fit)
         if on_progress is not None:
             on_progress(len(ladder), max(limit + 1, len(ladder)))
-        stop = _stop(check, tolerance)
-        if stop is None and full(ladder, limit):
+        stop = _stop_reason(check, tolerance)
+        if stop is None and is_full(ladder, limit):
             stop = "limit"
         better = None
         try:
             with before(deadline, clock):
                 if stop is None:
-                    better, stop = next_rung(ladder, check), "nothing helps"
+                    better, stop = next_step(ladder, check), "nothing helps"
                 elif stop != "within tolerance":
-                    better = _ending(ladder, check)
+                    better = _final_step(ladder, check)
         except TimeoutError:
             stop = stop or "time"
         if better is None:
             return _study(recording, ladder, check, stop or "nothing helps", tolerance)
         ladder.append(better)
         with suppress(TimeoutError), before(deadline, clock):
-            for rung in _more(ladder, check):
-                if full(ladder, limit) or _within(rung.fit, tolerance):
+            for rung in _further_steps(ladder, check):
+                if is_full(ladder, limit) or _is_within_tolerance(rung.fit, tolerance):
                     break
                 ladder.append(rung)
         fit = ladder[-1].fit
@@ -165,9 +176,9 @@ def improve_columns(
     tolerance: float | None = None,
     seconds: float | None = None,
 ) -> Several[Study]:
-    """Improve the model of each column, two columns at a time.
+    """Studies of several columns, two columns at a time.
 
-    `allanite.characterize` also says what the columns have in common.
+    `allanite.characterize` also compares the columns.
 
     Parameters
     ----------
@@ -208,9 +219,9 @@ def _study(
     stop: str,
     tolerance: float | None,
 ) -> Study:
-    """The result of a search: its steps in the order in which they are read."""
+    """Result of a search, with its steps in the order that users read."""
     steps = story(ladder) if stop != "time" else tuple(ladder)
-    study = Study(recording, steps, check, stop, tolerance, dropped_on_the_way(ladder))
+    study = Study(recording, steps, check, stop, tolerance, tried_and_dropped(ladder))
     return (
         replace(study, stopped_because="nothing helps")
         if stop == "adequate" and study.doubts
@@ -219,9 +230,10 @@ def _study(
 
 
 def with_given_designs(model: Model) -> Model:
-    """The model with the designs and orders of its filters held where they are given."""
+    """Model in which the designs and orders of filters that the user gave are held."""
 
     def held(effect: Effect) -> Effect:
+        """The effect with its given choices held, if it is a filter."""
         given = (p.name for p in effect.parameters if p.role == "choice" and p.name != "column")
         names = [n for n in given if effect.values[n] is not None and n not in effect.held]
         filtering = isinstance(effect, Modifier) and names
@@ -230,102 +242,109 @@ def with_given_designs(model: Model) -> Model:
     return Model(tuple(map(held, model.effects)))
 
 
-def _stop(check: Check, tolerance: float | None) -> str | None:
+def _stop_reason(check: Check, tolerance: float | None) -> str | None:
+    """Reason to stop after a check, or None: ``adequate`` or ``within tolerance``."""
     if check.adequate:
         return "adequate"
-    return "within tolerance" if _within(check.fit, tolerance) else None
+    return "within tolerance" if _is_within_tolerance(check.fit, tolerance) else None
 
 
-def full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
-    """Whether a ladder is as long as it may be."""
-    alone = sum(rung.added is not None and _stands_alone(rung.added) for rung in ladder)
-    return alone >= MAX_INDEPENDENT_ADDITIONS or len(ladder) - alone > limit
+def is_full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
+    """True if the search has made as many additions as it may."""
+    independent = sum(rung.added is not None and _is_independent(rung.added) for rung in ladder)
+    return independent >= MAX_INDEPENDENT_ADDITIONS or len(ladder) - independent > limit
 
 
-def _stands_alone(effect: Effect) -> bool:
-    """Whether it says nothing of any other: a line, or what takes samples out."""
+def _is_independent(effect: Effect) -> bool:
+    """True if the effect does not affect others: a line, or an exclusion of samples."""
     return effect.screened == "line" or (isinstance(effect, Modifier) and effect.removes)
 
 
-def _within(fit: Fit, tolerance: float | None) -> bool:
+def _is_within_tolerance(fit: Fit, tolerance: float | None) -> bool:
+    """True if the model discrepancy is below the tolerance, if there is one."""
     return tolerance is not None and fit.discrepancy.percent < tolerance
 
 
-def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
-    """The rung that `improve` puts on a ladder whose last fit was checked, or None if nothing helps."""
+def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
+    """Next step of `improve` after a check of the last fit, or None if nothing helps."""
     for suggestion in check.significant:
-        rung = _rung(ladder, suggestion, check)
+        rung = _step_of(ladder, suggestion, check)
         if rung is not None:
-            return _with_companions(ladder[-1].fit, rung)
-    shape = unstacked(ladder)
-    if shape is not None and errors_fall(ladder[-1].fit, shape.fit):
+            return _with_harmonics(ladder[-1].fit, rung)
+    shape = nameless_shape_step(ladder)
+    if shape is not None and no_error_rises(ladder[-1].fit, shape.fit):
         return shape
-    return exchanged(ladder)
+    return best_replacement(ladder)
 
 
-def _ending(ladder: Sequence[Rung], check: Check) -> Rung | None:
-    """The rung at the end, that adds none: a band gives way to one that moves, a visit to all, an effect to a better."""
+def _final_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
+    """Last step after an adequate check that adds no effect, or None.
+
+    A moving band may replace a band, one effect may replace all excursions, or an alternative with a higher score an
+    effect.
+    """
     for suggestion in check.significant:
         if suggestion.gives_way or isinstance(suggestion.effect, Away):
-            rung = _rung(ladder, suggestion, check)
+            rung = _step_of(ladder, suggestion, check)
             if rung is not None and len(rung.new) <= len(rung.removed):
                 return rung
-    return exchanged(ladder)
+    return best_replacement(ladder)
 
 
-def _with_companions(before: Fit, rung: Rung) -> Rung:
-    """The rung with the harmonics of a narrow band, or as the side bands of one, where no error rises by it."""
-    other = with_companions(before, rung)
-    return other if other is rung or errors_fall(rung.fit, other.fit) else rung
+def _with_harmonics(before: Fit, rung: Rung) -> Rung:
+    """The step with the harmonics or side bands of a new narrow band, unless they raise an error."""
+    other = with_harmonics_or_side_bands(before, rung)
+    return other if other is rung or no_error_rises(rung.fit, other.fit) else rung
 
 
-def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
-    """Rungs for what the same check found behind the addition that was just made, and for what came after them.
+def _further_steps(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
+    """Further steps from the same check, as long as another check would find the same.
 
-    One line says nothing of another: each has its own ordinates. Where nothing has given way and the model is where it was,
-    another check would find what this one did. What explains the same misfit as an addition is left to the next check.
+    Lines do not affect each other. After any other addition, the spectrum must not have changed, and no effect may have
+    left. Suggestions that explain the same misfit as an addition are left to the next check.
     """
     ladder = list(ladder)
-    lines, still = _is_line(ladder[-1].added), alone(check.fit, ladder[-1])
-    came = [s for s in check.significant if any(s.effect is e for e in ladder[-1].new)]
+    lines, still = _is_line(ladder[-1].added), leaves_others_unchanged(check.fit, ladder[-1])
+    added = [s for s in check.significant if any(s.effect is e for e in ladder[-1].new)]
     for suggestion in check.significant:
-        if suggestion in came or any(same_misfit(s, suggestion) for s in came):
+        if suggestion in added or any(same_misfit(s, suggestion) for s in added):
             continue
-        if is_there(suggestion, ladder[-1].fit):
+        if is_already_explained(suggestion, ladder[-1].fit):
             continue
         if ladder[-1].removed or not (still or lines):
             return
         line = _is_line(suggestion.effect) and not suggestion.note
         if not line and not still:
             return
-        rung = _rung(ladder, suggestion, check)
+        rung = _step_of(ladder, suggestion, check)
         if (
             rung is None
             or rung.risen is None
             or rung.risen < MIN_RETAINED_GAIN_FRACTION * suggestion.delta_log_likelihood
         ):
             return
-        apart = alone(ladder[-1].fit, rung)
+        apart = leaves_others_unchanged(ladder[-1].fit, rung)
         if line and (rung.added is not suggestion.effect or not apart):
             return
         if rung.fit.data is not ladder[-1].fit.data:
             ladder[-1].fit.data.forget()
         ladder.append(rung)
         yield rung
-        came.append(suggestion)
+        added.append(suggestion)
         lines, still = lines and line, still and apart
 
 
 def _is_line(effect: Effect | None) -> bool:
+    """True if the effect is a line."""
     return effect is not None and effect.screened == "line"
 
 
-def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
-    """The rung that a suggestion leads to, if it helps; it knows how many tests were made for it."""
+def _step_of(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
+    """Step that a suggestion leads to, or None if it does not help; the step records the trials of its search."""
     try:
-        rung = _helpful(ladder, suggestion, check)
+        rung = _improving_step(ladder, suggestion, check)
     except TooShortError:
-        return None  # of a short record it would leave too little
+        return None  # the exclusion would leave too few samples
     if rung is None:
         return None
     kinds = {effect.kind for effect in rung.new}
@@ -333,40 +352,51 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     if not all(is_placed(own, rung.fit.data.duration) for own in after):
         return None
     hardly = suggestion.effect_happens_once and suggestion.log10_p > MAX_EVENT_LOG10_P
-    if hardly and rises(ladder[-1].fit, rung.fit) and not within_chance(rung.fit):
-        return None  # hardly an event, and the curve is worse than chance makes it: a part of something else
+    if (
+        hardly
+        and allan_error_rises(ladder[-1].fit, rung.fit)
+        and not allan_error_within_scatter(rung.fit)
+    ):
+        return None  # a weak event that makes the curve worse is probably part of another effect
     return rung if rung.trials is not None else replace(rung, trials=suggestion.trials)
 
 
-def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
-    """The rung that a suggestion leads to: with what it needs, without what it makes needless; None if it does not help."""
+def _improving_step(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
+    """Step with a suggestion, what it needs beside it, and without what it makes needless; None if it does not help.
+
+    The cases in order: a wandering line; a failed addition with a second effect; merged excursions; merged changes of
+    level; an addition that changes nothing else; and the general case, which can_be_split, drops and replaces other
+    effects.
+    """
     fit = ladder[-1].fit
-    asked = len(ladder[0].fit.model)
-    asked -= sum(rung.dropped_start for rung in ladder)
+    start_count = len(ladder[0].fit.model)
+    start_count -= sum(rung.dropped_start for rung in ladder)
     gone = {kind for rung in ladder for kind in rung.removed}
     stand_in = {effect.kind for rung in ladder if rung.removed for effect in rung.brought}
-    wanders = wandering(fit, suggestion, asked)
+    wanders = wandering_line_step(fit, suggestion, start_count)
     if wanders is not None:
         return wanders
     lines = [s.effect for s in check.significant if s is not suggestion]
-    came = added_to(fit, suggestion, asked, lines)
-    if came is None:
+    addition = with_addition(fit, suggestion, start_count, lines)
+    if addition is None:
         return None
-    better, gave_way, with_it = came
-    if not suggestion.effect_happens_once and not predicts(fit, better):
+    better, gave_way, with_it = addition
+    if not suggestion.effect_happens_once and not predicts_as_well(fit, better):
         return None
     risen = suggestion.delta_log_likelihood - suggestion.surplus
     taken = better
     if gave_way and not suggestion.gives_way:
-        risen = rise(fit, better) or risen
+        risen = delta_logl(fit, better) or risen
     added = suggestion.effect
-    # The curve says nothing of when a sensor is loud.
+    # The Allan curve does not show when a sensor is loud.
     elsewhere = isinstance(added, Modifier) and added.passing
-    falls = elsewhere or errors_fall(fit, better)
-    settled = falls and (elsewhere or not wider(fit, better))
-    # What was hidden by samples that do not belong is told in the same step, if it is there.
-    settled = settled and not (isinstance(added, Modifier) and added.removes and rises(fit, better))
-    pair = None if settled else with_another(fit, better, check, falls)
+    falls = elsewhere or no_error_rises(fit, better)
+    settled = falls and (elsewhere or not discrepancy_rises(fit, better))
+    # An effect that the excluded samples had hidden is added in the same step.
+    settled = settled and not (
+        isinstance(added, Modifier) and added.removes and allan_error_rises(fit, better)
+    )
+    pair = None if settled else with_second_effect(fit, better, check, falls)
     if pair is None and not falls:
         return None
     if pair is not None:
@@ -374,79 +404,91 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         if beside.gives_way:
             both_rose = risen + beside.delta_log_likelihood
             return Rung(two, beside.effect, risen=both_rose, trials=beside.trials)
-        without, gone_with_it = with_samples_out(better, beside, len(fit.model))
+        without, gone_with_it = with_exclusion(better, beside, len(fit.model))
         if gone_with_it:
-            rose = risen + rise(better, without)
+            rose = risen + delta_logl(better, without)
             return Rung(without, beside.effect, risen=rose, trials=beside.trials)
-        less, needless, left = pruned(two, fit, asked, came_back(ladder), stand_in)
-        if added.kind in needless and as_good(two, less):
-            # It stood for what came beside it.
+        less, needless, left = without_needless_effects(
+            two, fit, start_count, kinds_added_again(ladder), stand_in
+        )
+        if added.kind in needless and is_as_good(two, less):
+            # The first addition stood for the second one.
             needless.remove(added.kind)
-            rose = risen + rise(better, less)
-            start = asked - left
+            rose = risen + delta_logl(better, less)
+            start = start_count - left
             return Rung(less, beside.effect, tuple(needless), rose, start, trials=beside.trials)
-        # The process is named first: samples that are taken out say nothing of the sensor's noise.
+        # The process is named first, since excluded samples say nothing about the sensor's noise.
         removes = isinstance(added, Modifier) and added.removes
         both = (beside.effect, added) if removes else (added, beside.effect)
-        return Rung(two, both[0], risen=risen + rise(better, two), brought=both[1:])
-    every = every_visit(better, asked, check.suggestions) if isinstance(added, Away) else None
+        return Rung(two, both[0], risen=risen + delta_logl(better, two), brought=both[1:])
+    every = (
+        with_all_excursions(better, start_count, check.suggestions)
+        if isinstance(added, Away)
+        else None
+    )
     if every is not None:
         better, kinds = every
         added, gave_way = better.model.effects[-1], (*gave_way, *kinds)
-        risen += rise(taken, better)
+        risen += delta_logl(taken, better)
         taken = better
-    changes = several_levels(better, asked) if elsewhere else []
+    changes = levels_to_merge(better, start_count) if elsewhere else []
     if changes:
-        one = one_level(better, changes)
+        one = with_merged_level(better, changes)
         kinds = tuple(e.kind for e in changes[:-1])
         if one is None:
             return None
         return Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
-    still = every is None and len(ladder) > 1 and not moved(fit, better)
-    if with_it or (still and not faded(fit, better, asked)):
-        # What nothing has moved since it was looked at is as good as it was.
+    still = every is None and len(ladder) > 1 and not changes_spectrum(fit, better)
+    if with_it or (still and not hides_another(fit, better, start_count)):
+        # Nothing else changed, so there is nothing to drop or replace.
         return Rung(better, added, gave_way, risen, brought=with_it)
     new: list[Effect] = [added]
     removed: list[str] = []
-    split = _split(better, [len(better.model) - 1], new, removed)
+    split = _with_split(better, [len(better.model) - 1], new, removed)
     if split is not None:
         better = split
     else:
-        less, needless, still_asked = pruned(better, fit, asked, came_back(ladder), stand_in)
-        if needless and (as_good(better, less) or _unseen(needless, better, less)):
-            better, removed, asked = less, needless, still_asked
+        less, needless, still_asked = without_needless_effects(
+            better, fit, start_count, kinds_added_again(ladder), stand_in
+        )
+        if needless and (is_as_good(better, less) or _are_undetected(needless, better, less)):
+            better, removed, start_count = less, needless, still_asked
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
-        own = set(range(asked)) | {len(better.model) - 1}
-        # A wandering process that came first may have stood for two.
+        own = set(range(start_count)) | {len(better.model) - 1}
+        # A wandering process that was added earlier may have stood for two.
         own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
-        # What is missing beside this one has a rung of its own.
+        # Significant effects that cannot be confused with this one get a step of their own.
         later = {s.kind for s in check.significant if not s.effect.may_be(added)}
-        swap = swapped(better, _touched(own, ladder, better), tried, gone | later)
-        if swap is not None and errors_fall(better, swap[0]):
+        swap = with_best_alternative(
+            better, _affected_places(own, ladder, better), tried, gone | later
+        )
+        if swap is not None and no_error_rises(better, swap[0]):
             better, kind, other = swap
             if kind == added.kind:
                 new = [other]
             else:
                 new.append(other)
                 removed.append(kind)
-    # What came earlier may stand for two that show beside the new one.
+    # An earlier addition may stand for two effects that appear beside the new one.
     while True:
-        places = sorted(_touched(set(range(asked, len(better.model))), ladder, better))
-        split = _split(better, places, new, removed)
+        places = sorted(
+            _affected_places(set(range(start_count, len(better.model))), ladder, better)
+        )
+        split = _with_split(better, places, new, removed)
         if split is None:
             break
         better = split
-    risen += rise(taken, better)
-    if _ended_where_it_began(fit, better):
+    risen += delta_logl(taken, better)
+    if _is_unchanged(fit, better):
         return None
     start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
     return Rung(better, new[0], (*gave_way, *removed), risen, start, tuple(new[1:]))
 
 
-def _unseen(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
-    """Whether the record shows no effect of some kinds, and no error rises by more than half of its scatter without."""
+def _are_undetected(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
+    """True if the record shows none of these kinds, and the Allan error hardly rises without them."""
     places = [i for i, e in enumerate(fit.model) if e.kind in kinds]
-    if any(is_detected(fit, i) for i in places) or not errors_fall(fit, less):
+    if any(is_detected(fit, i) for i in places) or not no_error_rises(fit, less):
         return False
     had, has, chance = (
         value or 0.0
@@ -459,13 +501,12 @@ def _unseen(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
     return has - had <= MAX_ALLAN_RISE_SCATTERS * chance
 
 
-def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str]) -> Fit | None:
-    """The fit with two effects in the place of one that stood for both.
-
-    They enter `new`; that one leaves it, or is among the `removed`.
-    """
-    found = parted(fit, places)
-    if found is None or not errors_fall(fit, found[0]):
+def _with_split(
+    fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str]
+) -> Fit | None:
+    """Fit with two effects in the place of one that stood for both, or None. The lists `new` and `removed` are updated."""
+    found = with_pair(fit, places)
+    if found is None or not no_error_rises(fit, found[0]):
         return None
     better, place, pair = found
     kind = fit.model.effects[place].kind
@@ -478,8 +519,8 @@ def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str
     return better
 
 
-def _ended_where_it_began(before: Fit, after: Fit) -> bool:
-    """Whether what came has gone again: the same kinds, which explain no more than before."""
+def _is_unchanged(before: Fit, after: Fit) -> bool:
+    """True if the model has the same kinds of effects as before and explains no more."""
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     return (
         old == new
@@ -487,15 +528,14 @@ def _ended_where_it_began(before: Fit, after: Fit) -> bool:
     )
 
 
-def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
-    """Those places of a model that an addition may have left in a wrong light: the new one, and on the first rung all.
+def _affected_places(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
+    """Those places of a model that must be examined after an addition: all after the first step, later the affected ones.
 
-    Later, of the random processes those that are seen in a bin whose spectrum has moved: the others were looked at before
-    and have the same to explain.
+    A random process is affected if it is visible in a bin whose spectrum has changed. The new effect is always examined.
     """
     if len(ladder) == 1:
         return places
-    at = bins_moved(ladder[-1].fit, better)
+    at = changed_bins(ladder[-1].fit, better)
     solution = better.solution
     least = MIN_VISIBLE_POWER_FRACTION * solution.spectrum[at]
     stay = {

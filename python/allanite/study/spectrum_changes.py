@@ -1,4 +1,4 @@
-"""Whether an addition changes what the other effects of a model have to explain."""
+"""Changes of the spectrum by an addition: whether other effects of the model have something else to explain."""
 
 from __future__ import annotations
 
@@ -15,24 +15,30 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.study.ladder import Rung
 
-__all__ = ["alone", "bins_moved", "faded", "moved", "rise"]
+__all__ = [
+    "changed_bins",
+    "changes_spectrum",
+    "delta_logl",
+    "hides_another",
+    "leaves_others_unchanged",
+]
 
 
-def moved(before: Fit, after: Fit) -> bool:
-    """Whether an addition changes what the others have to explain: in some bin their spectrum, by more than its scatter."""
-    return bool(bins_moved(before, after).any())
+def changes_spectrum(before: Fit, after: Fit) -> bool:
+    """True if an addition changes the spectrum of the model in some bin by more than its scatter."""
+    return bool(changed_bins(before, after).any())
 
 
-def rise(before: Fit, after: Fit) -> float:
-    """Rise of logL from one fit to another; 0 where it is of other samples, which have another likelihood."""
+def delta_logl(before: Fit, after: Fit) -> float:
+    """ΔlogL from one fit to another; 0 if they use different samples, whose likelihoods are not comparable."""
     counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
     if counts[0] != counts[1]:
         return 0.0
     return after.solution.log_likelihood - before.solution.log_likelihood
 
 
-def bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
-    """Bins in which the spectrum has changed by more than its scatter; all, where there are others."""
+def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
+    """Mask of the bins whose model spectrum has changed by more than its scatter; all if the bins differ."""
     old, new = before.solution.spectrum, after.solution.spectrum
     if old.size != new.size:
         return np.ones(new.size, dtype=bool)
@@ -40,14 +46,14 @@ def bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
     return np.asarray(np.abs(np.log(new / old)) > scatter)
 
 
-def faded(before: Fit, after: Fit, asked: int) -> bool:
-    """Whether one of the effects behind the first `asked` is not seen in the record beside the last."""
+def hides_another(before: Fit, after: Fit, start_count: int) -> bool:
+    """True if the record no longer shows an effect that the search added, beside the last addition."""
     if len(after.model) <= len(before.model):
         return True
-    return any(not is_detected(after, place) for place in range(asked, len(before.model)))
+    return any(not is_detected(after, place) for place in range(start_count, len(before.model)))
 
 
-def alone(before: Fit, rung: Rung) -> bool:
-    """Whether an addition takes nothing from the others: no spectrum has moved, and it is no slow function of time."""
+def leaves_others_unchanged(before: Fit, rung: Rung) -> bool:
+    """True if an addition takes nothing from other effects: the spectrum stays, and it is no slow function of time."""
     slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
-    return not slow and not moved(before, rung.fit)
+    return not slow and not changes_spectrum(before, rung.fit)

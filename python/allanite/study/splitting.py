@@ -1,4 +1,4 @@
-"""Whether two effects stand where one stood for both."""
+"""Splitting: two effects replace one that stood for both."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.rivals.together import can_be_split
-from allanite.study.drop_and_replace import one_thing
+from allanite.study.drop_and_replace import is_same_feature
 from allanite.suggestion.constants import MAX_PAIRS_REFITTED
 
 if TYPE_CHECKING:
@@ -21,16 +21,17 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.result import Fit
 
-__all__ = ["parted"]
+__all__ = ["with_pair"]
 
 
-def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...]] | None:
-    """The fit with two effects that together stand clearly better than one, the place of that one, and the two.
+def with_pair(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...]] | None:
+    """Fit with two effects in the place of one that stood for both, the place of that one, and the two; or None.
 
-    The first of `places` of which this holds. Taken is the plainest of what the record cannot tell from the best: of the
-    models with the pairs, with one of a pair alone, which then is all that comes, and with the one and either of a pair
-    beside it, which is left to a rung of its own. Of those with as many numbers the one with the fewest refined
-    forms, then the one whose Allan curve is nearest. What only describes gives way unless it is clearly better.
+    The first of `places` with a better pair is split. Compared are the best pairs, each with one of its effects alone
+    (which then replaces the present effect by itself), and the present effect with either of a pair beside it (which is
+    left to a step of its own). Of the models within `MAX_RIVAL_LOG_EVIDENCE` of the best score, the plainest is taken:
+    fewest parameters, then fewest refined forms, then the smallest Allan error. A power law gives way unless it is clearly
+    better.
     """
     for place in places:
         out = fit.model.effects[place]
@@ -40,10 +41,12 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
             pair
             for pair in fit.together(place)
             if not any(
-                one_thing(old, new, fit) for old in fit.model for new in pair.model.effects[-2:]
+                is_same_feature(old, new, fit)
+                for old in fit.model
+                for new in pair.model.effects[-2:]
             )
         ]
-        # The best of many is ahead by chance.
+        # The best of many pairs leads by chance, so each pair pays for their number.
         least = (
             -MAX_RIVAL_LOG_EVIDENCE
             if out.last_resort
@@ -55,10 +58,10 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
             if p.evidence > least - MAX_RIVAL_LOG_EVIDENCE
         ]
         count = len(fit.model) - 1
-        found = [f for f in found if _better(f, fit) > least and _consistent(f, count)]
+        found = [f for f in found if _score_gain(f, fit) > least and _columns_consistent(f, count)]
         if not found:
             continue
-        # Of two the record may need but one.
+        # The record may need only one of the two.
         alone = [
             refitted(fit, Model((*f.model.effects[:count], part)))
             for f in found
@@ -68,7 +71,11 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
         if not out.last_resort:
             parts = {e.kind: e for f in found for e in f.model.effects[count:]}.values()
             beside = [refitted(fit, fit.model + part) for part in parts]
-        every = [(_better(f, fit), f) for f in (*found, *alone, *beside) if _consistent(f, count)]
+        every = [
+            (_score_gain(f, fit), f)
+            for f in (*found, *alone, *beside)
+            if _columns_consistent(f, count)
+        ]
         top = max(gain for gain, _ in every)
         near = [(gain, f) for gain, f in every if gain > top - MAX_RIVAL_LOG_EVIDENCE]
         gain, plainest = min(near, key=lambda each: _plainness(each[1]))
@@ -78,16 +85,17 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
     return None
 
 
-def _consistent(fit: Fit, count: int) -> bool:
-    """Whether no column among the effects after the first `count` is like the samples by chance."""
+def _columns_consistent(fit: Fit, count: int) -> bool:
+    """True if no column among the effects after the first `count` resembles the samples by chance."""
     return follow_columns_consistently(fit.model.effects[count:], fit.solution, fit.data)
 
 
-def _better(after: Fit, before: Fit) -> float:
+def _score_gain(after: Fit, before: Fit) -> float:
+    """Score of one fit over that of another, nats."""
     return evidence_gain(after.solution, before.solution, before.data)
 
 
 def _plainness(fit: Fit) -> tuple[int, int, float]:
-    """Fewest numbers, then fewest refined forms, then the nearest Allan curve."""
+    """Sort key of a fit: number of parameters, of refined forms, then the Allan error."""
     refined = sum(e.refined for e in fit.model.deterministic)
     return sum(e.numbers for e in fit.model), refined, fit.curve.rms_percent or 0.0

@@ -2,8 +2,8 @@
 
 Each comment gives the unit, what is compared with the constant, and the basis of its value. "Judgment" means chosen by
 judgment; not measured. Grids of shapes and sizes of arrays are defined where they are used. Two limits are defined in
-`allanite.fit`: `RIVAL`, the score within which two models cannot be distinguished, and `POLISH`, the most that the polish
-of shapes adds to logL.
+`allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished, and
+`MAX_POLISH_DELTA_LOGL`, the most that the polish of shapes adds to logL.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import generators as g
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.shapes.narrow import ordinates_delta_logl
-from allanite.study.drop_and_replace import pruned
+from allanite.study.drop_and_replace import without_needless_effects
 
 RATE, LENGTH = 100.0, 180_000
 
@@ -54,7 +54,7 @@ def test_what_is_taken_out_again_was_not_asked_for():
     recording = _recording(1, 0.03)
     before = al.fit_model(recording, "N+GM(T=2)")
     fit = before.add(al.effects.Resonance(frequency=20.0, damping=0.03))
-    less, removed, asked = pruned(fit, before, 1, set(), set())
+    less, removed, asked = without_needless_effects(fit, before, 1, set(), set())
     assert removed == ["gauss_markov"]
     assert less.model.name == "N+RES"
     assert asked == 1

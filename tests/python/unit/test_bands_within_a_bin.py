@@ -18,7 +18,7 @@ from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, ordi
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.narrow import Window, ordinates_delta_logl
 from allanite.spectrum import bins_of
-from allanite.study.error_comparison import errors_fall
+from allanite.study.error_comparison import no_error_rises
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
 
 RATE, LENGTH = 50.0, 90_000
@@ -234,7 +234,7 @@ def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, af
             curve=SimpleNamespace(rms_percent=error, chance_percent=7.0, risen=lambda *_: 0.0),
         )
 
-    assert errors_fall(fit(before), fit(after)) == falls
+    assert no_error_rises(fit(before), fit(after)) == falls
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.study import full
+from allanite.study import is_full
 from allanite.study.ladder import Rung
 
 RATE, N = 100.0, 60_000
@@ -32,9 +32,9 @@ def test_eleven_lines_are_eleven_rungs():
 def test_what_has_no_ordinates_of_its_own_is_counted():
     fit = al.AngleRandomWalk().fit(al.Recording(np.random.default_rng(0).normal(size=64), rate=1.0))
     line, walk = Rung(fit, al.Sinusoid()), Rung(fit, al.RateRandomWalk())
-    assert not full([Rung(fit), *[line] * 12, *[walk] * 7])
-    assert full([Rung(fit), *[line] * 12, *[walk] * 8])
-    assert full([Rung(fit), *[line] * 32])
+    assert not is_full([Rung(fit), *[line] * 12, *[walk] * 7])
+    assert is_full([Rung(fit), *[line] * 12, *[walk] * 8])
+    assert is_full([Rung(fit), *[line] * 32])
 
 
 @pytest.mark.long

@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.rivals.evidence import discrepancy_gain, evidence, evidence_gain
-from allanite.study.drop_and_replace import one_thing
+from allanite.study.drop_and_replace import is_same_feature
 from allanite.suggestion.known_frequencies import known_bands
 from allanite.suggestion.p_values import arc_length, line_trials, trials_at
 from allanite.suggestion.screens.spectral import directions
@@ -71,7 +71,7 @@ def test_a_band_narrower_than_the_record_resolves_is_a_line():
 def test_what_is_one_hump(one, other, same):
     fit = al.fit_model(_recording(1), "N")
     a, b = (al.parse_model(text).effects[0] for text in (one, other))
-    assert one_thing(a, b, fit) == one_thing(b, a, fit) == same
+    assert is_same_feature(a, b, fit) == is_same_feature(b, a, fit) == same
 
 
 def test_what_a_discrepancy_describes_is_not_explained():

@@ -9,7 +9,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit import fit_model
-from allanite.study import Rung, exchanged, search
+from allanite.study import Rung, best_replacement, search
 
 RATE = 5.0
 
@@ -43,16 +43,16 @@ def test_the_last_model_is_the_one_that_the_record_prefers():
     record = al.Recording(x, rate=RATE, unit="rad/s")
     first, last = fit_model(record, "N"), fit_model(record, "N+K")
     ladder = [Rung(first), Rung(last, last.model.effects[-1])]
-    rung = exchanged(ladder)
+    rung = best_replacement(ladder)
     assert rung is not None
     assert (rung.added.kind, rung.removed) == ("gauss_markov", ("rate_random_walk",))
     assert rung.risen > 3.0
     # What has left takes no place again. The model that was asked about gives way to one with more evidence by 3 nats.
-    assert exchanged([*ladder, rung]) is None
-    start = exchanged([Rung(last)])
+    assert best_replacement([*ladder, rung]) is None
+    start = best_replacement([Rung(last)])
     assert start is not None
     assert (start.added.kind, start.removed) == ("gauss_markov", ("rate_random_walk",))
-    assert exchanged([Rung(rung.fit)]) is None
+    assert best_replacement([Rung(rung.fit)]) is None
 
 
 def test_a_notch_has_two_sides():
@@ -111,8 +111,8 @@ def test_what_is_hardly_an_event_does_not_bend_the_curve(
 ):
     suggestion = SimpleNamespace(effect_happens_once=once, log10_p=log10_p, trials=10.0)
     rung = Rung(_fit_with(after))
-    monkeypatch.setattr(search, "_helpful", lambda *_: rung)
-    found = search._rung([Rung(_fit_with(before))], suggestion, None)
+    monkeypatch.setattr(search, "_improving_step", lambda *_: rung)
+    found = search._step_of([Rung(_fit_with(before))], suggestion, None)
     assert (found is not None) == taken
 
 

@@ -8,7 +8,7 @@ from scipy import signal
 
 import allanite as al
 import generators as g
-from allanite.study.ladder import came_back
+from allanite.study.ladder import kinds_added_again
 
 RATE, LENGTH = 50.0, 180_000
 N = 0.0126
@@ -134,8 +134,8 @@ def test_what_has_left_and_come_back_is_needed():
             ((al.RateRandomWalk(),), ()),
         ]
     ]
-    assert came_back(rungs[:3]) == set()
-    assert came_back(rungs) == {"rate_random_walk"}
+    assert kinds_added_again(rungs[:3]) == set()
+    assert kinds_added_again(rungs) == {"rate_random_walk"}
 
 
 @pytest.mark.long

@@ -84,21 +84,26 @@ def test_bands_that_are_none_are_refused():
 
 def test_a_line_and_a_band_at_one_frequency_are_one_thing():
     """A line in a model that has the band there, and the other way round: one of them stays."""
-    from allanite.study.drop_and_replace import added_to
+    from allanite.study.drop_and_replace import with_addition
 
     rng = np.random.default_rng(5)
     time = np.arange(N) / RATE
     line = shaped(np.ones(FREQUENCY.size), 5).samples + 0.02 * np.sin(2.0 * np.pi * 7.0 * time)
     record = al.Recording(line, rate=RATE, unit="rad/s")
     band = al.fit_model(record, "N+RES(frequency=7,damping=0.001)")
-    better, gave_way, _ = added_to(band, al.Sinusoid(frequency=7.0), asked=1)
+    better, gave_way, _ = with_addition(band, al.Sinusoid(frequency=7.0), start_count=1)
     assert [e.kind for e in better.model] == ["angle_random_walk", "sinusoid"]
     assert gave_way == ("resonance",)
     # What the start has stays; a band says no more of a line than the line.
-    assert added_to(band, al.Sinusoid(frequency=7.0), asked=2) is None
+    assert with_addition(band, al.Sinusoid(frequency=7.0), start_count=2) is None
     pure = al.fit_model(record, "N+SIN(frequency=7)")
-    assert added_to(pure, al.effects.Resonance(frequency=7.0, damping=0.001), asked=1) is None
-    apart = added_to(pure, al.Sinusoid(frequency=9.0, amplitude=rng.uniform(0.0, 1e-3)), asked=1)
+    assert (
+        with_addition(pure, al.effects.Resonance(frequency=7.0, damping=0.001), start_count=1)
+        is None
+    )
+    apart = with_addition(
+        pure, al.Sinusoid(frequency=9.0, amplitude=rng.uniform(0.0, 1e-3)), start_count=1
+    )
     assert [e.kind for e in apart[0].model][1:] == ["sinusoid", "sinusoid"]
 
 
