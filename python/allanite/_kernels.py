@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite import _core
-from allanite.common.memory import forget
+from allanite.common.memory import clear_caches
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,7 +106,7 @@ def free_buffers() -> int:
     >>> al.free_buffers()
     0
     """
-    forget()
+    clear_caches()
     return _core.release()
 
 

@@ -17,7 +17,7 @@ from allanite.axes.triads import NAMES, triads
 from allanite.axes.twin import samples_of, twin
 from allanite.common.errors import CALL
 from allanite.common.files import whole_file
-from allanite.common.threads import results, side_by_side
+from allanite.common.threads import results_or_raise, side_by_side
 from allanite.readers import kind_of_sensor
 
 if TYPE_CHECKING:
@@ -332,7 +332,7 @@ def common_of(studies: Mapping[str, Study]) -> Common:
         within = tuple(c for c in cross if own.keys() >= {*c.columns})
         return lambda: Sensor(NAMES[kind], names, common_form(own), within)
 
-    sensors = results(side_by_side([sensor(names) for names in groups]))
+    sensors = results_or_raise(side_by_side([sensor(names) for names in groups]))
     within = {c for one in sensors for c in one.cross}
     between = tuple(c for c in cross if c not in within)
     lines = common_lines(fits)

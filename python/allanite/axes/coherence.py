@@ -16,7 +16,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.parameters import NORMAL
-from allanite.common.threads import results, side_by_side
+from allanite.common.threads import results_or_raise, side_by_side
 from allanite.fit.likelihood.stop_band import is_mostly_empty
 from allanite.fit.likelihood.whitened import end_samples, whitened_ordinates
 
@@ -111,7 +111,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
             ]
     names = [name for name in fits if any(name in pair for pair in pairs)]
     tasks = [partial(_white, fits[name]) for name in names]
-    white = dict(zip(names, results(side_by_side(tasks)), strict=True))
+    white = dict(zip(names, results_or_raise(side_by_side(tasks)), strict=True))
     level = LEVEL / max(1, sum(map(len, pairs.values())))
     out = []
     for (a, b), edges in pairs.items():

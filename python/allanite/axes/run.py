@@ -12,8 +12,8 @@ from allanite.axes.characterization import Characterization, common_of
 from allanite.axes.turn_on import turn_on_biases
 from allanite.axes.working import check_working, working_states
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.threads import at_once, side_by_side
-from allanite.common.validation import positive, recorded
+from allanite.common.threads import parallel_columns, side_by_side
+from allanite.common.validation import positive, require_recording
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.study import MAX_ADDED_EFFECTS, improve
 
@@ -92,7 +92,7 @@ def characterize(
     several = isinstance(recording, list | tuple) and any(hasattr(r, "columns") for r in recording)
     given: tuple[Any, ...] = tuple(recording) if several else (recording,)
     for one in given:
-        recorded(one)
+        require_recording(one)
     recordings: tuple[Recording, ...] = tuple(one.measured for one in given)
     at_work = tuple(working) if isinstance(working, list | tuple) else (working,)
     if at_work:
@@ -160,7 +160,7 @@ def improve_columns(
         waiting.pop()
         if end is None:
             return None
-        return max((end - time.monotonic()) * min(at_once(), left) / left, SOON)
+        return max((end - time.monotonic()) * min(parallel_columns(), left) / left, SOON)
 
     def task(column: Recording, model: Start) -> Callable[[], Study]:
         name, most = column.columns[0], limit + 1

@@ -143,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its code, without a traceback for a user's mistake."""
     code = _run(arguments)
     threads = sys.modules.get("allanite.common.threads")
-    if arguments is None and threads is not None and threads.computing():
+    if arguments is None and threads is not None and threads.has_running_jobs():
         with suppress(OSError, ValueError):
             sys.stdout.flush()
         os._exit(code)

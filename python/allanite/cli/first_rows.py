@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from allanite.common.errors import MOST, InputError
+from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def column_index(lines: Sequence[str], column: str | None, model_column: str, so
     if len(sensors) > 1:
         others = ", ".join(names[i] for i in sensors[1:])
         note = f"· {source}: watching column {names[sensors[0]]}; others: {others} (choose with --column NAME)"
-        click.echo(plain(note, MOST), err=True)
+        click.echo(plain(note, MAX_MESSAGE_LENGTH), err=True)
     return sensors[0]
 
 

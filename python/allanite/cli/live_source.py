@@ -24,7 +24,7 @@ import numpy as np
 
 from allanite.cli.first_rows import FIRST_ROWS, cells_of, has_numbers
 from allanite.cli.pipe import NAME, PIPE
-from allanite.common.errors import MOST, InputError, about
+from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError, about
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
@@ -444,4 +444,4 @@ def _listener(source: str) -> socket.socket:
 
 def _notice(text: str) -> None:
     """Print a note on standard error."""
-    click.echo(plain(f"· {text}", MOST), err=True)
+    click.echo(plain(f"· {text}", MAX_MESSAGE_LENGTH), err=True)

@@ -12,7 +12,7 @@ import click
 from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError, TooShortError, about
-from allanite.common.printing import ASKED, sample_unit
+from allanite.common.printing import REQUESTED_UNITS, sample_unit
 from allanite.common.units import units_by_kind
 from allanite.common.validation import SEEDS
 
@@ -430,9 +430,9 @@ def _prepared(
         samples = options.output_units
         recording = recording.to(",".join(samples.values()))
         each = zip(samples, options.output_unit.split(","), strict=True)
-        asked = ASKED.set({kind: one.strip() for kind, one in each})
+        asked = REQUESTED_UNITS.set({kind: one.strip() for kind, one in each})
         if (context := click.get_current_context(silent=True)) is not None:
-            context.call_on_close(lambda: ASKED.reset(asked))
+            context.call_on_close(lambda: REQUESTED_UNITS.reset(asked))
     if recording.n < MIN_SAMPLES:
         raise TooShortError(
             f"{path}: {recording.n} samples are too few: at least {MIN_SAMPLES} are needed, and a fit needs some"

@@ -195,13 +195,13 @@ def progress_of_axes(
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
-    from allanite.common.threads import at_once
+    from allanite.common.threads import parallel_columns
 
     at: dict[str, int] = {}
     lock = Lock()
     begin = monotonic()
-    turns = -(-columns // at_once())
-    phase(f"{columns} axes, {at_once()} at a time", options)
+    turns = -(-columns // parallel_columns())
+    phase(f"{columns} axes, {parallel_columns()} at a time", options)
 
     def steps_shown(_item: object) -> str:
         return " · ".join(f"{name} step {done}" for name, done in at.items())

@@ -13,7 +13,7 @@ import numpy as np
 from allanite.cli.options import is_points_per_decade
 from allanite.cli.pipe import NAME, PIPE
 from allanite.common.errors import InputError, TooShortError, about
-from allanite.common.memory import SHARE, free_memory
+from allanite.common.memory import FREE_MEMORY_SHARE, free_memory
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ MAX_TAUS_PER_OCTAVE = 16
 def too_large(path: str) -> bool:
     """True if a text log or NPY file is too large to be held in memory."""
     file = Path(path)
-    if not file.is_file() or file.stat().st_size <= SHARE * free_memory():
+    if not file.is_file() or file.stat().st_size <= FREE_MEMORY_SHARE * free_memory():
         return False
     with file.open("rb") as stream:
         head = stream.read(4096)

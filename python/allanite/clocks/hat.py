@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError
-from allanite.common.threads import go_on
-from allanite.common.validation import recorded
+from allanite.common.threads import stop_if_unwanted
+from allanite.common.validation import require_recording
 from allanite.deviation import oadev
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ def three_cornered_hat(
     >>> [bool(one.low[0] < true < one.high[0]) for one, true in zip(found.values(), [1e-9, 2e-9, 3e-9])]
     [True, True, True]
     """
-    recorded(recording)
+    require_recording(recording)
     names, differences = _differences(recording, pairs)
     curves = {pair: oadev(one) for pair, one in differences.items()}
     factors = next(iter(curves.values())).factors
@@ -195,7 +195,7 @@ def three_cornered_hat(
     tau: list[float] = []
     phases = {pair: _phase(one) for pair, one in differences.items()}
     for m in factors.tolist():
-        go_on()
+        stop_if_unwanted()
         edf = min(float(c.edf[np.flatnonzero(c.factors == m)[0]]) for c in curves.values())
         if not edf >= LEAST_EDF:
             continue

@@ -18,7 +18,7 @@ from allanite.clocks.verdicts import Verdict, averages, verdicts
 from allanite.clocks.words import span_text, time_text
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
-from allanite.common.validation import positive, recorded
+from allanite.common.validation import positive, require_recording
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.uncertainty import with_noise
 
@@ -285,7 +285,7 @@ def timing(
     >>> found.noise.name, [jump.time for jump in found.jumps], found.holdover[0].std < 2e-9
     ('N', [700.0], True)
     """
-    recorded(recording)
+    require_recording(recording)
     if recording.quantity != "angle":
         raise InputError(
             "timing needs the phase of a clock in s",

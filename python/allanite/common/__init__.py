@@ -1,1 +1,1 @@
-"""What every room uses: errors, units, numbers as they are read, checks of what was asked for."""
+"""Utilities for all packages: errors, units, formatting of numbers, validation of arguments, files and processes."""

@@ -1,4 +1,4 @@
-"""Align arrays after unpickling: a buffer that another process sent may begin at any byte."""
+"""Align arrays after unpickling, because a buffer from another process may begin at any byte."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ C = TypeVar("C", bound=type[Any])
 
 
 def aligned(value: Any) -> Any:
-    """Return `value` with every misaligned array in it, also in lists, tuples and dicts, replaced by an aligned copy."""
+    """The value with every misaligned array in it, also in lists, tuples and dicts, replaced by an aligned copy."""
     if isinstance(value, np.ndarray):
         if value.flags.aligned:
             return value
@@ -27,10 +27,10 @@ def aligned(value: Any) -> Any:
 
 
 def aligned_when_unpickled(cls: C) -> C:
-    """Decorate a class whose arrays go to the compiled core, which takes aligned arrays only.
+    """Decorator for classes with arrays for the compiled core: aligns the arrays when an instance is unpickled.
 
-    Pickle protocol 5 keeps the memory of arrays apart from the pickle. A receiver such as Dask passes parts of a network
-    message as that memory, and such a part may begin at an odd address.
+    The core only accepts aligned arrays. Pickle protocol 5 stores arrays outside of the pickle. A receiver such as Dask
+    uses parts of a network message as memory of the arrays, and such a part may begin at an odd address.
     """
     restore = getattr(cls, "__setstate__", None)
 
@@ -39,7 +39,7 @@ def aligned_when_unpickled(cls: C) -> C:
         if restore is not None:
             restore(self, state)
             return
-        # Without a method of its own a class pickles its __dict__, or the pair of its __dict__ and its slots.
+        # A class without __setstate__ pickles its __dict__, or the pair of its __dict__ and its slots.
         for part in state if isinstance(state, tuple) else (state,):
             for name, item in (part or {}).items():
                 object.__setattr__(self, name, item)

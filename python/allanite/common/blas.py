@@ -1,6 +1,6 @@
-"""Threads of the linear algebra library, which small matrices pay for and do not use.
+"""Limit the linear algebra library (BLAS) to one thread for small matrices.
 
-On a busy machine a product of a tall matrix with a narrow one waits longer for its threads than it computes.
+On a busy machine, the product of a tall and a narrow matrix waits longer for other threads than it computes.
 """
 
 from __future__ import annotations
@@ -16,20 +16,22 @@ __all__ = ["one_thread"]
 
 
 class _Users:
-    """How many computations want one thread now, and how to give the others back."""
+    """Counts the computations that need one thread, and restores the other threads after the last one."""
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
         self.number = 0
         self.limit: Any = None
 
-    def come(self) -> None:
+    def enter(self) -> None:
+        """Count one more computation; the first one limits the threads."""
         with self.lock:
             self.number += 1
             if self.number == 1:
                 self.limit = _controller().limit(limits=1, user_api="blas")
 
-    def go(self) -> None:
+    def leave(self) -> None:
+        """Count one computation less; the last one restores the threads."""
         with self.lock:
             self.number -= 1
             if self.number == 0:
@@ -37,14 +39,15 @@ class _Users:
 
 
 _users = _Users()
-# A lock that another thread held does not open in a forked process; Windows has none.
+# In a forked process, a lock that another thread held would stay locked. Windows has no fork.
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=lambda: setattr(_users, "lock", threading.Lock()))
 
 
 @lru_cache(maxsize=1)
 def _controller() -> Any:
-    # SciPy has a library of its own, which is found only where it is loaded.
+    """Controller of the threads of all loaded BLAS libraries."""
+    # SciPy brings its own BLAS library, which is only found after it was loaded.
     import scipy.linalg  # noqa: F401
     from threadpoolctl import ThreadpoolController
 
@@ -53,9 +56,9 @@ def _controller() -> Any:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Small linear algebra: one thread until the last of those who want that is done; also a decorator."""
-    _users.come()
+    """Context (and decorator) in which BLAS uses one thread. Concurrent contexts share the limit."""
+    _users.enter()
     try:
         yield
     finally:
-        _users.go()
+        _users.leave()

@@ -14,22 +14,22 @@ __all__ = ["child_environment", "python_command", "safe_path"]
 
 
 def python_command(*arguments: str) -> list[str]:
-    """Return the command line of a Python child that ignores modules in the working directory.
+    """Command line of a Python child process that ignores modules in the working directory.
 
-    Without ``-P``, ``python -m`` and ``python -c`` put the working directory first on ``sys.path``: a file
-    ``json.py`` beside a log would be executed.
+    Without ``-P``, ``python -m`` and ``python -c`` put the working directory first on ``sys.path``. A file ``json.py``
+    in the folder of a log would then be executed.
     """
     return [sys.executable, "-P", *arguments]
 
 
 def child_environment() -> dict[str, str]:
-    """Return this process's environment with ``PYTHONSAFEPATH`` set, for the children of a child."""
+    """Environment of this process with ``PYTHONSAFEPATH`` set, which grandchildren inherit."""
     return {**os.environ, "PYTHONSAFEPATH": "1"}
 
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Set ``PYTHONSAFEPATH`` in this process while a library starts Python children (multiprocessing, Dask)."""
+    """Context in which ``PYTHONSAFEPATH`` is set, for libraries that start Python children (multiprocessing, Dask)."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:

@@ -1,8 +1,8 @@
-"""What can be wrong: one small tree of exceptions.
+"""Exceptions of allanite.
 
-The command line turns `InputError` into exit code 2 and `TooShortError` into exit code 3, each with
-one line that names the file, row or option, what was found, and the remedy. Who shows an error words the remedy:
-the library speaks of arguments, the command line of its options, the page of its fields.
+The command line turns `InputError` into exit code 2 and `TooShortError` into exit code 3. Each message is one line that
+names the file, row or option, what was found, and the remedy. The remedy names parameters in the words of the interface:
+arguments of the library, options of the command line, or fields of the page.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = [
     "worded",
 ]
 
-#: Parameters as a remedy names them to who calls the library; a number of it stands for ``{}``.
+#: Parameter → its name in a remedy for callers of the Python library. ``{}`` stands for a value.
 CALL: Mapping[str, str] = {
     "rate": "rate=",
     "this_rate": "rate='{}!'",
@@ -46,21 +46,21 @@ CALL: Mapping[str, str] = {
 }
 
 
-#: Letters of a message.
-MOST = 288
+#: Maximum length of a message, characters.
+MAX_MESSAGE_LENGTH = 288
 
 
 class AllaniteError(Exception):
-    """Anything that allanite itself reports, in one line in which control characters are shown.
+    """Base class of the errors that allanite raises about input and options. The message is one printable line.
 
     Parameters
     ----------
     found : str
         What was found, with the file, row or option.
     missing : str, optional
-        The parameter that was not given and would settle it: a key of `CALL`.
+        The missing parameter that would solve the problem: a key of `CALL`.
     remedy : str
-        What to do, joined to `found`; parameters as ``{rate}``, with a number as ``{decimate:4}``.
+        What to do, appended to `found`. Parameters are written ``{rate}``, or with a value ``{decimate:4}``.
 
     Examples
     --------
@@ -81,9 +81,9 @@ class AllaniteError(Exception):
         self.remedy = remedy
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """One line in the words of the command line or the page."""
+        """The message as one line, with parameters named by `words`."""
         where = f"{self.where}: " if self.where else ""
-        return plain(where + self.found + worded(self.remedy, words), MOST)
+        return plain(where + self.found + worded(self.remedy, words), MAX_MESSAGE_LENGTH)
 
     def __str__(self) -> str:
         return self.worded()
@@ -103,7 +103,7 @@ class InputError(AllaniteError, ValueError):
 
 
 class TooShortError(AllaniteError, ValueError):
-    """The input is usable, but too short or too broken for what was asked.
+    """The input is readable, but too short or too damaged for the computation.
 
     Examples
     --------
@@ -116,22 +116,22 @@ class TooShortError(AllaniteError, ValueError):
 
 
 class InternalError(RuntimeError):
-    """Allanite itself failed: a bug. The command line ends with exit code 70 and writes a file to report it with.
+    """A bug of allanite. The command line ends with exit code 70 and writes a file for the bug report.
 
-    It is no `AllaniteError`: code that handles bad input must not hide it.
+    This class is no `AllaniteError`, so that code that handles bad input does not hide the bug.
     """
 
 
 @contextmanager
 def about(where: object, instead: object = None) -> Iterator[None]:
-    """Errors raised inside say which file or option they are about.
+    """Context whose errors name a file or option in front of their message.
 
     Parameters
     ----------
     where : object
-        The file or option; None and what an inner `about` has said change nothing.
+        The file or option. None adds no name. The name of an inner `about` is kept.
     instead : object, optional
-        What an inner one may have said that `where` stands for: a temporary file.
+        A name of an inner `about`, such as a temporary file, that `where` replaces.
     """
     try:
         yield
@@ -142,7 +142,7 @@ def about(where: object, instead: object = None) -> Iterator[None]:
 
 
 class _Slot:
-    """A parameter in a remedy."""
+    """Name of a parameter in a remedy, formatted with its value as format specification."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -152,5 +152,5 @@ class _Slot:
 
 
 def worded(remedy: str, words: Mapping[str, str] = CALL) -> str:
-    """Name the parameters of a remedy in the words of the command line or the page."""
+    """Text of a remedy, with parameters named by `words`."""
     return remedy.format_map({name: _Slot(word) for name, word in words.items()}) if remedy else ""

@@ -1,6 +1,6 @@
-"""Files that are there whole or not at all, and temporary folders that outlive no process for long.
+"""Write files as a whole or not at all, and clean up temporary folders of killed processes.
 
-A full disk, a kill or an error leaves what was there before.
+After a full disk, a kill or an error, the previous file is unchanged.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["OwnedFolder", "check_target", "exists", "is_file", "whole_file"]
 
 
 def is_file(text: str | Path) -> bool:
-    """Whether a text names a file; what the system refuses to look up (too long, or with a null) names none."""
+    """True if a text names a file. False also if the text is too long for a path or contains a null character."""
     try:
         return Path(text).is_file()
     except (OSError, ValueError):
@@ -31,7 +31,7 @@ def is_file(text: str | Path) -> bool:
 
 
 def exists(text: str | Path) -> bool:
-    """Whether a text names a file or a folder."""
+    """True if a text names a file or a folder."""
     try:
         return Path(text).exists()
     except (OSError, ValueError):
@@ -39,7 +39,7 @@ def exists(text: str | Path) -> bool:
 
 
 def check_target(path: str | Path) -> None:
-    """Refuse a file that cannot be written before anything long is computed for it."""
+    """Raise `InputError` if a file cannot be written. Call this before a long computation."""
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: the folder {target.parent} does not exist")
@@ -49,34 +49,34 @@ def check_target(path: str | Path) -> None:
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path that takes the place of `path` when the block ends well.
+    """Context with a temporary path, which replaces `path` if the block ends without an error.
 
     Raises
     ------
     InputError
-        No such folder, or the file cannot be written; the message names it.
+        The folder does not exist, or the file cannot be written.
     """
     check_target(path)
-    # Of a link what it points to is written; a device or a pipe cannot be replaced.
+    # A link is resolved, so that its target is written. A device or a pipe is written directly.
     target = Path(path).resolve()
     replaced = target.is_file() or not target.exists()
     draft = target
     try:
         if replaced:
-            _sweep(target)
-            # Named before it is made: an interrupt as soon as it is there leaves none.
+            _remove_abandoned_drafts(target)
+            # The name is assigned before the file exists, so that an interrupt right after its creation removes it.
             name = f".{target.stem}-{os.getpid()}-{token_hex(4)}{target.suffix}"
             draft = target.with_name(name)
             draft.touch(mode=0o600, exist_ok=False)
         yield draft
         if replaced:
-            # The draft is private; a result is as readable as any other new file.
+            # The draft is private. The result gets the usual permissions of a new file.
             mask = os.umask(0)
             os.umask(mask)
             draft.chmod(0o666 & ~mask)
             draft.replace(target)
     except OSError as error:
-        # Of a full disk the system does not say which file.
+        # The system's error for a full disk does not name the file.
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
         if draft != target:
@@ -84,10 +84,10 @@ def whole_file(path: str | Path) -> Iterator[Path]:
 
 
 class OwnedFolder:
-    """A temporary folder, removed when it is closed, or by `remove_abandoned` after its process was killed.
+    """A temporary folder that is removed when it is closed, or by `remove_abandoned` if its process was killed.
 
-    The folder holds a locked file as long as its process lives. A number of a process would not do: it is given
-    again, and names another process in another container.
+    The folder holds a file that is locked as long as its process lives. A process number would not be enough: numbers are
+    reused, and containers have their own numbers.
     """
 
     LOCK = ".owned"
@@ -99,7 +99,7 @@ class OwnedFolder:
         new.touch()
         self._lock = new.open("rb")
         _lock(self._lock.fileno())
-        new.rename(self.path / self.LOCK)  # under its name it has always been locked
+        new.rename(self.path / self.LOCK)  # the file never exists unlocked under its final name
 
     def __enter__(self) -> Path:
         return self.path
@@ -125,20 +125,22 @@ class OwnedFolder:
                         _lock(file.fileno())
                         rmtree(folder)
                 else:
-                    lock.unlink()  # fails as long as its process has it open
+                    lock.unlink()  # on Windows, this fails as long as the process has the file open
                     rmtree(folder)
 
 
 def _prefix(kind: str) -> str:
+    """Beginning of the names of temporary folders of this kind."""
     return f"allanite-{kind}-"
 
 
 def _is_own(path: Path) -> bool:
+    """True if this user owns a path; always True on Windows."""
     return os.name != "posix" or path.stat().st_uid == os.getuid()
 
 
 def _lock(file: int) -> None:
-    """Lock a file for as long as it is open; where a file that is open cannot be removed, nothing is needed.
+    """Lock an open file until it is closed. Does nothing on Windows, where an open file cannot be removed.
 
     Raises
     ------
@@ -151,19 +153,20 @@ def _lock(file: int) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def _sweep(target: Path) -> None:
-    """Remove the drafts of processes that were killed before they could."""
+def _remove_abandoned_drafts(target: Path) -> None:
+    """Remove drafts of a file that killed processes left behind."""
     pattern = re.compile(rf"\.{re.escape(target.stem)}-(\d+)-\w+{re.escape(target.suffix)}")
     with suppress(OSError):
         for path in target.parent.iterdir():
             match = pattern.fullmatch(path.name)
-            if match and not _alive(int(match[1])):
+            if match and not _is_running(int(match[1])):
                 path.unlink(missing_ok=True)
 
 
-def _alive(process: int) -> bool:
+def _is_running(process: int) -> bool:
+    """True if a process with this number runs, or if this cannot be known."""
     if os.name != "posix":
-        return True  # there a signal 0 would end it
+        return True  # on Windows, os.kill(process, 0) would end the process
     try:
         os.kill(process, 0)
     except ProcessLookupError:

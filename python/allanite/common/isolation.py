@@ -1,7 +1,7 @@
-"""Call a function in a child process that has limits on memory, processor time and time.
+"""Call a function in a child process with limits on memory, processor time and wall time.
 
-A library that crashes, never ends or fills the memory ends the child only. The parent raises one `InputError`.
-Arguments and results are plain values and arrays (`transfer`); nothing is pickled.
+If a library crashes, never ends or fills the memory, only the child ends, and the parent raises an `InputError`.
+Arguments and results are plain values and arrays (`transfer`). Nothing is pickled.
 """
 
 from __future__ import annotations
@@ -28,26 +28,27 @@ from allanite.common.plain import plain
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-__all__ = ["LOOK", "Limits", "call_isolated", "serve_order"]
+__all__ = ["POLL_S", "Limits", "call_isolated", "serve_order"]
 
-#: Seconds between looks at a child.
-LOOK = 0.02
-#: Seconds that a child gets beyond its own deadline before its parent ends it: it may be unable to end itself.
+#: Time between two checks of a child, s.
+POLL_S = 0.02
+#: Time after the deadline of a child until its parent kills the child, s. A child may be unable to end itself.
 GRACE = 5.0
-#: Address space beyond the budget, bytes: stacks and arenas of threads, buffers of the library, of which little is used.
-#: 200 MB is the least with which every reader reads a log of one megabyte (measured with h5py, pyarrow, rosbags, pyulog).
+#: Address space in addition to the memory budget, bytes: stacks and arenas of threads, and buffers of libraries. With
+#: 200 MB, every reader can read a log of 1 MB (measured with h5py, pyarrow, rosbags, pyulog); less is not enough.
 OVERHEAD = 200e6
-#: Libraries start a thread for each processor, and each thread reserves address space: a child uses one.
+#: Environment of a child. Libraries start one thread per processor, and each thread reserves address space. Therefore a
+#: child uses one thread.
 ONE_THREAD = {
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
     "ARROW_IO_THREADS": "1",
-    "ARROW_DEFAULT_MEMORY_POOL": "system",  # the others reserve a gigabyte of address space at once
+    "ARROW_DEFAULT_MEMORY_POOL": "system",  # other pools reserve a gigabyte of address space at once
     "MALLOC_ARENA_MAX": "2",
 }
-#: First lines of a child. The package comes from where the parent has it; other folders of the parent come last, so that
-#: a file there never takes the place of a module of the standard library.
+#: Program of a child. The package is imported from the parent's folder. Other folders of the parent come last, so that a
+#: file in them never replaces a module of the standard library.
 START = """
 import sys, __future__, importlib, typing
 root, *paths = sys.argv[1:]
@@ -62,16 +63,16 @@ main()
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a child may use.
+    """Limits of a child process.
 
     Attributes
     ----------
     cpu : float
-        Processor time, s. It does not depend on how busy the machine is.
+        Processor time, s. This limit does not depend on how busy the machine is.
     wall : float
-        Time of the clock, s, for a child that waits for ever.
+        Wall time, s. This limit ends a child that waits forever.
     memory : float, optional
-        Bytes of memory beyond the interpreter and the libraries; by default the budget (``ALLANITE_MEMORY``).
+        Memory in addition to the interpreter and the libraries, bytes. Default: the budget (``ALLANITE_MEMORY``).
     """
 
     cpu: float = math.inf
@@ -79,7 +80,7 @@ class Limits:
     memory: float | None = None
 
 
-#: Whether this process is such a child: a call inside it starts no other one.
+#: Whether this process is such a child. A call inside of a child starts no further process.
 _is_child = False
 
 
@@ -94,28 +95,28 @@ def call_isolated(
 ) -> Any:
     """Call a function in a child process and return its result.
 
-    Inside such a child the function is called directly, and only its processor time is limited anew.
+    Inside of such a child, the function is called directly, with a new limit on its processor time only.
 
     Parameters
     ----------
     function : str
         ``"package.module:function"``.
     arguments : dict
-        Keyword arguments, as JSON can hold them.
+        Keyword arguments that JSON can hold.
     limits : Limits
-        What the child may use.
+        Limits of the child.
     worker : str
-        What works in the child, for messages: "the HDF5 library".
+        What runs in the child, for messages: "the HDF5 library".
     libraries : sequence of str
         Modules that the function needs. They are imported before the memory is limited, so that their own size does
         not count.
     watch : callable, optional
-        Called every 20 ms; what it raises ends the child.
+        Function that is called every 20 ms. An exception from this function ends the child.
 
     Raises
     ------
     InputError
-        The child crashed, reached a limit, or cannot be started; or what the function raised.
+        The child crashed, reached a limit, or cannot be started, or the function raised this error.
     InternalError
         The function raised an error that is not one of allanite's.
     """
@@ -127,12 +128,12 @@ def call_isolated(
         "function": function,
         "arguments": arguments,
         "libraries": list(libraries),
-        # JSON has no infinity: no limit is None.
+        # None means no limit, because JSON has no infinity.
         "cpu": limits.cpu if math.isfinite(limits.cpu) else None,
         "wall": limits.wall if math.isfinite(limits.wall) else None,
         "memory": memory if math.isfinite(memory) else None,
     }
-    # The file has no name: nothing is left behind, however this process ends.
+    # The file has no name, so that it disappears however this process ends.
     with tempfile.TemporaryFile(prefix="allanite-") as results:
         code = run_child(order, results, watch)
         try:
@@ -155,14 +156,14 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
     try:
         process = subprocess.Popen(
             python_command("-c", START, root, *paths),
-            # Closed by the system when this process ends, in whatever way: the child ends then.
+            # The system closes this pipe when this process ends for any reason. Then the child ends, too.
             stdin=subprocess.PIPE,
             stdout=results,
             stderr=subprocess.DEVNULL,
             env={**child_environment(), **ONE_THREAD},
         )
     except OSError as error:
-        raise InputError(f"no process can be started to read it ({error.strerror})") from None
+        raise InputError(f"no process can be started to read the file ({error.strerror})") from None
     assert process.stdin is not None
     try:
         with suppress(BrokenPipeError):
@@ -170,7 +171,7 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
             process.stdin.flush()
         while True:
             try:
-                return process.wait(LOOK)
+                return process.wait(POLL_S)
             except subprocess.TimeoutExpired:
                 if watch is not None:
                     watch()
@@ -186,15 +187,15 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
 
 
 def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputError:
-    """Error for a child that left no result, by its exit code."""
+    """Error for a child that wrote no result, from its exit code."""
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"code {code}"
     if name == "SIGXCPU":
         return InputError(
-            f"damaged: {worker} does not end reading it (stopped after {limits.cpu:.3g} s of processor time)"
+            f"damaged: {worker} does not finish reading this file (stopped after {limits.cpu:.3g} s of processor time)"
         )
     if name == "SIGALRM" or (os.name != "posix" and code == 1):
         return InputError(
-            f"damaged: {worker} does not end reading it (stopped after {limits.wall:.3g} s)"
+            f"damaged: {worker} does not finish reading this file (stopped after {limits.wall:.3g} s)"
         )
     if name == "SIGKILL":
         return InputError(f"{worker} was killed (SIGKILL): the system has too little memory for it")
@@ -208,7 +209,7 @@ def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputErro
 
 
 def _error(said: dict[str, Any], worker: str) -> Exception:
-    """Rebuild the error that the function raised."""
+    """The error that the function raised in the child."""
     kind = said["kind"]
     if kind == "memory":
         return over_budget(worker)
@@ -227,20 +228,20 @@ def _error(said: dict[str, Any], worker: str) -> Exception:
 
 
 def main() -> None:
-    """Read an order from standard input, and leave its result in the file that is standard output."""
+    """Read an order from standard input, and write its result to the file that is standard output."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     order = json.loads(_line(0))
     results = os.fdopen(os.dup(1), "wb")
-    # What libraries print belongs to nobody, and not into the result.
+    # Output of libraries must not get into the result.
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     _end_with_parent()
     serve_order(order, results)
-    # Without the interpreter's own end, which waits for the thread that reads standard input.
+    # The usual end of the interpreter would wait for the thread that reads standard input.
     os._exit(0)
 
 
 def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
-    """Call the function of an order within its limits, and write the result, or the error, to `results`."""
+    """Call the function of an order within its limits, and write the result or the error to `results`."""
     global _is_child
     _is_child = True
     found: dict[str, Any]
@@ -270,20 +271,21 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
         if isinstance(error, (OSError, MemoryError)):
             full = f"the samples do not fit into the folder of temporary files ({error})"
             said = {"kind": "input", "found": full, "missing": None, "where": None}
-            said["remedy"] = "; set TMPDIR to a larger one"
+            said["remedy"] = "; set TMPDIR to a larger folder"
         results.seek(0)
         results.truncate()
         write_value({"error": said}, results)
 
 
 def _resolved(name: str) -> Callable[..., Any]:
+    """The function with a name ``"package.module:function"``."""
     module, _, attribute = name.partition(":")
     function: Callable[..., Any] = getattr(import_module(module), attribute)
     return function
 
 
 def _traced(error: Exception) -> str:
-    """Kind, message and place of an error."""
+    """Text with type, message and source line of an error."""
     frame = error.__traceback__
     while frame is not None and frame.tb_next is not None:
         frame = frame.tb_next
@@ -292,6 +294,7 @@ def _traced(error: Exception) -> str:
 
 
 def _line(descriptor: int) -> bytes:
+    """One line from a file descriptor; ends the process if the line is incomplete."""
     line = b""
     while not line.endswith(b"\n"):
         piece = os.read(descriptor, 1 << 16)
@@ -302,34 +305,34 @@ def _line(descriptor: int) -> bytes:
 
 
 def _end_with_parent() -> None:
-    """End this process when its standard input is closed: then the parent is gone, and nobody wants the result."""
+    """Start a thread that ends this process when its standard input is closed, because then the parent has ended."""
     import _thread
 
     def wait() -> None:
-        # Not sys.stdin: a buffer that a thread holds at the interpreter's end aborts the process.
+        # os.read instead of sys.stdin: the interpreter aborts if a thread holds the buffer of sys.stdin at its end.
         while os.read(0, 1 << 16):
             pass
         os._exit(1)
 
-    # Without memory for a thread the limits alone end an orphan.
+    # If there is no memory for a thread, only the limits end a child without a parent.
     with suppress(RuntimeError):
         _thread.start_new_thread(wait, ())
 
 
 def _limit(order: dict[str, Any]) -> None:
-    """Limit what this process may use; where the system sets smaller limits, those stay."""
+    """Set the limits of this process; smaller limits of the system are kept."""
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
     try:
         import resource
-    except ModuleNotFoundError:  # Windows: the parent's deadline alone
+    except ModuleNotFoundError:  # on Windows, only the deadline of the parent applies
         return
     _lower(resource.RLIMIT_CORE, 0)
     if order["cpu"] is not None:
         _lower(resource.RLIMIT_CPU, math.ceil(time.process_time() + order["cpu"]))
     if order["memory"] is not None:
-        # A result is not larger than the memory that held it.
+        # The result file cannot be larger than the memory that held the result.
         _lower(resource.RLIMIT_FSIZE, int(order["memory"] + OVERHEAD))
         with suppress(OSError, ValueError, IndexError):
             pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
@@ -338,7 +341,7 @@ def _limit(order: dict[str, Any]) -> None:
 
 
 def _lower(which: int, most: int) -> None:
-    """Lower a soft limit to `most`; never raise it."""
+    """Lower a soft limit to `most`, never raise it."""
     import resource
 
     soft, hard = resource.getrlimit(which)
@@ -349,7 +352,7 @@ def _lower(which: int, most: int) -> None:
 
 @contextmanager
 def _cpu_limited(seconds: float) -> Iterator[None]:
-    """Limit the processor time of a block in a child; the signal ends the child."""
+    """Context in a child with a limit on processor time; the signal for the limit ends the child."""
     if not _is_child or not math.isfinite(seconds):
         yield
         return

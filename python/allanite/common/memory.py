@@ -1,4 +1,4 @@
-"""A budget of memory, looked at before anything large is made; and what is kept between calls."""
+"""Memory budget, checked before large arrays are allocated, and caches that can be emptied."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ __all__ = [
     "VARIABLE",
     "address_space",
     "budget",
-    "forget",
+    "clear_caches",
+    "cleared_by_free_buffers",
     "free_memory",
     "over_budget",
-    "released",
-    "require",
+    "require_memory",
     "shown_bytes",
     "source_of_budget",
 ]
 
 Kept = TypeVar("Kept", bound="_lru_cache_wrapper[Any]")
 
-#: Environment variable that sets the budget: a number of bytes, or with K, M, G, T.
+#: Environment variable that sets the budget: a number of bytes, also with K, M, G or T.
 VARIABLE = "ALLANITE_MEMORY"
-#: Of the free memory, where nothing is set.
-SHARE = 0.5
+#: Default budget as a fraction of the free memory. Chosen by judgment; not measured.
+FREE_MEMORY_SHARE = 0.5
 _CACHES: list[_lru_cache_wrapper[Any]] = []
 
 
 def free_memory() -> float:
-    """Bytes that can be had without pushing others out; infinite where nothing tells."""
+    """Bytes of memory that are available without swapping; infinite if unknown."""
     try:
         lines = Path("/proc/meminfo").read_text("ascii").splitlines()
         return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
@@ -53,38 +53,38 @@ def address_space() -> float:
     return math.inf if soft == resource.RLIM_INFINITY else float(soft)
 
 
-def released(kept: Kept) -> Kept:
-    """Let `allanite.release` empty this cache. Put it above `lru_cache`; only modules in use have caches to empty."""
+def cleared_by_free_buffers(kept: Kept) -> Kept:
+    """Decorator above `lru_cache`: `allanite.free_buffers` empties the cache."""
     _CACHES.append(kept)
     return kept
 
 
-def forget() -> None:
-    """Empty the caches of fitted models."""
+def clear_caches() -> None:
+    """Empty all caches that are decorated with `cleared_by_free_buffers`."""
     for kept in _CACHES:
         kept.cache_clear()
 
 
 def budget() -> float:
-    """Bytes that may be asked for: half of the free memory, or what ``ALLANITE_MEMORY`` says."""
+    """Maximum memory for one computation, bytes: half of the free memory, or the value of ``ALLANITE_MEMORY``."""
     said = os.environ.get(VARIABLE)
-    return SHARE * free_memory() if said is None else _bytes(said)
+    return FREE_MEMORY_SHARE * free_memory() if said is None else _bytes(said)
 
 
-def require(size: float, what: str) -> None:
-    """Refuse what needs more than the budget.
+def require_memory(size: float, what: str) -> None:
+    """Raise an error if a computation needs more memory than the budget.
 
     Parameters
     ----------
     size : float
-        Bytes that will be asked for.
+        Memory that the computation needs, bytes.
     what : str
-        Beginning of the message: what needs them.
+        What needs the memory: the beginning of the message.
 
     Raises
     ------
     InputError
-        More than half of the free memory, or than ``ALLANITE_MEMORY`` says.
+        The size is larger than half of the free memory, or larger than ``ALLANITE_MEMORY``.
     """
     most = budget()
     if size > most:
@@ -95,13 +95,13 @@ def require(size: float, what: str) -> None:
 
 
 def source_of_budget() -> str:
-    """Return where the budget comes from, for a message: the environment variable, or the free memory."""
+    """Text that names the source of the budget: the environment variable, or the free memory."""
     said = os.environ.get(VARIABLE)
-    return "half of what is free" if said is None else f"{VARIABLE}={said}"
+    return "half of the free memory" if said is None else f"{VARIABLE}={said}"
 
 
 def over_budget(what: str) -> InputError:
-    """Return the error for memory that could not be had although nobody knew before how much is needed."""
+    """Error for a computation of unknown size that ran out of memory."""
     most = budget()
     twice = f", or set {VARIABLE}={math.ceil(2 * most / 1e9)}G" if math.isfinite(most) else ""
     return InputError(
@@ -110,6 +110,7 @@ def over_budget(what: str) -> InputError:
 
 
 def _bytes(text: str) -> float:
+    """Number of bytes in a text such as ``8G``."""
     digits, factor = text.strip().upper().removesuffix("B"), 1.0
     if digits[-1:] in tuple("KMGT"):
         factor = 1e3 ** ("KMGT".index(digits[-1]) + 1)
@@ -119,10 +120,10 @@ def _bytes(text: str) -> float:
     except ValueError:
         found = math.nan
     if not found > 0.0:
-        raise InputError(f"{VARIABLE}={text}: a number of bytes is needed, such as 8G")
+        raise InputError(f"{VARIABLE}={text}: not a number of bytes, such as 8G")
     return found
 
 
 def shown_bytes(size: float) -> str:
-    """Return a number of bytes with its unit."""
+    """Text of a number of bytes in MB or GB."""
     return f"{size / 1e9:.3g} GB" if size >= 1e8 else f"{size / 1e6:.3g} MB"

@@ -1,4 +1,4 @@
-"""Numbers as they are read: 0.0126, 1.9·10⁻⁵, 2370."""
+"""Format numbers for readers: 0.0126, 1.9·10⁻⁵, 2370."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 __all__ = [
     "chance_text",
-    "ends_apart",
+    "figures_for_interval",
     "harmonics_text",
     "number",
     "numbers_text",
@@ -21,12 +21,15 @@ __all__ = [
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
-#: As many numbers of what happens in time are listed, and of anything else.
-LISTED, MANY = 3, 12
+#: Maximum number of values that are listed one by one: times, and other parameters. Chosen by judgment; not measured.
+MAX_LISTED_TIMES, MAX_LISTED = 3, 12
 
 
 def number(value: float, figures: int = 3, *, power: bool = False) -> str:
-    """A number in a few figures: 0.0126, 1.9·10⁻⁵, 12000; `power`: below 0.1 with a power of ten."""
+    """Text of a number with this many significant figures: 0.0126, 1.9·10⁻⁵, 12000.
+
+    With `power`, a number below 0.1 is written with a power of ten.
+    """
     text = f"{value:.{figures}g}"
     if power and "e" not in text and 0.0 < abs(value) < 0.1:
         digits, exponent = f"{value:.{figures - 1}e}".split("e")
@@ -35,7 +38,7 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
         return text.replace("-", "−")
     mantissa, exponent = text.split("e")
     ten = "10" + str(int(exponent)).translate(_DIGITS)
-    # 1.23e+04 is 12300 to any reader.
+    # 12300 is easier to read than 1.23·10⁴.
     if 0 < int(exponent) < 6:
         return f"{float(text):.0f}".replace("-", "−")
     if float(mantissa) == 1:
@@ -44,17 +47,18 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
-    """Several numbers of one parameter; of many, how many, the least and the largest."""
+    """Text of the values of one parameter; of many values, their count, minimum and maximum."""
     found = list(values)
-    if len(found) <= (LISTED if times else MANY):
+    if len(found) <= (MAX_LISTED_TIMES if times else MAX_LISTED):
         return " ".join(number(v, 5 if times else 3) for v in found)
     return f"{len(found)}: {number(min(found), 5)} … {number(max(found), 5)}"
 
 
 def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> str:
-    """(multiple, amplitude, phase) of each harmonic of a line: ``34.6 Hz 0.00795 °/s (harmonic 2)``.
+    """Text of the harmonics of a spectral line: ``34.6 Hz 0.00795 °/s (harmonic 2)``.
 
-    Of lines that are evenly spaced and no harmonics how many, their distance, the highest and the range of amplitudes.
+    `overtones` holds multiple, amplitude and phase of each harmonic, one after another. For evenly spaced lines that are
+    no harmonics, the text states their number, spacing, highest frequency and range of amplitudes.
     """
     given = list(overtones)
     multiples, amplitudes = given[::3], given[1::3]
@@ -71,27 +75,27 @@ def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> s
 
 
 def chance_text(log10_p: float) -> str:
-    """A probability by its logarithm, which may be of one that underflows: 0.003, 2·10⁻⁵, 10⁻³⁴⁵."""
+    """Text of a probability from its logarithm to base 10, also below the smallest double: 0.003, 2·10⁻⁵, 10⁻³⁴⁵."""
     if log10_p > -99.0:
         return number(10.0**log10_p, 1)
     return "10" + f"{log10_p:.0f}".translate(_DIGITS)
 
 
 def trials_text(trials: float) -> str:
-    """How many trials a p-value accounts for; beyond 10¹⁵ only that it is."""
+    """Text of the number of trials for which a p-value accounts."""
     if trials >= 1e15:
         return "more than 10¹⁵ trials"
     return "a single trial" if trials < 1.5 else f"{number(trials, 2)} trials"
 
 
 def tidy(sentence: str) -> str:
-    """A sentence with its numbers for the eye: 2.37e+03 is 2370, 3e-05 is 3·10⁻⁵."""
+    """The sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05."""
     words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
     return _MINUS.sub("−", words)
 
 
-def ends_apart(interval: tuple[float, float], least: int) -> int:
-    """Figures, at least so many, that show the ends of an interval as different numbers."""
+def figures_for_interval(interval: tuple[float, float], least: int) -> int:
+    """Number of significant figures, at least `least`, with which the ends of an interval differ in print."""
     low, high = interval
     size, width = max(abs(low), abs(high)), high - low
     if width > 0.0 and size > 0.0:
@@ -100,11 +104,11 @@ def ends_apart(interval: tuple[float, float], least: int) -> int:
 
 
 def with_interval(value: float, interval: tuple[float, float]) -> str:
-    """``0.5998 (0.594 … 0.606)``: as many figures as show the interval; a frequency may be known to six."""
+    """Text of a value and its interval, ``0.5998 (0.594 … 0.606)``, with enough figures to show the interval."""
     low, high = interval
-    figures = ends_apart(interval, 3)
+    figures = figures_for_interval(interval, 3)
     shown = [(value, max(4, figures)), (low, figures), (high, figures)]
-    # 9.925·10⁻⁵ beside 0.00010004 is two notations of one thing.
+    # All three numbers get the same notation: not 9.925·10⁻⁵ and 0.00010004 side by side.
     power = any("e-" in f"{v:.{f}g}" for v, f in shown)
     middle, first, last = (number(v, f, power=power) for v, f in shown)
     return f"{middle} ({first} … {last})"

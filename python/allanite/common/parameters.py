@@ -1,4 +1,4 @@
-"""A fitted number: value, standard error, interval, unit, and whether it was detected at all."""
+"""Fitted parameter: value, standard error, interval, unit, and whether it was detected."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from allanite.common.units import conversion
 
 __all__ = ["NORMAL", "Estimate"]
 
-#: 97.5 % point of the normal distribution: a 95 % interval reaches so many standard errors to each side.
+#: 97.5 % quantile of the normal distribution: half width of a 95 % interval in standard errors.
 NORMAL = 1.959964
 
 
 class Estimate(float):
-    """A float that knows how well it is known.
+    """A float with its standard error, 95 % interval and unit.
 
     Parameters
     ----------
     value : float
-        The number, in `unit`.
+        The value, in `unit`.
     std_error : float, optional
         Standard error, in `unit`.
     interval : tuple of float, optional
-        95 % interval (low, high), in `unit`; where `detected` is false, high is the upper limit.
+        95 % interval (low, high), in `unit`. If `detected` is false, high is the upper limit.
     unit : str
         Unit, e.g. ``"deg/s·s^½"``.
     detected : bool
-        Whether the record distinguishes the number from 0.
+        Whether the value differs significantly from 0.
     name : str
         Name of the parameter, e.g. ``"N"``.
 
@@ -61,7 +61,7 @@ class Estimate(float):
         detected: bool = True,
         name: str = "",
     ) -> Estimate:
-        """Build the float and fix its attributes."""
+        """Create the float and set its attributes, which cannot be changed later."""
         self = super().__new__(cls, value)
         fix = object.__setattr__
         fix(self, "std_error", None if std_error is None else float(std_error))
@@ -74,7 +74,7 @@ class Estimate(float):
         return self
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Refuse: an estimate is a result."""
+        """Raise an error, because an estimate is immutable."""
         raise AttributeError(f"an Estimate is immutable: cannot set {name}")
 
     def __getnewargs__(self) -> tuple[Any, ...]:
@@ -85,11 +85,11 @@ class Estimate(float):
 
     @property
     def value(self) -> float:
-        """The plain float."""
+        """The value as a plain float."""
         return float(self)
 
     def to(self, unit: str) -> Estimate:
-        """Return the estimate in another unit.
+        """The estimate in another unit.
 
         Parameters
         ----------
@@ -100,10 +100,10 @@ class Estimate(float):
         Raises
         ------
         InputError
-            The unit is of another dimension; both are named.
+            The unit has another dimension.
         """
         if unit == self.unit:
-            # Also one that is written in no other: per a column, or a power that is fitted.
+            # Some units cannot be converted: per unit of a column, or with a fitted power.
             return self
         factor = conversion(self.unit, unit)
         return Estimate(
@@ -118,7 +118,7 @@ class Estimate(float):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: value, std_error, interval, unit, detected; null for what is unknown."""
+        """JSON form: value, std_error, interval, unit, detected; null for unknown entries."""
         return {
             "value": _finite(self.value),
             "std_error": _finite(self.std_error),
@@ -137,16 +137,17 @@ class Estimate(float):
     __str__ = __repr__
 
     def __format__(self, spec: str) -> str:
-        """Format the plain float with a spec; without one, as `repr`."""
+        """Text of the plain float with a format specification, or `repr` without one."""
         return format(self.value, spec) if spec else repr(self)
 
 
 def _finite(value: float | None) -> float | None:
+    """The value, or None if it is not finite."""
     return value if value is not None and math.isfinite(value) else None
 
 
 def _with_error(value: float, error: float | None) -> str:
-    """``0.01263 ± 0.00012``: two figures of the error, or one if the second is 0."""
+    """Text ``0.01263 ± 0.00012`` with two significant figures of the error, or one if the second is 0."""
     if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
         return f"{value:.6g}"
     exponent = math.floor(math.log10(error))

@@ -1,4 +1,4 @@
-"""Names and texts of others are data: shown as letters, whatever they hold."""
+"""Show foreign names and texts (from logs, options, errors) safely in one line."""
 
 from __future__ import annotations
 
@@ -6,17 +6,16 @@ __all__ = ["file_name", "plain"]
 
 
 def plain(text: object, most: int | None = None) -> str:
-    r"""Text of visible letters and blanks; anything else as its escape (``\n``, ``\x1b``, ``\u202e``).
+    r"""The text with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).
 
-    Line ends, control characters, marks of direction and letters that are none would end a comment, speak to a
-    terminal or break a file.
+    Line ends, control characters and direction marks could end a comment, control a terminal or break a file.
 
     Parameters
     ----------
     text : object
-        What is shown, as ``str`` gives it.
+        Object whose ``str`` is shown.
     most : int, optional
-        Letters of the answer; what is too long loses its middle.
+        Maximum number of characters. The middle of a longer text is left out.
     """
     shown = str(text)
     if not shown.isprintable():
@@ -30,6 +29,6 @@ def plain(text: object, most: int | None = None) -> str:
 
 
 def file_name(text: str) -> str:
-    """Part of a file's name made of a column's: letters, digits, ``-``, ``_`` and ``.`` inside, at most 80."""
+    """Safe file name from the name of a column: letters, digits, ``-``, ``_`` and inner ``.``, at most 80 bytes."""
     safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
     return safe.strip(".").encode()[:80].decode("utf-8", "ignore") or "_"

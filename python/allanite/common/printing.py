@@ -1,4 +1,4 @@
-"""Units in which tables print coefficients: those of data sheets, or those that were asked for."""
+"""Units in which tables print coefficients: the units of data sheets, or the units that the user requested."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.common.parameters import Estimate
 
 __all__ = [
-    "ASKED",
+    "REQUESTED_UNITS",
     "column_unit",
     "in_sheet",
     "in_table",
@@ -27,8 +27,10 @@ __all__ = [
     "table_unit",
 ]
 
-#: Units that were asked for, by kind of sensor: of samples, or of a coefficient.
-ASKED: ContextVar[Mapping[str, str]] = ContextVar("asked", default=MappingProxyType({}))
+#: Units that the user requested, by kind of sensor. Each is a unit of samples or of a coefficient.
+REQUESTED_UNITS: ContextVar[Mapping[str, str]] = ContextVar(
+    "requested_units", default=MappingProxyType({})
+)
 
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _NAMES = r"(?:m?deg|arcsec|arcmin|m?rad|urad|rev)"
@@ -44,28 +46,28 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
     power : float
         Power of seconds: the coefficient is in U·s^power.
     sheet : mapping of str to str
-        What data sheets use, by kind of sensor.
+        Unit of this coefficient in data sheets, by kind of sensor.
 
     Returns
     -------
     str
-        A data sheet's unit; where a unit was asked for, that if it is one of this coefficient, else a relative of U.
+        The unit of data sheets. If a unit was requested: that unit if it fits this coefficient, else U·s^power.
     """
     parsed = parse_unit(sample)
-    asked = ASKED.get().get(parsed.kind)
+    asked = REQUESTED_UNITS.get().get(parsed.kind)
     if asked is None:
         sample = "1" if parsed.kind == FREQUENCY else sample
         return sheet.get(parsed.kind) or relative_unit(sample, power)
     own = relative_unit(sample, power)
     try:
         same = math.isclose(conversion(own, asked), 1.0)
-    except InputError:  # of another coefficient
+    except InputError:  # the requested unit is that of another coefficient
         return own
     return own if same else asked
 
 
 def relative_unit(sample: str, power: float) -> str:
-    """U·s^power with the angle or acceleration and the time of U: deg/√h beside deg/h, rad/s/√Hz beside rad/s."""
+    """Unit U·s^power, written with the angle or acceleration and the time of U: deg/√h for U = deg/h."""
     parsed = parse_unit(sample)
     name = parsed.name
     if parsed.kind == FREQUENCY and name == "1":
@@ -90,16 +92,16 @@ def relative_unit(sample: str, power: float) -> str:
 
 
 def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
-    """A fitted number in the data-sheet unit of its kind of sensor; as it is where there is none.
+    """An estimate in the unit of data sheets for its kind of sensor, or unchanged if there is no such unit.
 
-    Where a unit was asked for it is in that, or as it is.
+    If a unit was requested, the estimate is in that unit, or unchanged if the unit does not fit.
     """
     for kind, unit in sheet.items():
         try:
             found = value.to(unit)
         except InputError:
             continue
-        asked = ASKED.get().get(kind)
+        asked = REQUESTED_UNITS.get().get(kind)
         if asked is None:
             return found
         try:
@@ -112,10 +114,10 @@ def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
 def in_table(
     value: Estimate, power: float | str, sheet: Mapping[str, str], sample: str
 ) -> Estimate:
-    """A fitted number in the unit in which tables print it.
+    """An estimate in the unit in which tables print it.
 
-    `power` and `sheet` are the parameter's declared ``unit`` and ``sheet``, `sample` is the unit U of the samples; what is
-    no U·s^power stays as it is.
+    `power` and `sheet` are the declared ``unit`` and ``sheet`` of the parameter, `sample` is the unit U of the samples. An
+    estimate whose unit is not U·s^power is unchanged.
     """
     if not isinstance(power, float):
         return value
@@ -123,14 +125,14 @@ def in_table(
 
 
 def sample_unit(text: str) -> str:
-    """Unit of samples that ``--output-unit`` means: its own, or that behind a unit of a coefficient.
+    """Unit of samples that belongs to a unit of samples or of a coefficient.
 
-    ``deg/sqrt(h)`` is of samples in deg/h, ``ug/sqrt(Hz)`` in µg, ``m/s/sqrt(h)`` in m/s².
+    ``deg/sqrt(h)`` belongs to samples in deg/h, ``ug/sqrt(Hz)`` to µg, ``m/s/sqrt(h)`` to m/s².
 
     Raises
     ------
     InputError
-        Neither one nor the other.
+        The text is neither a unit of samples nor of a coefficient.
     """
     try:
         return parse_unit(text).name
@@ -164,14 +166,14 @@ _SAID_BY_NAME = re.compile(
 
 
 def column_unit(name: str, stated: str | None = None) -> str:
-    """Unit of a column that explains others, as it stands behind "per": °C, V, or the column's own name.
+    """Unit of a logged column as it is written after "per": °C, V, or the column's name if no unit is known.
 
     Parameters
     ----------
     name : str
-        Name of the column. ``die_degC``, ``temp_c`` say their unit; ``temperature`` does not.
+        Name of the column. ``die_degC`` and ``temp_c`` contain their unit, ``temperature`` does not.
     stated : str, optional
-        Unit that the recording knows; None, an empty text and ``1`` are no unit.
+        Unit that the recording states. None, an empty text and ``1`` are no unit.
     """
     said = _SAID_BY_NAME.search(name)
     text = (stated or "1").strip()
@@ -182,7 +184,7 @@ def column_unit(name: str, stated: str | None = None) -> str:
 
 
 def printed(unit: str, column: str = "") -> str:
-    """A unit as it is printed: deg/sqrt(h) → °/√h; deg/s/Temp of a column Temp without a unit → °/s per unit of Temp."""
+    """Printed form of a unit: °/√h for deg/sqrt(h), °/s per unit of Temp for deg/s/Temp with the column Temp."""
     head, slash, power = unit.rpartition(f"/{column}")
     if column and slash and power in ("", "²"):
         return f"{printed(head).removeprefix('1')} per unit{power} of {column}".strip()

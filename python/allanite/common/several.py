@@ -1,4 +1,4 @@
-"""Results of several columns as one object: a mapping from the name of a column to its result."""
+"""Results of several columns as one mapping from the column's name to its result."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ T = TypeVar("T")
 
 
 class NoColumnError(InputError, KeyError):
-    """There is no result of this name."""
+    """There is no result with this name."""
 
 
 class Several(Mapping[str, T], Generic[T]):
-    """One result a column.
+    """Mapping from the name of each column to its result.
 
     Parameters
     ----------
     results : mapping of str to result
-        By the name of the column, in the recording's order.
+        Results by the name of the column, in the order of the recording.
 
     Examples
     --------
@@ -46,8 +46,8 @@ class Several(Mapping[str, T], Generic[T]):
         return self._results[column]
 
     def _missing(self, name: str) -> str:
-        """What is said of a name that is no column."""
-        return f"no column {name!r}: there are {', '.join(self)}"
+        """Message for a name that is no column."""
+        return f"no column {name!r}: choose one of {', '.join(self)}"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._results)
@@ -56,12 +56,12 @@ class Several(Mapping[str, T], Generic[T]):
         return len(self._results)
 
     def to_dict(self) -> dict[str, Any]:
-        """``{"schema": …, "columns": [document, …]}`` of the contract."""
+        """JSON form ``{"schema": …, "columns": [document, …]}``."""
         documents = [self.document(column) for column in self]
         return {"schema": documents[0]["schema"], "columns": documents}
 
     def document(self, column: str) -> dict[str, Any]:
-        """The document of one column."""
+        """JSON document of one column."""
         result: Any = self[column]
         found: dict[str, Any] = result.to_dict()
         return found
@@ -83,7 +83,7 @@ class Several(Mapping[str, T], Generic[T]):
 
 
 def former_use(columns: Sized, instead: str) -> None:
-    """Warn of a function for one column that was given several, and name the one to use."""
+    """Warn that a function for one column got several columns, and name the function to use."""
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
         DeprecationWarning,
@@ -92,5 +92,5 @@ def former_use(columns: Sized, instead: str) -> None:
 
 
 def by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:
-    """What `compute` makes of each column of a recording, by its name."""
+    """Results of `compute` for each column of a recording, by the column's name."""
     return {column.columns[0]: compute(column) for column in recording}

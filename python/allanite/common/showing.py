@@ -1,4 +1,4 @@
-"""How results show themselves: one line in a console that never dumps an array, small tables in a notebook."""
+"""Text of results for consoles (one line, arrays summarized) and small HTML tables for notebooks."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ import numpy as np
 
 __all__ = ["brief", "html_list", "html_table", "numbers", "recording_html"]
 
-#: Letters of a nested value that are still shown.
-MOST = 60
+#: Maximum length of a nested value that is shown in full, characters.
+MAX_VALUE_LENGTH = 60
 
 _CELL = "text-align: {}; vertical-align: top"
 
 
 def brief(thing: Any) -> str:
-    """A dataclass in one line: arrays by their size and range, long contents by their number.
+    """One line about a dataclass: arrays are shown by size and range, long sequences by their length.
 
-    Meant to be a class's ``__repr__``.
+    Use this function as ``__repr__`` of a class.
     """
     inside = [f"{f.name}={_short(getattr(thing, f.name))}" for f in fields(thing) if f.repr]
     return f"{type(thing).__name__}({', '.join(inside)})"
 
 
 def _short(value: Any) -> str:
+    """Short text of the value of one field."""
     if isinstance(value, np.ndarray):
         return numbers(value)
     if isinstance(value, Mapping):
         return f"<{len(value)}: {', '.join(map(str, value))}>" if value else "<none>"
     text = repr(value) if not (isinstance(value, Sequence) and len(value) > 8) else ""
-    if not text or len(text) > MOST:
+    if not text or len(text) > MAX_VALUE_LENGTH:
         count = f"{len(value)} × " if isinstance(value, Sequence) and len(value) else ""
         kind = type(value[0] if count else value).__name__
         return f"<{count}{kind}>"
@@ -40,7 +41,7 @@ def _short(value: Any) -> str:
 
 
 def numbers(array: np.ndarray[Any, Any]) -> str:
-    """``<38 from 0.01 to 2400>``: size (or shape) and range of an array."""
+    """Text with the size (or shape) and range of an array: ``<38 from 0.01 to 2400>``."""
     shape = "×".join(map(str, array.shape)) or "1"
     if array.dtype.kind == "b":
         return f"<{shape} flags, {int(array.sum())} set>"
@@ -53,7 +54,7 @@ def numbers(array: np.ndarray[Any, Any]) -> str:
 def html_table(
     title: str, head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()
 ) -> str:
-    """A table with a caption; texts are escaped, the columns `right` aligned to the right."""
+    """HTML table with a caption. Texts are escaped; the columns with indices `right` are aligned to the right."""
 
     def cell(tag: str, i: int, text: str) -> str:
         style = _CELL.format("right" if i in right else "left")
@@ -71,12 +72,12 @@ def html_table(
 
 
 def html_list(items: Sequence[str]) -> str:
-    """Sentences as a list; nothing for none."""
+    """HTML list of sentences; empty without sentences."""
     return f"<ul>{''.join(f'<li>{escape(i)}</li>' for i in items)}</ul>" if items else ""
 
 
 def recording_html(recording: Any) -> str:
-    """The columns of a recording with their moments, then what the audit says."""
+    """HTML table of the columns of a recording with mean and standard deviation, and the findings of the audit."""
     r = recording
     rows = [
         (

@@ -1,7 +1,7 @@
-"""Threads, since the core and NumPy compute without the interpreter's lock; and how what they compute is ended.
+"""Compute in threads, and end computations that are no longer wanted.
 
-Work asks between its steps whether it is still wanted. Nothing may interrupt it from outside: an exception raised in the
-middle of the standard library leaves the locks closed that were just taken.
+Threads help because the compiled core and NumPy release the interpreter's lock. Between its steps, a computation calls
+`stop_if_unwanted`. No exception is raised from outside: in the middle of the standard library it would leave locks closed.
 """
 
 from __future__ import annotations
@@ -25,52 +25,52 @@ if TYPE_CHECKING:
 __all__ = [
     "Ended",
     "Pool",
-    "at_once",
-    "before",
-    "computing",
-    "go_on",
+    "has_running_jobs",
+    "parallel_columns",
     "processors",
-    "results",
+    "results_or_raise",
     "side_by_side",
+    "stop_if_unwanted",
     "while_wanted",
+    "with_deadline",
 ]
 
 T = TypeVar("T")
 
-#: Most at once: each holds the working memory of a whole column.
+#: Maximum number of columns that are computed at a time. Each needs the working memory of a whole column.
 WORKERS = 2
 NAME = "allanite column"
 _wanted: contextvars.ContextVar[Callable[[], bool] | None] = contextvars.ContextVar(
     "wanted", default=None
 )
-#: Places of the columns that are at work beside each other, that of the one that asks among them.
+#: Indices of the columns that `side_by_side` computes at the moment, including the caller's.
 _at_work: contextvars.ContextVar[set[int]] = contextvars.ContextVar("at work")
 
 
 def processors() -> int:
-    """Processors that this process may use; macOS and Windows tell only those of the machine."""
+    """Number of processors that this process may use; on macOS and Windows, the number in the machine."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def at_once() -> int:
-    """Columns that are computed at a time."""
+def parallel_columns() -> int:
+    """Number of columns that are computed at a time."""
     return min(WORKERS, processors())
 
 
 def columns_at_work() -> int:
-    """Columns that are computed now, that of the caller included; 1 outside of `side_by_side`."""
+    """Number of columns that are computed at the moment, including the caller's; 1 outside of `side_by_side`."""
     return max(1, len(_at_work.get(())))
 
 
 class Ended(BaseException):
-    """Raised inside work that is not wanted any more; no error, so that nothing inside takes it for one."""
+    """Raised inside of a computation that is no longer wanted. No `Exception`, so that no handler of errors catches it."""
 
 
 @contextmanager
 def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
-    """What is computed inside, and in pools begun there, ends at its next `go_on` once this says False."""
+    """Context whose computations, also in pools, end at their next `stop_if_unwanted` once `wanted` returns False."""
     token = _wanted.set(wanted)
     try:
         yield
@@ -78,16 +78,21 @@ def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
         _wanted.reset(token)
 
 
-def go_on() -> None:
-    """Between two steps of a long computation: raises `Ended` if it is not wanted any more."""
+def stop_if_unwanted() -> None:
+    """Raise `Ended` if the computation is no longer wanted. Call this between the steps of a long computation."""
     wanted = _wanted.get()
     if wanted is not None and not wanted():
         raise Ended
 
 
 @contextmanager
-def before(deadline: float | None, clock: Callable[[], float] = time.monotonic) -> Iterator[None]:
-    """End what is computed inside at its next `go_on` after a deadline of a `clock`, with `TimeoutError`."""
+def with_deadline(
+    deadline: float | None, clock: Callable[[], float] = time.monotonic
+) -> Iterator[None]:
+    """Context that ends its computation with `TimeoutError` at its next `stop_if_unwanted` after the deadline.
+
+    The deadline is a reading of `clock`; None means no deadline.
+    """
     if deadline is None:
         yield
         return
@@ -98,7 +103,7 @@ def before(deadline: float | None, clock: Callable[[], float] = time.monotonic) 
 
     try:
         with while_wanted(is_wanted):
-            go_on()
+            stop_if_unwanted()
             yield
     except Ended:
         if outer is not None and not outer():
@@ -107,9 +112,10 @@ def before(deadline: float | None, clock: Callable[[], float] = time.monotonic) 
 
 
 class Pool(ThreadPoolExecutor):
-    """Threads that know what their caller knows: whether the work is wanted, units of tables.
+    """Thread pool whose tasks inherit the caller's context: whether the work is wanted, and the units of tables.
 
-    Whatever is raised inside `with` ends the tasks: those that wait do not begin, those at work end at their next `go_on`.
+    An exception inside of `with` ends the tasks: waiting tasks do not begin, running tasks end at their next
+    `stop_if_unwanted`.
     """
 
     def __init__(self, workers: int) -> None:
@@ -117,12 +123,12 @@ class Pool(ThreadPoolExecutor):
         self._over = False
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Like that of the standard library; done at once where other columns keep every processor busy."""
+        """Start a task; compute it in the calling thread if other columns already occupy every processor."""
         if len(_at_work.get(())) >= processors():
             done: Future[T] = Future()
             try:
                 done.set_result(self._while_open(fn, *args, **kwargs))
-            except Exception as error:  # raised where the result is asked for, as from a thread
+            except Exception as error:  # raised by `Future.result`, as for a task in a thread
                 done.set_exception(error)
             return done
         run = contextvars.copy_context().run
@@ -139,21 +145,21 @@ class Pool(ThreadPoolExecutor):
         error: BaseException | None,
         where: TracebackType | None,
     ) -> None:
-        """Wait for the tasks, but not where the user interrupts."""
+        """Wait for the tasks, unless the user interrupts."""
         self._over = kind is not None
         waits = kind is None or not issubclass(kind, KeyboardInterrupt)
         self.shutdown(wait=waits, cancel_futures=self._over)
 
 
-def computing() -> bool:
-    """True while an abandoned task is still at work; only the end of the process stops it."""
+def has_running_jobs() -> bool:
+    """True while an abandoned task is still running. Only the end of the process stops such a task."""
     return any(thread.name.startswith(NAME) for thread in threading.enumerate())
 
 
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
-    """Results of tasks in their order; what a task refuses (`AllaniteError`) stands in the place of its result.
+    """Results of tasks that are computed in parallel, in their order. An `AllaniteError` of a task replaces its result.
 
-    An interrupt or any other error ends the wait at once, and tasks that have not begun do not begin.
+    An interrupt or any other error is raised at once, and tasks that have not begun do not begin.
     """
     waiting = deque(enumerate(tasks))
     done: SimpleQueue[tuple[int, T | BaseException]] = SimpleQueue()
@@ -169,13 +175,13 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
             at_work.add(place)
             try:
                 done.put((place, task()))
-            except BaseException as error:  # raised again where it is waited for
+            except BaseException as error:  # raised again in the waiting thread
                 done.put((place, error))
             finally:
                 at_work.discard(place)
 
-    for _ in range(min(at_once(), len(tasks))):
-        # What was set for the caller (units of tables) holds for its workers.
+    for _ in range(min(parallel_columns(), len(tasks))):
+        # Workers inherit the context of the caller, such as the units of tables.
         context = contextvars.copy_context()
         threading.Thread(target=context.run, args=(work,), daemon=True, name=NAME).start()
     found: dict[int, T | AllaniteError] = {}
@@ -190,8 +196,8 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     return [found[place] for place in range(len(tasks))]
 
 
-def results(found: Sequence[T | AllaniteError]) -> list[T]:
-    """What `side_by_side` returned, where every task must succeed: the first refusal is raised."""
+def results_or_raise(found: Sequence[T | AllaniteError]) -> list[T]:
+    """The results of `side_by_side`; raises the first error among them."""
     out = []
     for one in found:
         if isinstance(one, AllaniteError):

@@ -1,4 +1,4 @@
-"""Write a value with its arrays to a file, and read it back, without pickling: a value read from a file runs no code."""
+"""Write a value with its arrays to a file and read it back. Unlike a pickle, the file cannot run code."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ __all__ = ["read_value", "write_value"]
 MAGIC = b"allanite"
 #: Last bytes of the file: length of the JSON text before them, and the magic bytes.
 TRAILER = struct.Struct("<Q8s")
-#: Arrays begin at multiples of this many bytes: a cache line, which suits every dtype.
+#: Arrays begin at multiples of this many bytes: the size of a cache line, which is enough for every dtype.
 ALIGNMENT = 64
-#: Bytes from which the file is mapped instead of read. Below, one read is faster than page faults.
+#: Size of a file from which it is memory-mapped instead of read, bytes. Smaller files are read faster than mapped.
 MAPPED = 1 << 22
-#: Elements that are written at a time: a strided column is copied in blocks, not as a whole.
+#: Number of elements per write, so that a strided column is copied in blocks and not as a whole.
 BLOCK = 1 << 18
-#: Kinds of dtype that are transferred: numbers, truth values, date-times and text. Objects are refused.
+#: Kinds of dtype that can be transferred: numbers, booleans, date-times and text, but no objects.
 KINDS = "biufcmMSU"
 
 
@@ -43,7 +43,7 @@ def write_value(value: Any, file: IO[bytes]) -> None:
 
 
 def read_value(file: IO[bytes]) -> Any:
-    """Return the value that `write_value` wrote. Tuples come back as lists; arrays of large files are memory-mapped.
+    """The value that `write_value` wrote. Tuples become lists; arrays in large files are memory-mapped.
 
     Raises
     ------
@@ -63,18 +63,18 @@ def read_value(file: IO[bytes]) -> Any:
 
 
 def _content(file: IO[bytes], size: int) -> Any:
-    """Bytes of the arrays: a private map of a large file, a copy of a small one."""
+    """Bytes of the arrays: a private memory map of a large file, or a copy of a small file."""
     if size > MAPPED:
         return mmap.mmap(file.fileno(), size, access=mmap.ACCESS_COPY)
     file.seek(0)
-    # An array of NumPy is aligned, which a bytes object need not be.
+    # The memory of a NumPy array is aligned, the memory of a bytes object may not be.
     content = np.empty(size, dtype=np.uint8)
     content[:] = np.frombuffer(file.read(size), dtype=np.uint8)
     return content
 
 
 def _packed(value: Any, file: IO[bytes]) -> Any:
-    """JSON form of a value; each list is tagged with its kind, so that no text can pass for an array."""
+    """JSON form of a value. Each list is tagged with its kind, so that no list of texts is taken for an array."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in KINDS:
             raise TypeError(f"an array of {value.dtype} cannot be transferred")
@@ -91,6 +91,7 @@ def _packed(value: Any, file: IO[bytes]) -> Any:
 
 
 def _key(key: Any) -> str:
+    """The key of a dict, which must be a str."""
     if not isinstance(key, str):
         raise TypeError(f"a dict with a key of {type(key).__name__} cannot be transferred")
     return key
@@ -107,13 +108,14 @@ def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
         array = array.reshape(1)
     rows = max(1, BLOCK // max(1, math.prod(array.shape[1:])))
     for first in range(0, len(array), rows):
-        # View as bytes: date-times have no buffer of their own.
+        # Date-times do not support the buffer protocol, so the block is viewed as bytes.
         block = np.ascontiguousarray(array[first : first + rows])
         file.write(block.reshape(-1).view(np.uint8).data)
     return begin
 
 
 def _unpacked(value: Any, content: Any) -> Any:
+    """The value of a JSON form that `_packed` made, with arrays from `content`."""
     if not isinstance(value, list):
         return value
     kind, *rest = value
@@ -121,7 +123,7 @@ def _unpacked(value: Any, content: Any) -> Any:
         text, shape, begin = rest
         dtype = np.dtype(text)
         if dtype.kind not in KINDS:
-            raise ValueError(f"an array of {dtype} is not read")
+            raise ValueError(f"arrays of {dtype} are not allowed")
         count = math.prod(shape)
         if count == 0 or dtype.itemsize == 0:
             return np.zeros(shape, dtype)
@@ -130,4 +132,4 @@ def _unpacked(value: Any, content: Any) -> Any:
         return {key: _unpacked(item, content) for key, item in rest[0]}
     if kind == "list":
         return [_unpacked(item, content) for item in rest[0]]
-    raise ValueError(f"a value of kind {kind} is not read")
+    raise ValueError(f"unknown kind of value: {kind}")

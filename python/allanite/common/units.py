@@ -1,9 +1,8 @@
-"""Units of samples and of coefficients: one table, one small grammar, one conversion.
+"""Parse and convert the units of samples and of coefficients.
 
-A unit expression is a product of symbols with powers (``deg/s``, ``µg/√Hz``, ``deg/h^1.5``,
-``m/s/sqrt(h)``). It is reduced to a scale and to the powers of angle, length and time, so that a
-coefficient can only be read in a unit of its own dimension: the mistake of reading a noise density
-in deg/s/√Hz as an angle random walk in deg/√h (a factor of 60) cannot happen silently.
+A unit expression is a product of symbols with powers (``deg/s``, ``µg/√Hz``, ``deg/h^1.5``, ``m/s/sqrt(h)``). The parser
+reduces it to a scale and the powers of angle, length and time. A coefficient can only be converted to a unit of the same
+dimension. Therefore a noise density in deg/s/√Hz is never taken for an angle random walk in deg/√h (a factor of 60).
 """
 
 from __future__ import annotations
@@ -60,13 +59,13 @@ _ALIASES = {
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-·")
 _KINDS = {(1, 0, -1): ANGULAR_RATE, (0, 1, -2): ACCELERATION, (0, 0, 0): FREQUENCY}
-# Powers of what comes of these over time.
+# Powers of the integrals of these quantities over time → noun for messages.
 _INTEGRALS: dict[tuple[float, ...], str] = {
-    (1, 0, 0): "that of an angle",
-    (0, 1, -1): "that of a velocity",
-    (0, 0, 1): "that of a time",
+    (1, 0, 0): "an angle",
+    (0, 1, -1): "a velocity",
+    (0, 0, 1): "a time",
 }
-# Canonical names of the units that samples usually have; any other spelling keeps its own text.
+# Canonical names of usual units of samples. Any other unit keeps its own spelling.
 _CANONICAL = (
     "rad/s", "mrad/s", "urad/s", "deg/s", "mdeg/s", "deg/min", "deg/h", "arcsec/s", "rpm",
     "m/s^2", "mm/s^2", "g", "mg", "ug", "mgal", "1", "ppm", "ppb",
@@ -77,8 +76,8 @@ _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<sqrt>sqrt\b|√)"
     r"|(?P<name>[A-Za-z][A-Za-z_]*0?)|(?P<op>\*\*|[*/·.^()\[\]-])|(?P<half>½))"
 )
-#: Letters of a unit; brackets within brackets are as deep at most.
-LONGEST = 80
+#: Maximum length of a unit, characters. The depth of nested brackets, and of the recursion, is therefore limited, too.
+MAX_UNIT_LENGTH = 80
 _SIDES = re.compile(r"[\s,(\[]*\b(one|single|two|double)[\s-]?sided\b[\s)\]]*", re.IGNORECASE)
 
 
@@ -103,7 +102,7 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class _Quantity:
-    """A scale with the powers of angle, length and time."""
+    """A unit expression reduced to its scale to SI and its powers of angle, length and time."""
 
     scale: float
     angle: Fraction = Fraction(0)
@@ -112,9 +111,11 @@ class _Quantity:
 
     @property
     def powers(self) -> tuple[Fraction, Fraction, Fraction]:
+        """Powers of angle, length and time."""
         return (self.angle, self.length, self.time)
 
     def times(self, other: _Quantity, power: int = 1) -> _Quantity:
+        """Product with `other` to an integer power."""
         return _Quantity(
             self.scale * other.scale**power,
             self.angle + power * other.angle,
@@ -123,6 +124,7 @@ class _Quantity:
         )
 
     def to_the(self, power: Fraction) -> _Quantity:
+        """Quantity raised to a power."""
         return _Quantity(
             self.scale ** float(power), self.angle * power, self.length * power, self.time * power
         )
@@ -134,16 +136,16 @@ _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
 
 
 def normalised(text: str) -> str:
-    """Unicode spellings as the ASCII ones of the grammar, superscripts as ``^``, a data sheet's ``root-hour`` as √h."""
+    """A unit in the ASCII spelling of the grammar: superscripts as ``^``, ``root-hour`` of data sheets as √h."""
     text = _ROOT.sub("√", text)
     text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
-    # The nominal frequency of a counter: Hz/10 MHz, Hz/1e7.
+    # Frequency relative to the nominal frequency of a counter: Hz/10 MHz, Hz/1e7.
     text = re.sub(rf"/\s*({_NUMBER})\s*([kMG]?Hz)\b", r"/(\1*\2)", text)
     text = re.sub(rf"^\s*Hz\s*/\s*({_NUMBER})\s*$", r"Hz/(\1*Hz)", text)
     text = text.replace("°", "deg").replace("º", "deg").replace("µ", "u").replace("μ", "u")
     text = text.replace("×", "*").replace("″", "arcsec").replace("−", "-")
     text = re.sub(r"\bmps(2|s)\b", "m/s^2", text)
-    # Headers leave out the sign of a power: m/s2, m s-2.
+    # Headers often omit the ^ of a power: m/s2, m s-2.
     text = re.sub(r"(?<![A-Za-z])(s|sec)(?=-\d\b|[23]\b)", r"\1^", text)
     text = re.sub(r"(?<=[A-Za-z)])([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", r"^\1", text).translate(_SUPERSCRIPTS)
     return text.strip()
@@ -153,7 +155,7 @@ class _Parser:
     """Recursive descent over: expression = factor {("*" | "/" | "·" | adjacency) factor}."""
 
     def __init__(self, text: str) -> None:
-        if len(text) > LONGEST:
+        if len(text) > MAX_UNIT_LENGTH:
             raise ValueError(plain(text, 40))
         text = normalised(text)
         self.tokens: list[tuple[str, str]] = []
@@ -169,14 +171,17 @@ class _Parser:
         self.at = 0
 
     def peek(self) -> tuple[str, str]:
+        """Kind and text of the next token."""
         return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
 
     def take(self) -> tuple[str, str]:
+        """Kind and text of the next token, which is consumed."""
         token = self.peek()
         self.at += 1
         return token
 
     def whole(self) -> _Quantity:
+        """Quantity of the whole text."""
         result = self.expression()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
@@ -185,6 +190,7 @@ class _Parser:
         return result
 
     def expression(self) -> _Quantity:
+        """Quantity of a product or quotient of factors."""
         result = self.factor()
         while True:
             kind, text = self.peek()
@@ -197,6 +203,7 @@ class _Parser:
                 return result
 
     def factor(self) -> _Quantity:
+        """Quantity of a base with an optional power."""
         base = self.base()
         if self.peek()[1] in ("^", "**"):
             self.take()
@@ -204,6 +211,7 @@ class _Parser:
         return base
 
     def base(self) -> _Quantity:
+        """Quantity of a symbol, a number, a root or an expression in brackets."""
         kind, text = self.take()
         if kind == "sqrt":
             return self.base().to_the(Fraction(1, 2))
@@ -219,6 +227,7 @@ class _Parser:
         raise ValueError(text)
 
     def power(self) -> Fraction:
+        """Exponent after ``^``."""
         kind, text = self.take()
         if text == "-":
             return -self.power()
@@ -241,6 +250,7 @@ class _Parser:
 
 
 def _symbol(name: str) -> _Quantity:
+    """Quantity of a unit symbol or one of its aliases."""
     for key in (name, _ALIASES.get(name, ""), name.lower(), _ALIASES.get(name.lower(), "")):
         # Prefixed symbols are case-sensitive: "Mg" is not a milli-g.
         if key in _SYMBOLS and (key != name.lower() or key == name or len(name) > 2 or key == "g"):
@@ -251,7 +261,7 @@ def _symbol(name: str) -> _Quantity:
 
 @lru_cache(maxsize=512)
 def _quantity(text: str) -> _Quantity:
-    """Reduce a unit expression; `InputError` names the part not understood."""
+    """Quantity of a unit expression; raises `InputError` with the part that is not understood."""
     try:
         result = _Parser(text).whole()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
@@ -259,13 +269,12 @@ def _quantity(text: str) -> _Quantity:
     else:
         return result
     raise InputError(
-        f"unknown unit {text!r}: {problem!r} is not understood; samples may be in one of"
-        f" {SAMPLE_UNITS}; 1 takes them as they are"
+        f"unknown unit {text!r}: {problem!r} is not understood; use one of {SAMPLE_UNITS} (1: no unit)"
     )
 
 
 def parse_unit(text: str) -> Unit:
-    """Read the unit of samples.
+    """Parse the unit of samples.
 
     Parameters
     ----------
@@ -280,7 +289,7 @@ def parse_unit(text: str) -> Unit:
     Raises
     ------
     InputError
-        The text is no unit, or not one of an angular rate, acceleration or fractional frequency.
+        The text is no unit, or the unit is not that of an angular rate, acceleration or fractional frequency.
     """
     quantity = _quantity(text)
     kind = _KINDS.get(tuple(int(p) if p.denominator == 1 else p for p in quantity.powers))  # type: ignore[arg-type]
@@ -288,13 +297,13 @@ def parse_unit(text: str) -> Unit:
         integral = _INTEGRALS.get(tuple(map(float, quantity.powers)))
         if integral is not None:
             raise InputError(
-                f"unit {text!r} is {integral}, not that of a rate",
+                f"unit {text!r} is the unit of {integral}, not of a rate",
                 missing="quantity",
-                remedy="; of samples that are integrals give {quantity:angle} or {quantity:increment}",
+                remedy="; if the samples are integrals of the rate, add {quantity:angle} or {quantity:increment}",
             )
         raise InputError(
-            f"unit {text!r} is neither an angular rate, an acceleration nor a fractional frequency (of a counter in Hz"
-            f" its Hz/10MHz); samples may be in one of {SAMPLE_UNITS}; 1 takes them as they are"
+            f"unit {text!r} is none of an angular rate, an acceleration or a fractional frequency (for a counter in Hz"
+            f" write Hz/10MHz); use one of {SAMPLE_UNITS} (1: no unit)"
         )
     for name in _CANONICAL:
         known = _quantity(name)
@@ -306,10 +315,9 @@ def parse_unit(text: str) -> Unit:
 
 
 def rate_unit(text: str, quantity: str) -> Unit:
-    """Return the unit of the rate behind samples of a quantity: ``deg`` of an angle is ``deg/s``.
+    """Unit of the rate that belongs to samples of a quantity: ``deg/s`` for an angle in ``deg``.
 
-    The unit of the rate itself is accepted as well, as on the command line
-    (``quantity="angle", unit="1"`` for a clock's phase in seconds).
+    The unit of the rate itself is accepted as well (``quantity="angle", unit="1"`` for a clock phase in seconds).
     """
     if quantity == "rate":
         return parse_unit(text)
@@ -319,21 +327,21 @@ def rate_unit(text: str, quantity: str) -> Unit:
 
 
 def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
-    """``deg/s,m/s^2``: each unit by the kind of sensor whose samples of a quantity are in it.
+    """Units in a text such as ``deg/s,m/s^2``, by kind of sensor.
 
     Raises
     ------
     InputError
-        No unit of samples among them, or two of one kind.
+        One of the units is no unit of samples, or two units belong to one kind of sensor.
     """
     found = {rate_unit(one, quantity).kind: one.strip() for one in text.split(",")}
     if len(found) <= text.count(","):
-        raise InputError(f"two units of one kind in {text}: give one of each kind of sensor")
+        raise InputError(f"two units of one kind in {text}: give one unit per kind of sensor")
     return found
 
 
 def coefficient_unit(unit: str, power_of_second: float) -> str:
-    """Canonical spelling of U·s^power, the unit of a coefficient for samples in U.
+    """Canonical spelling of U·s^power, the unit of a coefficient of samples in U.
 
     Parameters
     ----------
@@ -353,18 +361,17 @@ def coefficient_unit(unit: str, power_of_second: float) -> str:
 
 
 def conversion(from_unit: str, to_unit: str) -> float:
-    """Factor that turns a number in one unit into another unit of the same dimension.
+    """Factor that converts a number from one unit to another unit of the same dimension.
 
     Parameters
     ----------
     from_unit, to_unit : str
-        Unit expressions. A density spelled ``"… one-sided"`` is √2 times the two-sided N.
+        Unit expressions. A density in ``"… one-sided"`` is √2 times the two-sided N.
 
     Raises
     ------
     InputError
-        Different dimensions (deg for a coefficient of an accelerometer, a wrong power of seconds);
-        both units are named.
+        The dimensions differ, for example by a power of seconds.
     """
     source, source_side = _side(from_unit)
     target, target_side = _side(to_unit)
@@ -376,14 +383,16 @@ def conversion(from_unit: str, to_unit: str) -> float:
         )
     for text, quantity, side in ((to_unit, b, target_side), (from_unit, a, source_side)):
         if side != 1.0 and quantity.time.denominator != 2:
-            raise InputError(f"{text!r}: only a noise density can be one-sided; leave it out")
+            raise InputError(
+                f"{text!r}: only a noise density can be one-sided or two-sided; delete the word"
+            )
     return a.scale / b.scale * target_side / source_side
 
 
 def _side(text: str) -> tuple[str, float]:
-    """Split off a "one-sided" remark: the bare unit, and the factor on a two-sided density."""
-    # What is longer is no unit, and many brackets would take long to search.
-    match = _SIDES.search(text) if len(text) <= 2 * LONGEST else None
+    """The unit without "one-sided" or "two-sided", and the factor relative to a two-sided density."""
+    # A longer text is no unit, and a search in many brackets would take long.
+    match = _SIDES.search(text) if len(text) <= 2 * MAX_UNIT_LENGTH else None
     if match is None:
         return text, 1.0
     factor = math.sqrt(2) if match.group(1).lower() in ("one", "single") else 1.0
@@ -391,7 +400,7 @@ def _side(text: str) -> tuple[str, float]:
 
 
 def _dimension(quantity: _Quantity) -> str:
-    """Words for a dimension: the kind of sensor and the power of seconds."""
+    """Text of a dimension for messages: the kind of sensor and the power of seconds."""
     angle, length, time = quantity.powers
     for (a, l, t), kind in _KINDS.items():
         if angle == a and length == l:

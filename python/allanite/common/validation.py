@@ -1,4 +1,4 @@
-"""Numbers as they were asked for: checked where they come in, one line for each that cannot be used."""
+"""Check arguments; each function returns the checked value or raises an `InputError`."""
 
 from __future__ import annotations
 
@@ -15,97 +15,98 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
-    "LARGEST",
+    "MAX_NUMBER",
     "SEEDS",
     "check_size",
     "floats",
-    "moment",
-    "places",
     "positive",
     "positive_rate",
-    "recorded",
+    "require_frequencies",
+    "require_recording",
+    "sample_index",
     "whole",
 ]
 
-#: Seeds are 64 bits of the generator's key.
+#: Largest seed: the generator takes 64 bits.
 SEEDS = 2**64 - 1
-#: Numbers beyond have no square that is a number.
-LARGEST = 1e150
-#: Largest deviation of a sample from the mean. Powers are squared, and the fourth powers of these are 1e-300 and 1e300.
-DEVIATIONS = (1e-75, 1e75)
-#: Rates up to which products of powers of them and of coefficients are numbers, Hz.
-FASTEST = 1e30
+#: Largest number whose square is still a double.
+MAX_NUMBER = 1e150
+#: Allowed range of the largest deviation of a sample from the mean. Squares of powers are fourth powers of samples, which
+#: must be doubles: 1e-300 to 1e300.
+DEVIATION_RANGE = (1e-75, 1e75)
+#: Largest rate, Hz, and reciprocal of the smallest. Products of powers of rates and coefficients must be doubles.
+MAX_RATE = 1e30
 
 
 def positive(value: object, name: str, unit: str, remedy: str) -> float:
-    """A finite number above 0.
+    """The value as a float, which must be positive and at most `MAX_NUMBER`.
 
     Parameters
     ----------
     value : object
-        What was given.
+        The given value.
     name, unit, remedy : str
-        How the message calls it, and what it says to do.
+        Name and unit of the value, and the remedy, for the message.
 
     Raises
     ------
     InputError
-        Anything else.
+        The value is no number, not positive or too large.
     """
     number = _number(value)
-    if not 0.0 < number <= LARGEST:
+    if not 0.0 < number <= MAX_NUMBER:
         shown = f"{number:g}" if isinstance(value, (int, float)) else repr(value)
         raise InputError(f"{name} = {shown}{f' {unit}' if unit else ''}: {remedy}")
     return number
 
 
 def positive_rate(rate: object) -> float:
-    """A sampling rate in Hz.
+    """The sampling rate in Hz as a float.
 
     Raises
     ------
     InputError
-        No number, not positive, or none whose reciprocal and square are numbers.
+        The rate is no number, not positive, or beyond `MAX_RATE`.
     """
     number = _number(rate)
     if math.isnan(number) and not isinstance(rate, float):
-        raise InputError(f"the rate must be a number of Hz, found {rate!r}")
+        raise InputError(f"the rate must be a number in Hz, found {rate!r}")
     if not 0.0 < number < math.inf:
         raise InputError(f"the rate must be a positive number of Hz, found {number:g}")
-    if not 1.0 / FASTEST <= number <= FASTEST:
+    if not 1.0 / MAX_RATE <= number <= MAX_RATE:
         raise InputError(
-            f"the rate must be from {1 / FASTEST:g} to {FASTEST:g} Hz, found {number:g}"
+            f"the rate must be from {1 / MAX_RATE:g} to {MAX_RATE:g} Hz, found {number:g}"
         )
     return number
 
 
-def recorded(given: object) -> None:
-    """What is computed of a recording (or of a summary, its stand-in) is given one.
+def require_recording(given: object) -> None:
+    """Raise an error if the argument is neither a recording nor a summary.
 
     Raises
     ------
     InputError
-        Anything else.
+        The argument is a path, an array or anything else.
     """
     if hasattr(given, "columns") and hasattr(given, "rate"):
         return
     if isinstance(given, (str, PathLike)):
         path = fspath(given)
-        raise InputError(f"{path!r} is a path, no recording: give al.read({path!r})")
+        raise InputError(f"{path!r} is a path, not a recording: use al.read({path!r})")
     what = "an array" if hasattr(given, "__array__") or isinstance(given, (list, tuple)) else ""
     raise InputError(
-        f"{what or type(given).__name__} is no recording:"
-        " give al.Recording(x, rate=…, unit=…), or al.read(path)"
+        f"{what or type(given).__name__} is not a recording:"
+        " use al.Recording(x, rate=…, unit=…) or al.read(path)"
     )
 
 
 def floats(values: object, name: str) -> NDArray[np.float64]:
-    """An array of real numbers.
+    """The values as an array of doubles.
 
     Raises
     ------
     InputError
-        Text, complex numbers, a mapping or anything else that holds no real numbers.
+        The values are text, complex numbers, a mapping or anything else without real numbers.
     """
     try:
         given = np.asarray(values)
@@ -113,19 +114,19 @@ def floats(values: object, name: str) -> NDArray[np.float64]:
             return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         pass
-    raise InputError(f"{name}: numbers are needed, found {str(values)[:40]!r}")
+    raise InputError(f"{name} must be numbers, found {str(values)[:40]!r}")
 
 
-def places(values: object, name: str, unit: str) -> NDArray[np.float64]:
-    """An array of frequencies or times: what products of two rates or of their reciprocals can be.
+def require_frequencies(values: object, name: str, unit: str) -> NDArray[np.float64]:
+    """Frequencies or times as an array of doubles.
 
     Raises
     ------
     InputError
-        No numbers, or one that is not from 1e-60 to 1e60.
+        The values are no numbers, or one is not from 1e-60 to 1e60, the range of products of two rates.
     """
     numbers = floats(values, name)
-    low, high = FASTEST**-2, FASTEST**2
+    low, high = MAX_RATE**-2, MAX_RATE**2
     wrong = numbers[~((numbers >= low) & (numbers <= high))]
     if wrong.size:
         raise InputError(f"{name} must be from {low:g} to {high:g} {unit}, found {wrong.flat[0]:g}")
@@ -133,49 +134,49 @@ def places(values: object, name: str, unit: str) -> NDArray[np.float64]:
 
 
 def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
-    """Refuse samples whose fourth powers are no doubles.
+    """Raise an error for samples whose fourth powers are no doubles.
 
     Parameters
     ----------
     samples : ndarray, shape (n,)
     label, of : str
-        How the message calls them, and what needs them: "a fit".
+        Name of the samples and of the computation ("a fit"), for the message.
 
     Raises
     ------
     InputError
-        The largest deviation from the mean is not within `DEVIATIONS`, and the samples are not constant.
+        The largest deviation from the mean is not within `DEVIATION_RANGE`, and the samples are not constant.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         largest = float(np.abs(samples - samples.mean()).max())
-    if largest != 0.0 and not DEVIATIONS[0] <= largest <= DEVIATIONS[1]:
+    if largest != 0.0 and not DEVIATION_RANGE[0] <= largest <= DEVIATION_RANGE[1]:
         raise InputError(
-            f"{label} deviates from its mean by {largest:.2g} at most: {of} needs {DEVIATIONS[0]:g} to"
-            f" {DEVIATIONS[1]:g}; convert the samples to another unit"
+            f"{label} deviates from its mean by {largest:.2g} at most: {of} needs {DEVIATION_RANGE[0]:g} to"
+            f" {DEVIATION_RANGE[1]:g}; convert the samples to another unit"
         )
 
 
-def moment(seconds: float, rate: float) -> int:
-    """Number of the sample at a time.
+def sample_index(seconds: float, rate: float) -> int:
+    """Index of the sample at a time in seconds.
 
     Raises
     ------
     InputError
-        NaN or infinite seconds.
+        The time is NaN or infinite.
     """
     at = _number(seconds) * rate
     if not math.isfinite(at):
-        raise InputError(f"{seconds!r} s: a time from the first sample is a finite number")
+        raise InputError(f"{seconds!r} s: a time must be a finite number of seconds")
     return round(at)
 
 
 def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> int:
-    """A whole number from `least` to `most`; 5.0 is one, 1.5 is not.
+    """The value as an int from `least` to `most`; 5.0 is accepted, 1.5 is not.
 
     Raises
     ------
     InputError
-        Anything else.
+        The value is no whole number or out of range.
     """
     try:
         exact: int | None = operator.index(value)  # type: ignore[arg-type]
@@ -193,7 +194,7 @@ def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> 
 
 
 def _number(value: object) -> float:
-    """As a float; NaN for what is none, infinity for what is too large."""
+    """The value as a float; NaN if it is no number, infinity if it is too large."""
     try:
         return float(value)  # type: ignore[arg-type]
     except OverflowError:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.validation import LARGEST
+from allanite.common.validation import MAX_NUMBER
 
 __all__ = ["SCREENS", "Parameter", "StraightLine", "has_several", "names_of"]
 
@@ -80,7 +80,7 @@ class Parameter:
             Another type, or a number out of the bounds; it begins with the name of the parameter.
         """
         if several:
-            low, high = -LARGEST, LARGEST
+            low, high = -MAX_NUMBER, MAX_NUMBER
             given = [value] if isinstance(value, (int, float)) else value
             if isinstance(given, (list, tuple)):
                 return tuple(self._number(one, low, high) for one in given)
@@ -108,7 +108,7 @@ class Parameter:
     @property
     def bounds(self) -> tuple[float, float]:
         """The bounds, finite."""
-        return max(self.low, -LARGEST), min(self.high, LARGEST)
+        return max(self.low, -MAX_NUMBER), min(self.high, MAX_NUMBER)
 
 
 def has_several(cls: type, name: str) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.memory import released
+from allanite.common.memory import cleared_by_free_buffers
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import (
     Blue,
@@ -150,7 +150,7 @@ class Filter(Modifier):
         return _merged([part for term in terms for part in _passed(term, response)])
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=64)
 def _response(passing: Filter, rate: float) -> Response:
     """The response of a filter, which all effects of a model pass one after the other."""
@@ -179,7 +179,7 @@ def _merged(terms: list[Term]) -> tuple[Term, ...]:
     return (*rest, White(white)) if white else tuple(rest)
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _passed(term: Term, response: Response) -> tuple[Term, ...]:
     if isinstance(term, Blue):

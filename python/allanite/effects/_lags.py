@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.memory import released
+from allanite.common.memory import cleared_by_free_buffers
 
 __all__ = [
     "allan_of_lags",
@@ -69,7 +69,7 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
     return out
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_lags(exponent: float, count: int) -> Array:
     """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^a, h = 0…count−1.
@@ -125,7 +125,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     return out
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
     """E c_j²/s(w_j) of a power law at j = 1…64 of n ordinates: what the ends of the record do to it.
@@ -138,7 +138,7 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
     return tuple((-(2.0 / n) * own / (2 * np.sin(np.pi * j / (2 * n))) ** exponent).tolist())
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _cosine_weights(n: int) -> Array:
     """Weights of the lags 1 … n − 1 in the ordinates 1 … 64 of n samples, shape (64, n − 1)."""

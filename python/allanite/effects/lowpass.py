@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.memory import released
+from allanite.common.memory import cleared_by_free_buffers
 from allanite.effects._filter import Response
 from allanite.effects.terms import Exponential, Lags, Term, White
 
@@ -70,7 +70,7 @@ MEANS = {1: 0.442947, 2: 0.318936, 3: 0.261672}
 PHASES = 4
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
     """Autocovariance of white noise of variance 1 behind the filter."""
@@ -226,7 +226,7 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
     return out
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=4096)
 def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
     """Impulse response at `PHASES` times the rate, one array for each phase of it."""

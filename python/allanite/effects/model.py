@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
-from allanite.common.validation import places, positive_rate
+from allanite.common.validation import positive_rate, require_frequencies
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic
@@ -232,7 +232,7 @@ class Model:
         ndarray
             U²/Hz, shape of `f`; the level of white noise is N² (`docs/methods.md`).
         """
-        frequency = np.atleast_1d(places(f, "f", "Hz"))
+        frequency = np.atleast_1d(require_frequencies(f, "f", "Hz"))
         fs = self._rate(rate, 1.0 / (2e3 * frequency.max(initial=1e-30)))
         w = 2.0 * np.pi * frequency / fs
         total = np.zeros_like(w)
@@ -255,7 +255,7 @@ class Model:
         ndarray
             U², shape of `tau`. Deterministic effects add their exact asymptotic variance.
         """
-        times = np.atleast_1d(places(tau, "tau", "s"))
+        times = np.atleast_1d(require_frequencies(tau, "tau", "s"))
         fs = self._rate(rate, times.min(initial=np.inf) / 1e3)
         m = np.maximum(np.round(times * fs), 1.0)
         total = np.zeros_like(m)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from allanite.common.errors import InputError
 from allanite.common.several import by_column, former_use
-from allanite.common.validation import recorded
+from allanite.common.validation import require_recording
 from allanite.effects import Modifier, Periodic, as_model
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import prepare
@@ -76,7 +76,7 @@ def fit_model(
     >>> bool(low < 0.1 < high)
     True
     """
-    recorded(recording)
+    require_recording(recording)
     return _fit(recording, as_model(model).limited("a fit"), method)
 
 
@@ -150,7 +150,7 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
     """
     from allanite.fit.several.columns import Fits
 
-    recorded(recording)
+    require_recording(recording)
     parsed = as_model(model)
     return Fits(by_column(recording.measured, lambda column: fit_model(column, parsed, method)))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import ends_apart, harmonics_text, numbers_text
+from allanite.common.numbers import figures_for_interval, harmonics_text, numbers_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed, relative_unit
 
@@ -73,7 +73,7 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
     if value.interval is None:
         return f"{float(value):.5g} {unit}".rstrip(), ""
     # A frequency may be known to six figures: both ends would be one number in fewer.
-    figures = ends_apart(value.interval, 4)
+    figures = figures_for_interval(value.interval, 4)
     low, high = value.interval
     text = f"{float(value):.{max(5, figures)}g} {unit}".rstrip()
     return text, f"{low:.{figures}g} … {high:.{figures}g}"

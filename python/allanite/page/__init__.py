@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
-from allanite.common.validation import recorded
+from allanite.common.validation import require_recording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,7 +70,7 @@ def explore(recording: Recording, *, open_browser: bool = True) -> Page:
 
     from allanite.page.source import Source
 
-    recorded(recording)
+    require_recording(recording)
     name = Path(recording.path).name if recording.path else "recording"
     page = open_page([Source(name, recording=recording)]).start()
     if open_browser:

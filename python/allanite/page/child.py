@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError
-from allanite.common.isolation import LOOK, Limits, call_isolated
+from allanite.common.isolation import POLL_S, Limits, call_isolated
 from allanite.recording.findings import Finding
 from allanite.recording.log_column import LogColumn
 from allanite.recording.recording import of_fields
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from allanite.readers._table import Table
     from allanite.recording import Recording
 
-__all__ = ["LOOK", "inspect_in_child", "read_in_child"]
+__all__ = ["POLL_S", "inspect_in_child", "read_in_child"]
 
 #: Stretches of a spark line.
 SPARK = 60

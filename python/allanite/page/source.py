@@ -15,7 +15,7 @@ import numpy as np
 from allanite.common.errors import InputError, about
 from allanite.common.files import OwnedFolder
 from allanite.effects import Model
-from allanite.page.child import LOOK, inspect_in_child, read_in_child
+from allanite.page.child import POLL_S, inspect_in_child, read_in_child
 from allanite.readers import FORMATS
 from allanite.recording import Recording
 
@@ -96,7 +96,7 @@ class Shared:
     @contextmanager
     def alone(self, watch: Watch) -> Iterator[None]:
         """Do what another tab need not do again; `watch` is called until it is this one's turn."""
-        while not self._gate.acquire(timeout=LOOK):
+        while not self._gate.acquire(timeout=POLL_S):
             if watch is not None:
                 watch()
         try:

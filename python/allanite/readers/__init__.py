@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError, about
-from allanite.common.memory import require, shown_bytes
+from allanite.common.memory import require_memory, shown_bytes
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
@@ -343,7 +343,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
             return read_table(inner, pick, topics)
     log_format = FORMATS.of_suffix(path.suffix.lower())
     if log_format is None and (log_format := FORMATS.of_head(_text_head(path))) is not None:
-        require(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
+        require_memory(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
     if not topics:
         table = (text.read if log_format is None else log_format.read)(path, pick)
     elif log_format is not None and log_format.has_topics:
@@ -416,6 +416,6 @@ def _take(table: Table, layout: Layout) -> NDArray[Any]:
     ]
     if len(taken) > 1:
         size = sum(column.nbytes for column in taken)
-        require(size, f"a table of {len(taken)} columns, beside the columns themselves,")
+        require_memory(size, f"a table of {len(taken)} columns, beside the columns themselves,")
         return locked(np.column_stack(taken))
     return locked(np.ascontiguousarray(taken[0])) if taken[0].flags.owndata else taken[0]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.recording.samples import index_of
@@ -64,7 +64,7 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
     if not all(isinstance(value, str) for value in values):
         return array
     # Every text takes as much memory as the longest.
-    require(4 * len(values) * max(map(len, values), default=0), "its text")
+    require_memory(4 * len(values) * max(map(len, values), default=0), "its text")
     return np.array(values, dtype=np.str_)
 
 

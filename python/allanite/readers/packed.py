@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from allanite.common.errors import InputError, about
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -110,5 +110,5 @@ def _copy(source: IO[bytes] | gzip.GzipFile, sink: IO[bytes]) -> None:
     size = 0
     while piece := source.read(1 << 20):
         size += len(piece)
-        require(size, "it unpacked")
+        require_memory(size, "it unpacked")
         sink.write(piece)

@@ -12,7 +12,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 from allanite.common.plain import plain
 from allanite.readers._table import Table, split_header
 from allanite.readers.column_numbers import ROWS
@@ -132,7 +132,7 @@ def _read(path: Path, pick: Picker) -> Table:
     first, cells = first_rows(reader, names, units)
     first = replace(first, rate=stated_rate(path))
     wanted = sorted(set(pick(first)))
-    require(
+    require_memory(
         MEMORY_PER_CELL * len(wanted) * _rows_expected(path), f"a log with {len(wanted)} columns"
     )
     _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)

@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.aligned import aligned
 from allanite.common.errors import InputError, about
 from allanite.common.units import rate_unit
-from allanite.common.validation import moment, positive_rate
+from allanite.common.validation import positive_rate, sample_index
 from allanite.recording import samples as arrays
 from allanite.recording.findings import of_stamps
 from allanite.recording.samples import column_names, find_column, group_means, index_of, locked, own
@@ -337,8 +337,8 @@ class Recording:
 
     def trim(self, start_s: float | None = None, end_s: float | None = None) -> Recording:
         """Return the samples from `start_s` to `end_s`, in seconds from the first sample."""
-        first = 0 if start_s is None else max(moment(start_s, self.rate), 0)
-        last = self.n if end_s is None else min(moment(end_s, self.rate), self.n)
+        first = 0 if start_s is None else max(sample_index(start_s, self.rate), 0)
+        last = self.n if end_s is None else min(sample_index(end_s, self.rate), self.n)
         if last <= first:
             raise InputError(
                 f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s"

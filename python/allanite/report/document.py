@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, whole_file
-from allanite.common.validation import recorded
+from allanite.common.validation import require_recording
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
@@ -229,7 +229,7 @@ def make_report(
     """
     from allanite.study import improve
 
-    recorded(recording)
+    require_recording(recording)
     asked = {"model": str(getattr(model, "name", model)), **(options or {})}
     if len(recording.columns) > 1:
         from allanite.axes import characterize
@@ -242,10 +242,12 @@ def make_report(
 
 def report_of(found: Characterization, options: Mapping[str, str] | None = None) -> Report:
     """The report on a characterised sensor: all axes at once, then each by itself."""
-    from allanite.common.threads import results, side_by_side
+    from allanite.common.threads import results_or_raise, side_by_side
 
     tasks = [partial(_entry, study) for study in found.studies.values()]
-    return Report(tuple(results(side_by_side(tasks))), MappingProxyType(dict(options or {})), found)
+    return Report(
+        tuple(results_or_raise(side_by_side(tasks))), MappingProxyType(dict(options or {})), found
+    )
 
 
 def _entry(study: Study) -> Entry:

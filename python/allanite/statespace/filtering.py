@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.validation import recorded
+from allanite.common.validation import require_recording
 from allanite.effects import as_model
 from allanite.effects._known import Periodic
 from allanite.statespace.model import StateSpace, state_space
@@ -221,7 +221,7 @@ def innovations(
     >>> print(round(al.innovations(x, al.AngleRandomWalk(N=0.05)).mean_nis))
     4
     """
-    recorded(recording)
+    require_recording(recording)
     model = as_model(model)
     samples = np.array(recording.rate_samples(), dtype=np.float64)
     n, rate = samples.size, recording.rate

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.units import parse_unit
-from allanite.common.validation import positive, positive_rate, recorded
+from allanite.common.validation import positive, positive_rate, require_recording
 from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
@@ -303,7 +303,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     >>> print((seen.rms / angle.total).round(1), seen.segments)
     [1.] [454]
     """
-    recorded(recording)
+    require_recording(recording)
     parsed = parse_unit(recording.unit)
     order, factor = next(
         (order, factor) for q, _, order, factor in QUANTITIES[parsed.kind] if q == growth.quantity

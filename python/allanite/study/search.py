@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.blas import one_thread
 from allanite.common.errors import TooShortError
 from allanite.common.several import Several, by_column, former_use
-from allanite.common.threads import before, columns_at_work, results, side_by_side
-from allanite.common.validation import positive, recorded
+from allanite.common.threads import columns_at_work, results_or_raise, side_by_side, with_deadline
+from allanite.common.validation import positive, require_recording
 from allanite.effects import Away, Model, Modifier, Stochastic, as_model
 from allanite.fit import fit_model
 from allanite.fit.likelihood.remembered import trim_memory
@@ -118,7 +118,7 @@ def improve(
     >>> study.fit.model.name, study.stopped_because
     ('N+K', 'adequate')
     """
-    recorded(recording)
+    require_recording(recording)
     if tolerance is not None:
         tolerance = positive(
             tolerance, "tolerance", "%", "give per cent of the deviation, such as 5"
@@ -146,7 +146,7 @@ def improve(
             stop = "limit"
         better = None
         try:
-            with before(deadline, clock):
+            with with_deadline(deadline, clock):
                 if stop is None:
                     better, stop = next_step(ladder, check), "nothing helps"
                 elif stop != "within tolerance":
@@ -156,7 +156,7 @@ def improve(
         if better is None:
             return _study(recording, ladder, check, stop or "nothing helps", tolerance)
         ladder.append(better)
-        with suppress(TimeoutError), before(deadline, clock):
+        with suppress(TimeoutError), with_deadline(deadline, clock):
             for rung in _further_steps(ladder, check):
                 if is_full(ladder, limit) or _is_within_tolerance(rung.fit, tolerance):
                     break
@@ -205,11 +205,13 @@ def improve_columns(
     >>> [study.stopped_because for study in studies.values()]
     ['adequate', 'adequate']
     """
-    recorded(recording)
+    require_recording(recording)
     tasks = by_column(
         recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance, seconds)
     )
-    return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
+    return Several(
+        dict(zip(tasks, results_or_raise(side_by_side(list(tasks.values()))), strict=True))
+    )
 
 
 def _study(
@@ -291,9 +293,9 @@ def _final_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
     return best_replacement(ladder)
 
 
-def _with_harmonics(before: Fit, rung: Rung) -> Rung:
+def _with_harmonics(with_deadline: Fit, rung: Rung) -> Rung:
     """The step with the harmonics or side bands of a new narrow band, unless they raise an error."""
-    other = with_harmonics_or_side_bands(before, rung)
+    other = with_harmonics_or_side_bands(with_deadline, rung)
     return other if other is rung or no_error_rises(rung.fit, other.fit) else rung
 
 
@@ -519,12 +521,13 @@ def _with_split(
     return better
 
 
-def _is_unchanged(before: Fit, after: Fit) -> bool:
+def _is_unchanged(with_deadline: Fit, after: Fit) -> bool:
     """True if the model has the same kinds of effects as before and explains no more."""
-    old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
+    old, new = (sorted(e.kind for e in fit.model) for fit in (with_deadline, after))
     return (
         old == new
-        and evidence_gain(after.solution, before.solution, before.data) < MAX_RIVAL_LOG_EVIDENCE
+        and evidence_gain(after.solution, with_deadline.solution, with_deadline.data)
+        < MAX_RIVAL_LOG_EVIDENCE
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.fit.stamped.likelihood import whitened
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
     def squares(rows: NDArray[np.int64]) -> Array:
         out = np.zeros(rows.size)
         for first in range(0, rows.size, COLUMNS):
-            go_on()
+            stop_if_unwanted()
             some = rows[first : first + COLUMNS]
             steps = (np.arange(series.n)[None, :] >= some[:, None]).astype(float)
             white, _ = whitened(noise, series.times, there, steps)

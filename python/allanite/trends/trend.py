@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
-from allanite.common.threads import go_on
-from allanite.common.validation import recorded
+from allanite.common.threads import stop_if_unwanted
+from allanite.common.validation import require_recording
 from allanite.effects import (
     AngleRandomWalk,
     BiasInstability,
@@ -347,7 +347,7 @@ def trend(
     >>> print(round(found.steps[0].height.value), len(found.waves))
     5 2
     """
-    recorded(recording)
+    require_recording(recording)
     if per not in PER:
         raise InputError(f"per = {per!r}: one of {', '.join(PER)}")
     candidates = _candidates(model)
@@ -512,7 +512,7 @@ def _fits(
     """Return a fit of each candidate, best first; the larger ones begin where the smaller ones ended."""
     fits: list[FittedNoise] = []
     for candidate in candidates:
-        go_on()
+        stop_if_unwanted()
         report(len(fits), len(candidates))
         inside = [
             f

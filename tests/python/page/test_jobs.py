@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor, thread
 import numpy as np
 import pytest
 
-from allanite.common.threads import Pool, go_on
+from allanite.common.threads import Pool, stop_if_unwanted
 from allanite.page import bench, child, jobs, source
 from allanite.page.source import Source
 from allanite.page.tab import Tab
@@ -41,7 +41,7 @@ def test_pools_of_the_work_end_with_it():
     def step():
         begun.wait(30.0)
         while True:
-            go_on()
+            stop_if_unwanted()
             time.sleep(0.001)
 
     def work(_job):
@@ -69,7 +69,7 @@ def test_a_job_that_is_ended_gives_its_turn_back(monkeypatch):
         job.take_turn()
         taken.set()
         while True:
-            go_on()
+            stop_if_unwanted()
             time.sleep(0.001)
 
     first, second = jobs.Job("first", work), jobs.Job("second", work)

@@ -9,7 +9,14 @@ import pytest
 
 from allanite.common import threads
 from allanite.common.errors import InputError
-from allanite.common.threads import Ended, Pool, computing, go_on, processors, while_wanted
+from allanite.common.threads import (
+    Ended,
+    Pool,
+    has_running_jobs,
+    processors,
+    stop_if_unwanted,
+    while_wanted,
+)
 
 NUMBER = 2
 #: Seconds after which a thread gives up: only where a test fails.
@@ -28,7 +35,7 @@ class Work:
         end = time.monotonic() + PATIENCE
         try:
             while time.monotonic() < end:
-                go_on()
+                stop_if_unwanted()
                 time.sleep(0.002)
         except Ended:
             self.ended.release()
@@ -68,7 +75,7 @@ def test_an_interrupt_does_not_wait_for_a_step():
         raise KeyboardInterrupt
     # Still at work: the command line ends the process without it.
     assert not future.done()
-    assert computing()
+    assert has_running_jobs()
     hold.set()
 
 

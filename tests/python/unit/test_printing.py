@@ -11,7 +11,7 @@ from allanite.cli import cli
 from allanite.cli.output import wrapped
 from allanite.common.errors import InputError
 from allanite.common.numbers import chance_text, harmonics_text, numbers_text, trials_text
-from allanite.common.printing import ASKED, printed, sample_unit, table_unit
+from allanite.common.printing import REQUESTED_UNITS, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.files import parse_model
 from allanite.fit.table import parameter_rows
@@ -41,11 +41,11 @@ def test_what_is_no_unit_is_refused():
 @pytest.mark.parametrize("sample", ["deg/h", "deg/s", "rad/s", "mg", "m/s^2", "ug"])
 @pytest.mark.parametrize("power", [1.0, 0.5, 0.0, -0.5, -1.0])
 def test_relatives_have_the_dimension(sample, power):
-    token = ASKED.set({parse_unit(sample).kind: sample})
+    token = REQUESTED_UNITS.set({parse_unit(sample).kind: sample})
     try:
         unit = table_unit(sample, power, {})
     finally:
-        ASKED.reset(token)
+        REQUESTED_UNITS.reset(token)
     root = {1.0: "s", 0.5: "sqrt(s)", 0.0: "1", -0.5: "1/sqrt(s)", -1.0: "1/s"}[power]
     factor = conversion(f"({sample})*{root}", unit)
     # Per hour instead of per second: 60^(2·power); the number is the same where no hour is in it.
@@ -85,7 +85,7 @@ def test_data_sheet_units_are_the_default_and_others_are_asked_for(log):
         assert " °/√h" in run(*log, "--output-unit", unit)
     assert " rad/s/√Hz" in run(*log, "--output-unit", "rad/s")
     assert " °/s/√Hz" in run(*log, "--output-unit", "dps/√Hz")
-    assert not ASKED.get()
+    assert not REQUESTED_UNITS.get()
 
 
 @pytest.mark.parametrize(
@@ -107,11 +107,11 @@ def shown_rows(model, unit, asked):
     """Parameter, value and interval of a fit to a simulated record, as the tables of a command show them."""
     record = parse_model(model).simulate(n=4000, rate=10.0, seed=1, unit=unit)
     record = record.to(sample_unit(asked))
-    token = ASKED.set({parse_unit(record.unit).kind: asked})
+    token = REQUESTED_UNITS.set({parse_unit(record.unit).kind: asked})
     try:
         return parameter_rows(parse_model("N+K").fit(record))
     finally:
-        ASKED.reset(token)
+        REQUESTED_UNITS.reset(token)
 
 
 def table_row(rows, name):
@@ -143,12 +143,12 @@ def test_a_unit_of_one_kind_leaves_that_of_the_other():
         samples = ",".join(map(sample_unit, asked.split(",")))
         record = al.Recording(np.ones((20, 2)), rate=1, unit=six).to(samples)
         assert record.units == expected
-    token = ASKED.set({"acceleration": "ug"})
+    token = REQUESTED_UNITS.set({"acceleration": "ug"})
     try:
         assert table_unit("rad/s", 0.5, {"angular rate": "deg/sqrt(h)"}) == "deg/sqrt(h)"
         assert table_unit("ug", 0.5, {"acceleration": "m/s/sqrt(h)"}) == "ug/sqrt(Hz)"
     finally:
-        ASKED.reset(token)
+        REQUESTED_UNITS.reset(token)
 
 
 def test_each_kind_of_sensor_in_a_log_has_the_unit_asked_for_it(tmp_path):

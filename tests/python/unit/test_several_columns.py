@@ -102,7 +102,7 @@ def test_an_estimate_of_several_columns_says_how_to_ask_for_it():
     with pytest.raises(KeyError) as caught:
         fit["N"]
     assert str(caught.value) == "6 columns were fitted; use fit['gyro_x']['N']"
-    with pytest.raises(KeyError, match="no column 'gyro_w': there are gyro_x"):
+    with pytest.raises(KeyError, match="no column 'gyro_w': choose one of gyro_x"):
         fit["gyro_w"]
     assert "gyro_w" not in fit
 

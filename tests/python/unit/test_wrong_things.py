@@ -26,14 +26,14 @@ TAKING = {
 def test_what_is_no_recording(call):
     for array in (X, X.tolist()):
         with pytest.raises(
-            al.InputError, match=r"^an array is no recording: give al.Recording\(x,"
+            al.InputError, match=r"^an array is not a recording: use al.Recording\(x,"
         ):
             call(array)
     with pytest.raises(
-        al.InputError, match=r"^'imu.csv' is a path, no .*: give al.read\('imu.csv'\)"
+        al.InputError, match=r"^'imu.csv' is a path, not .*: use al.read\('imu.csv'\)"
     ):
         call("imu.csv")
-    with pytest.raises(al.InputError, match=r"^int is no recording"):
+    with pytest.raises(al.InputError, match=r"^int is not a recording"):
         call(3)
 
 

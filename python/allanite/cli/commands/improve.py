@@ -68,7 +68,7 @@ def command(
     from allanite.cli import output
     from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
-    from allanite.common.threads import results
+    from allanite.common.threads import results_or_raise
     from allanite.study import improve
 
     models = models_of(model)
@@ -86,7 +86,7 @@ def command(
     else:
         with output.progress_of_axes(len(columns), options) as on_axes:
             found = improve_columns(columns, starts, on_axes, tolerance=tolerance, seconds=seconds)
-        studies = results(found)
+        studies = results_or_raise(found)
     if save is not None:
         output.save_fits([study.fit for study in studies], save)
     output.plot(studies, [c.columns[0] for c in columns], plot)

@@ -13,7 +13,7 @@ from allanite import _kernels
 from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import check_size
 from allanite.deviation import oadev
 from allanite.fit.likelihood.peaks import has_all_ordinates
@@ -190,7 +190,7 @@ class Data:
 
     def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
         """Cosine ordinates of a series sampled at `time`, shape (n,)."""
-        go_on()
+        stop_if_unwanted()
         return _kernels.cosine_transform(np.ascontiguousarray(series))
 
     def factors(self) -> NDArray[np.int64]:
@@ -209,7 +209,7 @@ class Data:
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
     ) -> NDArray[np.float64]:
         """Overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
-        go_on()
+        stop_if_unwanted()
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.parameters import NORMAL
 from allanite.common.showing import brief
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.spectrum.spectrum import cells_of
 
 __all__ = [
@@ -84,7 +84,7 @@ def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
 
     With `cells`, each value of `count` belongs to a whole cell with its own error ε.
     """
-    go_on()  # every fit passes here often enough to react to an interrupt
+    stop_if_unwanted()  # every fit passes here often enough to react to an interrupt
     return _likelihood_of_bytes(count.tobytes(), cells)
 
 

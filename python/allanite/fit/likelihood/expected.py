@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.memory import released
+from allanite.common.memory import cleared_by_free_buffers
 from allanite.common.showing import brief
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Model
 from allanite.fit.likelihood.peaks import is_narrow, means_near
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_DENSITY_FACTOR, is_empty
@@ -94,7 +94,7 @@ def columns_like(
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of a sum of terms, shape (bins,)."""
-    go_on()
+    stop_if_unwanted()
     own = _column_of_terms(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
 
@@ -123,7 +123,7 @@ def _column_with_modifiers(
     effect: Stochastic, acting: tuple[Modifier, ...], data: Data
 ) -> NDArray[np.float64]:
     """Expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,)."""
-    go_on()
+    stop_if_unwanted()
     opened, mixing = _without_coefficient(effect), data.mixing
 
     def own() -> NDArray[np.float64]:
@@ -132,14 +132,14 @@ def _column_with_modifiers(
     return own() if mixing is None else data.mixed.get((opened, acting), lambda: mixing @ own())
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _without_coefficient(effect: Stochastic) -> Stochastic:
     """The effect without coefficient, held names and limits, as a cache key: its column does not depend on them."""
     return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _complete_column(
     effect: Stochastic,
@@ -173,7 +173,7 @@ def _column_of_terms(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
     return out
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=32)
 def _evaluator(n: int) -> _kernels.Ordinates:
     """Compiled evaluator of densities at the nodes of the bins of n samples."""
@@ -182,7 +182,7 @@ def _evaluator(n: int) -> _kernels.Ordinates:
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
     """Expected squared ordinates at single indices of n samples, U² per sample, shape of `ordinates`."""
-    go_on()
+    stop_if_unwanted()
     found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.memory import released
+from allanite.common.memory import cleared_by_free_buffers
 
 __all__ = ["MIN_TRIM_SAMPLES", "ArrayCache", "series_cache", "times_of", "trim_memory"]
 
@@ -25,7 +25,7 @@ MAX_CACHED_SAMPLES = 10**7
 MIN_TRIM_SAMPLES = 1 << 17
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=1)
 def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
     """Time of each sample of a record, s, shape (n,); cached and read-only."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
-from allanite.common.threads import results, side_by_side
+from allanite.common.threads import results_or_raise, side_by_side
 from allanite.effects import Moving
 from allanite.fit.likelihood.bands_in_time import (
     band_series,
@@ -225,7 +225,7 @@ def _normalized(whitened: Whitened) -> Whitened:
         spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
         samples = samples + whitened.step * spread
     # The sort cannot be interrupted; a separate thread lets the main thread handle interrupts.
-    [order] = results(side_by_side([lambda: _kernels.order(samples)]))
+    [order] = results_or_raise(side_by_side([lambda: _kernels.order(samples)]))
     scores = np.empty(samples.size)
     scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
     return replace(_with_samples(whitened, scores), step=0.0)

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST
 from allanite.fit.likelihood.expected import column, density
 from allanite.fit.likelihood.peaks import nodes_of
@@ -104,7 +104,7 @@ class _ConditionalMean:
 
     def _weighted(self, whole: Array, weight: Array) -> Array:
         """Cᵀ diag(weight) C times a whole record, at the missing samples."""
-        go_on()
+        stop_if_unwanted()
         ordinates = _kernels.cosine_transform(whole)
         ordinates *= weight
         return _kernels.inverse_cosine_transform(ordinates)[self.missing]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.memory import released
+from allanite.common.memory import cleared_by_free_buffers
 
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
@@ -32,7 +32,7 @@ def _coupling(missing: Mask) -> Array:
     return np.asarray(np.concatenate([transform, [0.0], transform[:0:-1]]) ** 2)
 
 
-@released
+@cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
     """`_squared_correlations` for a mask of n samples packed into bytes; cached, since models do not change the result."""

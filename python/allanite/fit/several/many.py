@@ -14,7 +14,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.parameters import NORMAL
-from allanite.common.validation import recorded
+from allanite.common.validation import require_recording
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.whittle import PROFILE_DROP, climb
 from allanite.fit.several.many_table import aligned, many_table
@@ -178,7 +178,7 @@ def fit_many(
 
     given = [recordings] if isinstance(recordings, Recording) else list(recordings)
     for one in given:
-        recorded(one)
+        require_recording(one)
     columns = [column for recording in given for column in recording]
     if not columns:
         raise InputError("no recordings: give at least one")

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -145,7 +145,7 @@ class Band:
 
     def gain(self, frequency: float, drift: float) -> float:
         """Rise of logL by a line with this mid-record frequency and drift."""
-        go_on()
+        stop_if_unwanted()
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
         return float(abs(turn @ self.series) ** 2)

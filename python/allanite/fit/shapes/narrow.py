@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Effect, Model, Stochastic
 from allanite.fit.likelihood.expected import density, means
 from allanite.fit.likelihood.peaks import (
@@ -142,7 +142,7 @@ class Window:
 
     def log_likelihood(self, x: Array) -> float:
         """Whittle logL of the ordinates with the band at coordinates x."""
-        go_on()
+        stop_if_unwanted()
         return self._judged(self.spectrum(x))
 
     def _judged(self, expected: Array) -> float:

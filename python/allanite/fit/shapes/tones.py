@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL, Band, band_about, loudest_frequency
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
     k = band.series.size
     best = (0.0, 0.0, 1.0, -np.inf)
     for length in _lengths(k):
-        go_on()
+        stop_if_unwanted()
         step = max(1, int(length) // POSITIONS_PER_LENGTH)
         rows = np.lib.stride_tricks.sliding_window_view(band.series, length)[::step]
         power = np.abs(fft(rows, 2 * length, axis=1)) ** 2 * (k / length)
@@ -162,7 +162,7 @@ def _optimized(
         turn = np.exp(-1j * np.pi * (f - frequency) * (edges[1:] + edges[:-1]))
         return -float(np.abs(turn @ np.diff(at)) ** 2 / (b - a))
 
-    go_on()
+    stop_if_unwanted()
     first = np.vstack([np.zeros(3), np.eye(3)])
     options: Any = {"initial_simplex": first, "xatol": 1e-3, "fatol": 1e-4, "maxiter": 300}
     found = minimize(loss, np.zeros(3), method="Nelder-Mead", options=options)

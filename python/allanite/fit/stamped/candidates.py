@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Model
 from allanite.fit.stamped.noise import StampedNoise, added
 
@@ -189,7 +189,7 @@ def fit_noise(
         return np.concatenate([[0.0], free])
 
     def loss(free: Array) -> float:
-        go_on()
+        stop_if_unwanted()
         return -series.regressed(at(whole(np.asarray(free, dtype=float)))).profiled
 
     if sizes == 1 and candidate.exponents is None:

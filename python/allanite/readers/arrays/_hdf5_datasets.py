@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
                 found.append((name, item))
 
     file.visititems(check_object)
-    require(sum(item.size * _bytes_per_item(item.dtype) for _, item in found), "it unpacked")
+    require_memory(sum(item.size * _bytes_per_item(item.dtype) for _, item in found), "it unpacked")
     return found
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -108,7 +108,7 @@ def _unpacked(data: memoryview, order: str) -> memoryview:
         head = unpacker.decompress(data, 8)
         size = max(struct.unpack(f"{order}II", head)[1], 8) if len(head) == 8 else 8
         size = min(size, 1032 * len(data))  # nothing is packed closer
-        require(2.0 * size, "a packed array")
+        require_memory(2.0 * size, "a packed array")
         return memoryview(head + unpacker.decompress(unpacker.unconsumed_tail, size))
     except zlib.error as error:
         raise ValueError(str(error)) from None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require, shown_bytes
+from allanite.common.memory import require_memory, shown_bytes
 from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
@@ -120,14 +120,14 @@ def _is_hdf5(path: Path) -> bool:
 
 def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     size = path.stat().st_size
-    require(2.0 * size, f"a file of {shown_bytes(size)}")
+    require_memory(2.0 * size, f"a file of {shown_bytes(size)}")
     try:
         # A file that became shorter since then is damaged, not an error of the system.
         found, unpacked = [], 0
         for name, a in arrays(path.read_bytes()):
             unpacked += a.nbytes
             # Each array is checked before it is unpacked, and here all of them together.
-            require(size + unpacked, "it unpacked")
+            require_memory(size + unpacked, "it unpacked")
             if not name.startswith("__"):
                 found.append((name, a))
     except (ValueError, struct.error) as error:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape, columns_of
 
@@ -75,7 +75,7 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
             found = {}
             wanted = [i for i in archive.zip.infolist() if i.filename.removesuffix(".npy") in KEYS]
             # A packed file can be a thousandth of what it holds.
-            require(sum(i.file_size for i in wanted), "it unpacked")
+            require_memory(sum(i.file_size for i in wanted), "it unpacked")
             for key in archive.files:
                 # Only what is read here is loaded: a foreign key cannot do harm or cost memory.
                 if key in KEYS:

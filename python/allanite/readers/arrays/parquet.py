@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated
 from allanite.readers._table import split_unit
@@ -78,7 +78,7 @@ def _is_text(kind: Any) -> bool:
 
 def _require(schema: Any, rows: int) -> None:
     """Refuse columns that are larger than the memory once they are unpacked."""
-    require(rows * sum(_bytes(field.type) for field in schema), "it unpacked")
+    require_memory(rows * sum(_bytes(field.type) for field in schema), "it unpacked")
 
 
 def _bytes(kind: Any) -> float:
@@ -119,7 +119,7 @@ def _arrow(path: Path) -> Any:
         for number in range(file.num_record_batches):
             batches.append(file.get_batch(number))
             size += batches[-1].nbytes
-            require(size, "it unpacked")
+            require_memory(size, "it unpacked")
         return pa.Table.from_batches(batches, file.schema)
 
 

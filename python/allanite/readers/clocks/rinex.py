@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._lines import lines_of
 from allanite.readers._table import Table, check_shape
@@ -60,7 +60,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         )
     times = np.unique(np.concatenate([epochs for epochs, _ in clocks.values()]))
     check_shape((times.size, len(clocks)))
-    require(8.0 * times.size * len(clocks), f"{len(clocks)} clocks at {times.size} epochs")
+    require_memory(8.0 * times.size * len(clocks), f"{len(clocks)} clocks at {times.size} epochs")
     columns = []
     for epochs, offsets in clocks.values():
         column = np.full(times.size, math.nan)

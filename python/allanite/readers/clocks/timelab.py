@@ -8,7 +8,7 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
+from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape
 
@@ -81,7 +81,7 @@ def _append(found: list[NDArray[np.float64]], cells: list[bytes]) -> int:
     except ValueError as error:
         raise InputError(f"the block of time errors holds text ({error})") from None
     # Once in blocks, and once as a whole.
-    require(2.0 * sum(block.nbytes for block in found), "the time errors")
+    require_memory(2.0 * sum(block.nbytes for block in found), "the time errors")
     return len(cells)
 
 

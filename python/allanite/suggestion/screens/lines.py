@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.threads import go_on
+from allanite.common.threads import stop_if_unwanted
 from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
@@ -94,7 +94,7 @@ def screen_lines(
     noise = solution.noise(data)
     found: list[Candidate] = []
     for k in range(MAX_LINES_REFITTED):
-        go_on()
+        stop_if_unwanted()
         trim_memory(data.samples.size)
         top, above = _strongest(ratio, data)
         if ratio[top] <= MIN_LINE_PEAK or (k >= MIN_LINES_REFITTED and above < MIN_HARMONIC_HEIGHT):

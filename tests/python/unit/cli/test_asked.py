@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 from allanite.common.errors import about
-from allanite.common.validation import moment, positive, positive_rate, whole
+from allanite.common.validation import positive, positive_rate, sample_index, whole
 from command_line import refused
 
 INF, NAN = float("inf"), float("nan")
@@ -24,7 +24,7 @@ def test_whole_numbers():
 def test_positive_numbers_rates_and_moments():
     assert positive(2, "duration", "s", "") == 2.0
     assert positive_rate(np.float32(2)) == 2.0
-    assert moment(1.5, 10.0) == 15
+    assert sample_index(1.5, 10.0) == 15
     for value in (0, -1, NAN, INF, 10**400, "x", None):
         with pytest.raises(al.InputError, match=r"duration = .* s: longer"):
             positive(value, "duration", "s", "longer")
@@ -33,7 +33,7 @@ def test_positive_numbers_rates_and_moments():
             positive_rate(value)
     for value in (NAN, INF):
         with pytest.raises(al.InputError, match="finite"):
-            moment(value, 1.0)
+            sample_index(value, 1.0)
 
 
 @pytest.mark.parametrize(

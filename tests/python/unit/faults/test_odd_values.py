@@ -53,9 +53,9 @@ def test_the_deviation_of_a_recording_can_be_pickled():
 def test_frequencies_and_times_are_numbers(value):
     model = al.effects.AngleRandomWalk(N=1.0)
     if value is not None:
-        with pytest.raises(al.InputError, match="numbers are needed"):
+        with pytest.raises(al.InputError, match="must be numbers"):
             model.psd(value)
-        with pytest.raises(al.InputError, match="numbers are needed"):
+        with pytest.raises(al.InputError, match="must be numbers"):
             model.allan_variance(value)
     if not isinstance(value, (str, dict)):
         with pytest.raises(al.InputError, match="give a name such as"):

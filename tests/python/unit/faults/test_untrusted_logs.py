@@ -227,7 +227,7 @@ def test_every_reader_of_a_foreign_library_has_a_deadline(tmp_path, forked, monk
     monkeypatch.setattr(FORMATS.of_suffix(suffix).read, "__wrapped__", endless)
     (tmp_path / f"x{suffix}").write_bytes(b"something")
     try:
-        refused(tmp_path / f"x{suffix}", "does not end reading it")
+        refused(tmp_path / f"x{suffix}", "does not finish reading this file")
     except ModuleNotFoundError:
         pytest.skip("its library is not installed")
 
