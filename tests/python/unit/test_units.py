@@ -200,7 +200,7 @@ def test_data_sheets_and_counters_as_they_write_it(text, plain):
     ("text", "what"), [("arcsec", "angle"), ("m/s", "velocity"), ("s", "time")]
 )
 def test_what_is_an_integral_says_so(text, what):
-    with pytest.raises(InputError, match=f"that of an? {what}.* give quantity=angle or quantity="):
+    with pytest.raises(InputError, match=f"unit of an? {what}.* add quantity=angle or quantity="):
         parse_unit(text)
     with pytest.raises(InputError, match="of a counter in Hz its Hz/10MHz"):
         parse_unit("Hz")
