@@ -20,6 +20,7 @@ from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
+from allanite.readers.texts._lines import is_utf16, rewritten, utf16_lines
 from allanite.readers.topics import rosbag
 from allanite.readers.unit_names import unitless
 from allanite.recording import Recording
@@ -60,7 +61,8 @@ HEAD = 8192
 MEMORY_PER_BYTE = 30.0
 #: Answer to a topic of a log that has none.
 NO_TOPICS = (
-    "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has no topics"
+    "topics are for ROS bags, ULog, ArduPilot logs, rows of several sensors and archives (.zip):"
+    " this log has no topics"
 )
 
 
@@ -342,6 +344,10 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
     log_format = FORMATS.of_suffix(path.suffix.lower())
+    if log_format is None and is_utf16(path):
+        require(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
+        with rewritten(path, utf16_lines(path)) as inner:
+            return read_table(inner, pick, topics)
     if log_format is None and (log_format := FORMATS.of_head(_text_head(path))) is not None:
         require_memory(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
     if not topics:

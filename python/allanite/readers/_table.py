@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
+from allanite.common.units import ACCELERATION
 from allanite.readers.sensor_names import sensor_kind, words_in
 from allanite.readers.unit_kinds import time_unit
 from allanite.readers.unit_names import unit_in_name
@@ -76,7 +77,7 @@ class Table:
         # Names and units are a stranger's text.
         names = tuple(map(plain, self.names))
         units = [u and plain(u) for u in self.units]
-        said = [u or unit_in_name(name) for u, name in zip(units, names, strict=True)]
+        said = [_unit_of(name, u) for name, u in zip(names, units, strict=True)]
         object.__setattr__(self, "names", distinct(names))
         object.__setattr__(self, "units", tuple(said))
 
@@ -93,6 +94,15 @@ class Table:
         return next((len(c) for c in self.columns if c is not None), 0)
 
 
+def _unit_of(name: str, unit: str | None) -> str | None:
+    """Unit of a column: the one that the file states, or the one in the name; mG of an accelerometer is no milligauss."""
+    if unit in _GRAVITY and sensor_kind(name) == ACCELERATION:
+        return _GRAVITY[unit]
+    return unit or unit_in_name(name)
+
+
+#: Spellings of units of acceleration that are those of a magnetic field elsewhere.
+_GRAVITY = {"mG": "mg", "milli-g": "mg", "milliG": "mg", "mili-g": "mg"}
 #: More columns than this, and fewer samples than columns, is an array whose samples run along the rows.
 MOST_COLUMNS = 10_000
 

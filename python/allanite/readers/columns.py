@@ -234,6 +234,9 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
             continue
         x, is_named = table[i], sensor_kind(table.names[i]) is not None
         is_axis = is_named or not table.named or words_in(table.names[i]) in ("x", "y", "z")
+        if not is_axis and len(sensors) > 1 and x.dtype.kind == "f" and np.isnan(x).all():
+            kinds[i] = "no values"
+            continue
         kind = kind_of(x)
         # A name tells more than numbers, but for numbers that rise in every row.
         if kind is not None and not (is_named and np.any(np.diff(x) <= 0)):

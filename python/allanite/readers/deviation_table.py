@@ -16,7 +16,12 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
 
-__all__ = ["is_deviation_table", "refuse_deviation_table"]
+__all__ = [
+    "is_deviation_header",
+    "is_deviation_table",
+    "refuse_deviation_header",
+    "refuse_deviation_table",
+]
 
 _TAU = re.compile(
     r"^(?:taus?\d*|τ|averaging[ _]?(?:time|interval)|(?:avg|cluster)[ _]?time|m[ _]?tau)$",
@@ -68,6 +73,21 @@ def is_deviation_table(names: Sequence[str], columns: Sequence[NDArray[np.float6
     return (multiples or spread) and all(_is_deviation(tau, column) for column in found)
 
 
+def is_deviation_header(line: str) -> bool:
+    """Tell a line that names averaging times and deviations, though not as many columns as the rows have: Stable32's."""
+    words = re.split(r"[\s,;|]+", line.strip("#%; \t"))
+    return any(map(_TAU.match, words)) and any(map(_DEVIATION.search, words))
+
+
+def refuse_deviation_header(lines: Sequence[str]) -> None:
+    """Raise an InputError where a line before the first row of numbers is the header of a table of deviations."""
+    for line in lines:
+        if re.match(r"^\s*[-+.]?\d", line):
+            return
+        if is_deviation_header(line):
+            raise _refusal("")
+
+
 def _is_deviation(tau: NDArray[np.float64], column: NDArray[np.float64]) -> bool:
     """Whether a column falls smoothly, as the deviation of white or rounding noise does over the shortest τ."""
     last = max(int(np.searchsorted(tau, OCTAVES * tau[0], side="right")) - 1, 1)
@@ -85,7 +105,11 @@ def refuse_deviation_table(table: Table) -> None:
         table.columns[0],
     )
     span = "" if tau is None or len(tau) == 0 else f" (τ from {tau[0]:.4g} to {tau[-1]:.4g} s)"
-    raise InputError(
+    raise _refusal(span)
+
+
+def _refusal(span: str) -> InputError:
+    return InputError(
         f"a table of deviations{span}, not a log of samples",
         missing="record_length",
         remedy=": give the log it was computed from, or fit the table with allanite export and {record_length}",

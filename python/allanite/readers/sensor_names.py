@@ -71,7 +71,10 @@ _AXIS = re.compile(r"(^|_|[a-z])([xyz]|[0-9])(_|$)")
 _DURATION = re.compile(
     r"(^|_)(dt|delay|latency|rtt|interval|period|duration|exposure|lag|delta_?t(ime)?|jitter)(_|$)"
 )
-_TEMPERATURE_UNITS = ("degC", "degF", "C", "F", "K", "℃", "Celsius", "celsius", "degK")
+_TEMPERATURE_UNITS = re.compile(
+    r"(°|deg(rees?)?)[. _]?([cfk]|celsius|fahrenheit)|(?-i:[CFK])|℃|celsius|fahrenheit|kelvin",
+    re.IGNORECASE,
+)
 
 
 def _key(name: str) -> str:
@@ -94,7 +97,7 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
     """Return the role of a column and, for the role ``other``, why it is no sensor."""
     key, words = _key(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)
-    if (unit or "").replace("°", "deg") in _TEMPERATURE_UNITS:
+    if _TEMPERATURE_UNITS.fullmatch((unit or "").strip()):
         return "temperature", ""
     if kind not in (RATE, INTEGRAL) and (_TIME.match(key) or _TIME.match(words)):
         return "time", ""

@@ -16,6 +16,7 @@ from allanite.common.memory import require_memory
 from allanite.common.plain import plain
 from allanite.readers._table import Table, split_header
 from allanite.readers.column_numbers import ROWS
+from allanite.readers.deviation_table import refuse_deviation_header
 from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
 
 if TYPE_CHECKING:
@@ -128,6 +129,7 @@ def _read(path: Path, pick: Picker) -> Table:
         if not any(units):
             units = units_below(path, names) or UNITS_OF_HEADERS.get(names) or units
     else:
+        refuse_deviation_header(_first_lines(path))
         names, units = (), ()
     first, cells = first_rows(reader, names, units)
     first = replace(first, rate=stated_rate(path))
@@ -208,10 +210,14 @@ def _rows_expected(path: Path) -> float:
     return path.stat().st_size * begin.count(b"\n") / len(begin) if begin else 0.0
 
 
+def _first_lines(path: Path) -> list[str]:
+    with path.open(encoding="latin-1") as stream:
+        return stream.read(4096).splitlines()[:40]
+
+
 def stated_rate(path: Path) -> float | None:
     """Sampling rate that a comment or preamble states: ``// Update Rate: 100.0Hz``, ``Fs,100``, ``# Tau: 1.0``; Hz."""
-    with path.open(encoding="latin-1") as stream:
-        lines = stream.read(4096).splitlines()[:40]
+    lines = _first_lines(path)
     found = next((match for line in lines if (match := _RATE.match(line))), None)
     if found is not None:
         return float(found[1]) * (1e3 if (found[2] or "").lower() == "k" else 1.0)

@@ -13,6 +13,7 @@ segments. A sensor that is too quiet from the first sample on has few exceedance
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,24 +108,9 @@ class PowerBets:
         size = np.exp(np.round(np.log(np.maximum(change, 1e-9)) * LEVELS) / LEVELS)
         self._levels, place = np.unique(1.0 + np.sign(levels - 1.0) * size, return_inverse=True)
         self._place = place.reshape(-1)
-        self._fractions = np.array([self._fraction(level) for level in self._levels])
-
-    def _fraction(self, level: float) -> float:
-        """λ that gains most on normal samples of this power (Kelly 1956); 0 within the tolerance."""
-        from scipy.optimize import minimize_scalar
-        from scipy.special import chdtri
-
-        if self._low <= level <= self._high:
-            return 0.0
-        null = self._low if level < 1.0 else self._high
-        p = (np.arange(500) + 0.5) / 500
-        sign, clip = (-1.0, CLIP) if level < 1.0 else (1.0, FAR)
-        gain = np.minimum(level * chdtri(1.0, p), clip) / null - 1.0
-        most = (1.0 - LEAST_FACTOR) / (CLIP / null - 1.0 if level < 1.0 else 1.0)
-        found = minimize_scalar(
-            lambda part: -np.log1p(sign * part * gain).mean(), bounds=(0.0, most), method="bounded"
+        self._fractions = np.array(
+            [_fraction(float(level), self._low, self._high) for level in self._levels]
         )
-        return float(sign * found.x)
 
     def gains(self, white: Array, clipped: float) -> Array:
         """Logarithms of the e-values of whitened samples, in the order of `levels`.
@@ -145,6 +131,31 @@ class PowerBets:
             v = np.minimum(square, CLIP)
             out[down] = _log_products(np.maximum(self._fractions[down], -most), v / low - 1.0)
         return out[self._place]
+
+
+@lru_cache(maxsize=4)
+def _squares_of_normal_samples(n: int) -> Array:
+    """Quantiles of the squares of standard normal samples at the middles of n equal probabilities."""
+    from scipy.special import chdtri
+
+    return np.asarray(chdtri(1.0, (np.arange(n) + 0.5) / n))
+
+
+@lru_cache(maxsize=1024)
+def _fraction(level: float, low: float, high: float) -> float:
+    """λ that gains most on normal samples of this power (Kelly 1956); 0 between `low` and `high`."""
+    from scipy.optimize import minimize_scalar
+
+    if low <= level <= high:
+        return 0.0
+    null = low if level < 1.0 else high
+    sign, clip = (-1.0, CLIP) if level < 1.0 else (1.0, FAR)
+    gain = np.minimum(level * _squares_of_normal_samples(500), clip) / null - 1.0
+    most = (1.0 - LEAST_FACTOR) / (CLIP / null - 1.0 if level < 1.0 else 1.0)
+    found = minimize_scalar(
+        lambda part: -np.log1p(sign * part * gain).mean(), bounds=(0.0, most), method="bounded"
+    )
+    return float(sign * found.x)
 
 
 def _log_products(fractions: Array, gain: Array) -> Array:

@@ -201,7 +201,21 @@ def texts():
     channel = "DATA_START\nTime,6284.1:scaledGyroX\n" + "".join(
         f"{k / 100},{v:.6f}\n" for k, v in enumerate(x)
     )
+    sketch = "".join(
+        f"Acceleration X: {v:.2f}, Y: 0.1, Z: 9.8 m/s^2\nRotation X: {v:.4f}, Y: 1, Z: 2 rad/s\nTemperature: 25.1 degC\n\n"
+        for v in x
+    )
+    turns = "".join(
+        f"ACCE;{k / 100};{v:.4f};1\nGYRO;{k / 100};{v:.5f};2\n" for k, v in enumerate(x)
+    )
+    lvm = (
+        "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\nChannels\t1\nY_Unit_Label\tdeg/s\n"
+        "X_Dimension\tTime\nDelta_X\t0.01\n***End_of_Header***\t\nX_Value\tGyro\tComment\n"
+    ) + "".join(f"{k / 100}\t{v:.6f}\n" for k, v in enumerate(x))
     found = (
+        sketch,
+        turns,
+        lvm,
         ptp,
         chrony,
         loop,

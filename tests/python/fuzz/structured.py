@@ -7,6 +7,7 @@ mutant: a recording or one of allanite's errors in one line of at most 300 chara
 
 import argparse
 import faulthandler
+import gzip
 import io
 import json
 import os
@@ -113,6 +114,35 @@ def archive_fields(data):
             found += [(at + k, 4, "little") for k in range(4, length - 3, 2)]
             at = data.find(mark, at + 1)
     return found
+
+
+def all_bytes(data):
+    """Every place but the last ones, as numbers of 1, 2 and 4 bytes."""
+    return [(k, width, "little") for width in (1, 2, 4) for k in range(len(data) - 4)]
+
+
+def archives():
+    """A log in an archive, packed by each method of the library."""
+    (stored,) = logs.archive()
+    with zipfile.ZipFile(io.BytesIO(stored)) as archive:
+        rows = archive.read("Gyroscope.csv")
+    found = [stored]
+    for method in (zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA):
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w", method) as archive:
+            archive.writestr("Gyroscope.csv", rows)
+        found.append(stream.getvalue())
+    return found
+
+
+def repacked(make):
+    """The mutants of `make`, packed by gzip."""
+
+    def packed(rng):
+        suffix, data, options = make(rng)
+        return f"{suffix}.gz", gzip.compress(data, 1, mtime=0), options
+
+    return packed
 
 
 def changed(rng, data, fields):
@@ -505,12 +535,17 @@ FORMATS = {
     "stable32": lambda: cells(".phd", logs.stable32, rate=1),
     "timelab": lambda: cells(".tim", logs.timelab, rate=1),
     "sentences": lambda: cells(".txt", logs.sentences, rate=40),
-    "archive": lambda: patched(".zip", logs.archive, archive_fields),
-    "gzip": lambda: patched(
-        ".csv.gz",
-        logs.packed,
-        lambda d: [(k, w, "little") for w in (1, 2, 4) for k in range(len(d) - 4)],
+    "formats of text": lambda: cells(".txt", logs.texts),
+    "archive": lambda: patched(".zip", archives, archive_fields),
+    "packed member": lambda: patched(".zip", archives, all_bytes),
+    "gzip": lambda: patched(".csv.gz", logs.packed, all_bytes),
+    "array in gzip": lambda: patched(
+        ".npy.gz",
+        lambda: [gzip.compress(seed, mtime=0) for seed in targets._npy()],
+        all_bytes,
+        rate=10,
     ),
+    "cell in gzip": lambda: repacked(cells(".csv", targets._text)),
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,10 +17,25 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["MJD_OF_1970", "date_times", "first_lines", "rewritten", "spacing_notes"]
+__all__ = [
+    "DAY",
+    "MJD_OF_1970",
+    "STAMP",
+    "date_times",
+    "first_lines",
+    "is_utf16",
+    "rewritten",
+    "seconds_of_day",
+    "spacing_notes",
+    "utf16_lines",
+]
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
+#: Seconds of a day: the clock of a terminal begins anew at midnight.
+DAY = 86_400.0
+# Source: docs.arduino.cc, "Serial Monitor": IDE 1.8 and 2 with "Show timestamp".
+STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
 
 
 def first_lines(head: bytes) -> list[str]:
@@ -39,6 +55,12 @@ def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
     return ns.astype("datetime64[ns]")
 
 
+def seconds_of_day(clock: str) -> float:
+    """Return the seconds since midnight of a stamp of the terminal: ``12:00:00.000``."""
+    hour, minute, second = clock.split(":")
+    return 3600.0 * int(hour) + 60.0 * int(minute) + float(second)
+
+
 def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
     """Return a remark on the spacing of the lines of a time server, if they are not all as far apart.
 
@@ -48,7 +70,24 @@ def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
     if steps.size == 0 or steps.min() == steps.max():
         return []
     usual = float(np.median(steps))
-    return [f"lines are {usual:.6g} s apart, from {steps.min():.6g} to {steps.max():.6g} s"]
+    said = (f"{usual:.6g}", f"{steps.min():.6g}", f"{steps.max():.6g}")
+    if len(set(said)) == 1:
+        return []
+    return [f"lines are {said[0]} s apart, from {said[1]} to {said[2]} s"]
+
+
+def is_utf16(path: Path) -> bool:
+    """Whether a text begins with the mark of UTF-16, as Excel's "Unicode text" and PowerShell's ``>`` write it."""
+    with path.open("rb") as stream:
+        begin = stream.read(4)
+    return begin[:2] in (b"\xff\xfe", b"\xfe\xff") and begin != b"\xff\xfe\0\0"
+
+
+def utf16_lines(path: Path) -> Iterator[str]:
+    """Yield the lines of a text in UTF-16."""
+    with path.open(encoding="utf-16", errors="replace") as stream:
+        for line in stream:
+            yield line.rstrip("\n")
 
 
 @contextmanager

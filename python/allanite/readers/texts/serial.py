@@ -14,7 +14,15 @@ from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
-from allanite.readers.texts._lines import date_times, first_lines, rewritten
+from allanite.readers.texts import sketch
+from allanite.readers.texts._lines import (
+    DAY,
+    STAMP,
+    date_times,
+    first_lines,
+    rewritten,
+    seconds_of_day,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,20 +34,17 @@ __all__ = ["read", "recognizes"]
 
 # Source: docs.arduino.cc, "Serial Monitor" (IDE 1.8 and 2: "Show timestamp" puts "12:00:00.000 -> " before each line)
 # and arduino-serial-plotter-webapp, protocol.md ("label:value" pairs, separated by comma, blank or tab).
-_STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
 _LABEL = r"[A-Za-z_][^\s:,;]*"
 _VALUE = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|inf|ovf"
 _PAIR = re.compile(rf"(?P<label>{_LABEL})\s*[:=]\s*(?P<value>{_VALUE})(?=$|[\s,;])", re.IGNORECASE)
 _SEPARATORS = " \t,;"
-#: Seconds of a day: the clock of the terminal begins anew at midnight.
-DAY = 86_400.0
 
 
 def recognizes(head: bytes) -> bool:
     """Whether most of the first lines have such a stamp, or are nothing but labels with values."""
     lines = first_lines(head)
-    special = sum(_STAMP.match(line) is not None or _pairs(line) is not None for line in lines)
-    return special > 0 and 2 * special > len(lines)
+    special = sum(STAMP.match(line) is not None or _pairs(line) is not None for line in lines)
+    return special > 0 and 2 * special > len(lines) and not sketch.recognizes(head)
 
 
 def _pairs(line: str) -> list[tuple[str, str]] | None:
@@ -62,7 +67,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     """
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.strip() for line in stream]
-    stamps = [_STAMP.match(line) for line in lines]
+    stamps = [STAMP.match(line) for line in lines]
     bare = [line[m.end() :].strip() if m else line for line, m in zip(lines, stamps, strict=True)]
     labelled = [_pairs(line) for line in bare]
     labels: list[str] | None = None
@@ -89,7 +94,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         return table
     if len(stamped) != table.n:
         raise InputError(f"{len(stamped)} lines have a stamp, {table.n} rows have values")
-    seconds = np.array([_seconds(m["clock"]) for m in stamped if m])
+    seconds = np.array([seconds_of_day(m["clock"]) for m in stamped if m])
     seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
     note = "the time is that at which the terminal received each line"
     return replace(table, time=date_times(seconds), notes=(*table.notes, note))
@@ -132,11 +137,6 @@ def _is_header(line: str, rows: Sequence[str]) -> bool:
     separated = re.split(r"[\t,;]", line.strip(_SEPARATORS))
     width = len(_cells(rows[0])) if rows else 0
     return width > 0 and width in (len(separated), len(_cells(line)))
-
-
-def _seconds(clock: str) -> float:
-    hour, minute, second = clock.split(":")
-    return 3600.0 * int(hour) + 60.0 * int(minute) + float(second)
 
 
 FORMAT = LogFormat(

@@ -1,0 +1,169 @@
+"""Which logs are refused or noted before a fit: motion, polled, locked, marked and wrong-unit records.
+
+Moving records of six axes come from `tests/python/moving_records.py`: hand, bus, car, hovering drone, boat at a pier.
+Clean records are at rest, with a random choice of noise. A fault is put into each of them in turn; a record whose clean
+form already has the property (a record of one column has no gravity) is left out. With `--data`, every recording of that
+folder must be accepted.
+
+    python benches/claims/logs.py [--moving 10] [--clean 200] [--data FOLDER]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+
+import allanite as al
+from allanite.readers.plausibility import checked
+from moving_records import ACCELS, MOVING, at_rest
+
+#: Kinds of findings that a clean record must not have.
+ALARMS = {"motion", "marker", "repeats", "locked", "unit_doubt"}
+#: Values that drivers write where there is no sample, in steps of a 16-bit type.
+MARKERS = (-32768, 32767)
+
+
+def read_again(recording: al.Recording, folder: Path) -> al.Recording:
+    """The recording, through a file."""
+    path = folder / "log.npz"
+    np.savez(
+        path, data=recording.samples, rate_hz=recording.rate, unit=list(recording.units),
+        channels=list(recording.columns),
+    )  # fmt: skip
+    return al.read(path)
+
+
+def replaced(recording: al.Recording, samples: np.ndarray, units=None) -> al.Recording:
+    return al.Recording(
+        samples, recording.rate, unit=units or list(recording.units), columns=recording.columns
+    )
+
+
+def columns_of(recording: al.Recording) -> np.ndarray:
+    return np.array(recording.samples).reshape(recording.n, -1)
+
+
+def polled(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
+    """A slower sensor asked at the rate of the log."""
+    x, ratio = columns_of(recording), rng.uniform(0.3, 0.9)
+    return replaced(recording, x[np.floor(np.arange(len(x)) * ratio + rng.random()).astype(int)])
+
+
+def locked(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
+    """White noise that leaves one code in less than 5 % of the samples of the first column."""
+    x = columns_of(recording)
+    sigma = rng.uniform(0.16, 0.2)
+    middle = rng.uniform(-1.0, 1.0) * (0.5 - 2.2 * sigma)
+    step = x[:, 0].std()
+    x[:, 0] = np.round(sigma * rng.standard_normal(len(x)) + middle) * step
+    return replaced(recording, x)
+
+
+def marked(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
+    """Values at an end of a 16-bit type in single samples of the first column, whose codes are whole numbers."""
+    x = columns_of(recording)
+    step = x[:, 0].std() / rng.uniform(2.0, 20.0)
+    codes = np.round(x[:, 0] / step)
+    codes[rng.choice(len(x), rng.integers(1, 40), replace=False)] = MARKERS[rng.integers(2)]
+    x[:, 0] = codes * step
+    return replaced(recording, x)
+
+
+def wrong_unit(rng: np.random.Generator, recording: al.Recording) -> al.Recording | None:
+    """Accelerations in g that are said to be in m/s², or the reverse."""
+    if not set(ACCELS) <= set(recording.columns):
+        return None
+    x, at = columns_of(recording), [recording.columns.index(name) for name in ACCELS]
+    units = list(recording.units)
+    if rng.random() < 0.5:
+        x[:, at] /= 9.80665
+    else:
+        units = ["g" if k in at else unit for k, unit in enumerate(units)]
+    return replaced(recording, x, units)
+
+
+FAULTS = {"repeats": polled, "locked": locked, "marker": marked, "unit_doubt": wrong_unit}
+
+
+def kinds_of(recording: al.Recording) -> set[str]:
+    """Kinds of alarms of a recording, also of those that refuse it."""
+    taken = checked(recording, anyway=True)
+    found = {finding.kind for finding in (*recording.audit, *taken.audit)} & ALARMS
+    try:
+        checked(recording)
+    except al.AllaniteError as error:
+        if "not at rest" in str(error):
+            found.add("motion")
+    return found
+
+
+def moving_records(count: int) -> None:
+    for name, make in MOVING.items():
+        refused = 0
+        for seed in range(count):
+            try:
+                checked(make(seed))
+            except al.AllaniteError as error:
+                refused += "not at rest" in str(error)
+        print(f"moving, {name}: {refused} of {count} refused", flush=True)
+
+
+def recordings(folder: Path) -> None:
+    refused = []
+    paths = [p for p in sorted(folder.glob("*.npz")) if p.stem != "avar_curves"]
+    for path in paths:
+        try:
+            checked(al.read(path))
+        except al.AllaniteError as error:
+            refused.append(f"{path.name}: {error}")
+    print(f"real recordings: {len(refused)} of {len(paths)} refused", *refused, sep="\n  ")
+
+
+def faults(count: int) -> None:
+    alarms: list[str] = []
+    tried: Counter[str] = Counter()
+    found: Counter[str] = Counter()
+    missed: list[str] = []
+    with tempfile.TemporaryDirectory() as name:
+        for seed in range(count):
+            clean = read_again(at_rest(seed), Path(name))
+            alarms += [f"{seed}: {kind}" for kind in sorted(kinds_of(clean))]
+            for kind, fault in FAULTS.items():
+                faulty = fault(np.random.default_rng([seed, 46]), clean)
+                if faulty is None:
+                    continue
+                tried[kind] += 1
+                seen = kind in kinds_of(read_again(faulty, Path(name)))
+                found[kind] += seen
+                if not seen:
+                    missed.append(f"{kind} {seed}")
+    print(f"clean records: {len(alarms)} alarms in {count}", *alarms, sep="\n  ")
+    for kind, fault in FAULTS.items():
+        print(f"{fault.__name__}: {found[kind]} of {tried[kind]} recognized")
+    print("not recognized:", ", ".join(missed) or "none")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--moving", type=int, default=10, help="records of each kind")
+    parser.add_argument("--clean", type=int, default=200)
+    parser.add_argument("--data", type=Path)
+    asked = parser.parse_args()
+    begun = process_time()
+    moving_records(asked.moving)
+    if asked.data:
+        recordings(asked.data)
+    faults(asked.clean)
+    print(f"{process_time() - begun:.0f} s of processor time")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,45 @@
+"""What ``rostopic echo`` and ``ros2 topic echo`` print for people: refused, with the forms that hold the same."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, NoReturn
+
+from allanite.common.errors import InputError
+from allanite.readers._format import LogFormat
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+_MESSAGE = re.compile(rb"^(?:\xef\xbb\xbf)?(?:---\s*)?header:\s*\n\s+(?:seq|stamp):", re.MULTILINE)
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the text begins with the header of a message."""
+    return _MESSAGE.match(head.replace(b"\r\n", b"\n")) is not None
+
+
+def read(path: Path, pick: Picker) -> NoReturn:  # noqa: ARG001 - nothing is read
+    """Refuse the text.
+
+    Raises
+    ------
+    InputError
+        Always.
+    """
+    raise InputError(
+        "messages as rostopic echo prints them, not a table: record a bag (rosbag record, ros2 bag record),"
+        " or print rows with rostopic echo -p or ros2 topic echo --csv"
+    )
+
+
+FORMAT = LogFormat(
+    "text of `rostopic echo` and `ros2 topic echo`",
+    read,
+    recognizes=recognizes,
+    reads="nothing: refused, with the forms that hold the same",
+)

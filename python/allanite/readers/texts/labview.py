@@ -1,0 +1,111 @@
+"""LabVIEW's measurement files (.lvm): a head of keys and values, then names, then rows."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers import text
+from allanite.readers._format import LogFormat
+from allanite.readers.texts._lines import rewritten
+from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from allanite.readers._table import Picker, Table
+
+__all__ = ["read", "recognizes"]
+
+# Source: ni.com, "Specification for the LabVIEW Measurement File (.lvm)": a head for the file and one for each segment,
+# both ended by ***End_of_Header***; then a line of names, and the rows.
+_FIRST = b"LabVIEW Measurement"
+_END = "***End_of_Header***"
+#: Lines within which both heads end.
+HEAD_LINES = 200
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the first line is that of such a file."""
+    return head.removeprefix(b"\xef\xbb\xbf").startswith(_FIRST)
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
+    """Read the channels of the first segment; the X values are the time if the head says so.
+
+    Raises
+    ------
+    InputError
+        A file without rows, or with a head for every segment.
+    """
+    separator, comma, keys, names, first = _head(path)
+    if keys.get("Multi_Headings", [""])[0].lower() == "yes":
+        raise InputError(
+            "a head for every segment (Multi_Headings Yes): save the file with one head only"
+        )
+    is_time = keys.get("X_Dimension", ["Time"])[0].lower() == "time"
+
+    def rows() -> Iterator[str]:
+        with path.open(encoding="utf-8-sig", errors="replace") as stream:
+            for number, line in enumerate(stream):
+                if number < first:
+                    yield f"# {line.strip()}"
+                    continue
+                cells = line.rstrip("\r\n").split(separator)[: len(names)]
+                yield "\t".join(cells).replace(",", ".") if comma else "\t".join(cells)
+
+    with rewritten(path, rows()) as target:
+        table = text.read(target, text.all_numbers)
+    if len(table.columns) != len(names):
+        raise InputError(f"{len(table.columns)} columns, and names of {len(names)}")
+    labels = iter(keys.get("Y_Unit_Label", []))
+    units = ["s" if is_time else None] * len(names)
+    for i, name in enumerate(names):
+        unit = None if name == "X_Value" else next(labels, None)
+        if unit and kind_of_unit(unit) != FOREIGN:
+            units[i] = plain(unit)
+    shown = ["time" if name == "X_Value" and is_time else name for name in names]
+    steps = {float(cell) for cell in keys.get("Delta_X", []) if _is_positive(cell)}
+    if "X_Value" not in names and is_time and len(steps) == 1:
+        table = replace(table, rate=1.0 / steps.pop())
+    return replace(table, names=tuple(shown), units=tuple(units), named=True)
+
+
+def _is_positive(cell: str) -> bool:
+    return re.fullmatch(r"\d+\.?\d*(?:[eE][-+]?\d+)?", cell) is not None and float(cell) > 0
+
+
+def _head(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
+    """Separator, decimal comma, values by key, names of the columns, and number of the first row."""
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        lines = [line.rstrip("\r\n") for _, line in zip(range(HEAD_LINES), stream, strict=False)]
+    ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]
+    if not ends or ends[-1] + 1 >= len(lines):
+        raise InputError(f"no {_END} with names and rows behind it")
+    said = dict(
+        re.split(r"[\t,]", line, maxsplit=1)
+        for line in lines[: ends[0]]
+        if re.search(r"[\t,]", line)
+    )
+    separator = "," if said.get("Separator", "").strip().lower().startswith("comma") else "\t"
+    comma = separator != "," and said.get("Decimal_Separator", ".").strip() == ","
+    cells = [[cell.strip() for cell in line.split(separator)] for line in lines[: ends[-1]]]
+    keys = {row[0]: [cell.replace(",", ".") for cell in row[1:] if cell] for row in cells if row}
+    names = [cell.strip() for cell in lines[ends[-1] + 1].split(separator)]
+    while names and names[-1] in ("Comment", ""):
+        names.pop()
+    if not names:
+        raise InputError(f"no names of columns behind {_END}")
+    return separator, comma, keys, names, ends[-1] + 2
+
+
+FORMAT = LogFormat(
+    "LabVIEW measurement file (.lvm)",
+    read,
+    recognizes=recognizes,
+    reads="channels of the first segment with their unit labels; X values as the time",
+)

@@ -1,0 +1,133 @@
+"""Prints of a sketch with a line for each sensor: ``Rotation X: 0.01, Y: -0.02, Z: 0.00 rad/s``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers._format import LogFormat
+from allanite.readers._table import Table
+from allanite.readers.texts._lines import DAY, STAMP, date_times, first_lines, seconds_of_day
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Source: examples of Adafruit's libraries (Adafruit_MPU6050, basic_readings.ino; Adafruit_LSM6DS, …): three lines and
+# an empty one for each sample, the unit at the end of each line.
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|ovf"
+_LINE = re.compile(
+    rf"^\s*(?P<name>[A-Za-z][A-Za-z ]*?)\s*X\s*[:=]\s*(?P<x>{_NUMBER})\s*,?\s*Y\s*[:=]\s*(?P<y>{_NUMBER})"
+    rf"\s*,?\s*Z\s*[:=]\s*(?P<z>{_NUMBER})\s*(?P<unit>[^\d\s:=][^:=]*?)?\s*$",
+    re.IGNORECASE,
+)
+_SINGLE = re.compile(
+    rf"^\s*(?P<name>Temp(?:erature)?)\s*[:=]?\s*(?P<x>{_NUMBER})\s*(?P<unit>[^\d\s:=][^:=]*?)?\s*$",
+    re.IGNORECASE,
+)
+#: Words of these sketches → names that say what the sensor is.
+_NAMES = {"rotation": "gyro", "acceleration": "acc", "accel": "acc"}
+#: What the sketches print for a unit.
+_UNITS = {
+    "radians/s": "rad/s",
+    "rads/s": "rad/s",
+    "rps": "rad/s",
+    "m/s^2": "m/s^2",
+    "degrees C": "degC",
+}
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether two of the first lines have three axes behind the name of a sensor."""
+    lines = [STAMP.sub("", line) for line in first_lines(head)]
+    found = [
+        m["name"].strip().lower()
+        for line in lines
+        if (m := _LINE.match(line)) and m["name"].strip()
+    ]
+    return len(found) >= 2 and 2 * sum(_matched(line) is not None for line in lines) > len(lines)
+
+
+def _matched(line: str) -> re.Match[str] | None:
+    return _LINE.match(line) or _SINGLE.match(line)
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read one sample from each group of lines; a group begins with the name of the first line.
+
+    The stamp of the terminal in front of a line is the time: it says when the line arrived.
+
+    Raises
+    ------
+    InputError
+        A group without one of its lines.
+    """
+    samples: list[dict[str, float]] = []
+    units: dict[str, str | None] = {}
+    stamps: list[float | None] = []
+    begin, at = "", 0
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        for number, whole in enumerate(stream, start=1):
+            stamp = STAMP.match(whole)
+            match = _matched(whole[stamp.end() :] if stamp else whole)
+            if match is None:
+                continue
+            begin = begin or match["name"]
+            if match["name"] == begin:
+                _whole(samples, units, at)
+                samples.append({})
+                stamps.append(seconds_of_day(stamp["clock"]) if stamp else None)
+                at = number
+            for column, value, unit in _values(match):
+                if column in samples[-1]:
+                    raise InputError(
+                        f"row {number} has another {column} of the sample that begins in row {at}"
+                    )
+                samples[-1][column] = value
+                units.setdefault(column, unit)
+    if len(samples) > 1 and samples[-1].keys() != samples[0].keys():
+        samples.pop(), stamps.pop()  # cut off by the end of the log
+    columns = tuple(np.array([sample[name] for sample in samples]) for name in units)
+    table = Table(tuple(units), columns, tuple(units.values()), source="file")
+    if any(stamp is None for stamp in stamps):
+        return table
+    seconds = np.array(stamps, dtype=np.float64)
+    seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
+    note = "the time is that at which the terminal received each line"
+    return replace(table, time=date_times(seconds), notes=(note,))
+
+
+def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
+    """Name, value and unit of each column of a line."""
+    words = plain(match["name"]).strip().lower().replace(" ", "_")
+    unit = match["unit"] and _UNITS.get(match["unit"].strip(), plain(match["unit"].strip()))
+    if match.re is _SINGLE:
+        return [("temperature", _number(match["x"]), unit)]
+    name = _NAMES.get(words, words)
+    return [(f"{name}_{axis}", _number(match[axis]), unit) for axis in "xyz"]
+
+
+def _number(text: str) -> float:
+    return float("nan") if text.lower() == "ovf" else float(text)
+
+
+def _whole(samples: list[dict[str, float]], units: dict[str, str | None], line: int) -> None:
+    if samples and samples[-1].keys() != units.keys():
+        lacking = ", ".join(units.keys() - samples[-1].keys())
+        raise InputError(f"the sample that begins in row {line} has no {lacking}")
+
+
+FORMAT = LogFormat(
+    "prints of a sketch (`Rotation X: 0.1, Y: 0.2, Z: 0.3 rad/s`)",
+    read,
+    recognizes=recognizes,
+    reads="a sample from each group of lines, with the units that stand there",
+)

@@ -1,0 +1,105 @@
+"""Rows of several sensors in turn, each with the name of its sensor in front: ``ACCE;…``, ``GYRO;…``."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers import text
+from allanite.readers._format import LogFormat
+from allanite.readers.texts._lines import first_lines, rewritten
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from allanite.readers._table import Picker, Table
+
+__all__ = ["read", "recognizes"]
+
+#: A row that begins with a word, then numbers. Comments begin with %, # or /.
+_ROW = re.compile(r"^\"?(?P<tag>[A-Za-z][A-Za-z_]{1,23}\d?)\"?[;,\t]\s*-?[\d.]")
+_SEPARATOR = r"[;,\t]"
+_CELL = re.compile(rf"^[^;,\t]*{_SEPARATOR}")
+#: Rows and changes of the word, from which on the rows are those of several sensors in turn.
+FEWEST_ROWS, FEWEST_CHANGES = 8, 4
+#: Most words: more of them are labels of the rows.
+MOST_TAGS = 12
+#: Names of gyroscopes and accelerometers, in the order in which one is read by default.
+_KINDS = (re.compile("gyr", re.IGNORECASE), re.compile("acc", re.IGNORECASE))
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the rows begin with a few words in turn, one of which is the name of an inertial sensor."""
+    lines = [line for line in first_lines(head) if line[0] not in "%#/"]
+    rows = [m["tag"] for line in lines if (m := _ROW.match(line))]
+    if len(rows) < max(FEWEST_ROWS, 0.8 * len(lines)):
+        return False
+    changes = sum(a != b for a, b in pairwise(rows))
+    return (
+        changes >= FEWEST_CHANGES
+        and 2 <= len(set(rows)) <= MOST_TAGS
+        and any(kind.search(tag) for tag in set(rows) for kind in _KINDS)
+    )
+
+
+def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - roles need all
+    """Read the rows of one sensor: of the gyroscope, and the accelerometer beside it, or of the topic.
+
+    Raises
+    ------
+    InputError
+        A topic that no row has.
+    """
+    tags: Counter[str] = Counter()
+    last, header = "", None
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        for number, line in enumerate(stream):
+            match = _ROW.match(line)
+            if match is not None:
+                if not tags and len(re.split(_SEPARATOR, last)) == len(re.split(_SEPARATOR, line)):
+                    header = number - 1
+                tags[match["tag"]] += 1
+            last = line
+    found = [tag for tag in tags if tags[tag] >= FEWEST_ROWS // 2]
+    sensors = [next((tag for tag in found if kind.search(tag)), None) for kind in _KINDS]
+    chosen = [tag for tag in sensors if tag is not None]
+    if topics:
+        if len(topics) > 1 or topics[0] not in tags:
+            raise InputError(
+                f"no rows of {plain(', '.join(topics), 60)}, but of {plain(', '.join(found), 120)}",
+                missing="topic",
+                remedy="; choose one with {topic}",
+            )
+        chosen = [topics[0]]
+    own, *beside = chosen
+
+    def rows() -> Iterator[str]:
+        with path.open(encoding="utf-8-sig", errors="replace") as stream:
+            for number, line in enumerate(stream):
+                match = _ROW.match(line)
+                # Other rows become comments: row numbers in errors stay right.
+                is_own = number == header or (match is not None and match["tag"] == own)
+                yield _CELL.sub("", line.rstrip()) if is_own else f"# {line.rstrip()}"
+
+    with rewritten(path, rows()) as target:
+        table = text.read(target, text.all_numbers)
+    others = [tag for tag in found if tag not in (own, *beside)]
+    note = f"rows of {own}" + (
+        f"; not read: rows of {plain(', '.join(others), 80)}" if others else ""
+    )
+    return replace(table, notes=(*table.notes, note), others=tuple(beside))
+
+
+FORMAT = LogFormat(
+    "rows of several sensors in turn (`ACCE;…`, `GYRO;…`)",
+    read,
+    recognizes=recognizes,
+    has_topics=True,
+    reads="one sensor as the topic; `characterize` reads gyroscope and accelerometer",
+)
