@@ -55,12 +55,12 @@ def keep_interrupts(*, process_ends: bool) -> Iterator[None]:
         yield
     except Exception as error:
         # What an interrupt broke, such as an import of the core, may raise another error than it.
-        if listener.asked:
+        if listener.interrupted:
             raise KeyboardInterrupt from error
         raise
     except BaseException as error:
         # A panic of the core is no Exception.
-        if listener.asked and type(error).__name__ == "PanicException":
+        if listener.interrupted and type(error).__name__ == "PanicException":
             raise KeyboardInterrupt from error
         raise
     finally:
