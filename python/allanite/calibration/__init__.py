@@ -1,7 +1,7 @@
-"""Thermal calibration: warm-up or chamber logs go in, the law b(T) of every axis comes out.
+"""Thermal calibration: the temperature law of every axis.
 
-`runs.py` joins logs, `forms.py` chooses the form by evidence, `band.py` makes the confidence band, `remains.py` says what
-the correction leaves. A new parameter file is a function in `targets.py`.
+Input: logs of a warm-up or a chamber run (`thermal`). Output: a `ThermalCalibration` with the law b(T), its band, and
+parameter files. Add a form of the law in `forms.py`, and a parameter file as a function in `targets.py`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Several sensors of one axis: recordings of the units go in, weights, gains and the deviating unit come out.
+"""Several sensors of one axis as one sensor.
 
-`correlation.py` says what the units share, `deviating.py` which unit is not like the others, `combine.py` what averaging
-gains. A new figure or document of the result belongs into `combine.py`.
+Input: recordings of the units (`combine`). Output: a `Combination` with weights, gains, correlation and the unit that
+deviates. Add a result in `combine.py`.
 """
 
 from __future__ import annotations

@@ -1,1 +1,5 @@
-"""Utilities for all packages: errors, units, formatting of numbers, validation of arguments, files and processes."""
+"""Tools that every package uses: errors, units, numbers, files, child processes, memory limits, threads.
+
+Input: arguments, paths and numbers. Output: checked values, texts, or an error that names its remedy. Add a unit in
+`units.py`, and a parameter that errors can ask for in `errors.py`.
+"""

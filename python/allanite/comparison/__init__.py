@@ -1,6 +1,7 @@
-"""Logs, models and data sheets side by side, and the acceptance test of a part.
+"""Logs, models and data sheets side by side, and the acceptance test of a sensor.
 
-In go recordings, models and a data sheet; out come tables of ratios and verdicts, and figures.
+Input: recordings, models and a data sheet. Output: tables of ratios and verdicts, and figures. Add a figure of data
+sheets in `datasheet.py`.
 """
 
 from __future__ import annotations

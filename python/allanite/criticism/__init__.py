@@ -1,4 +1,8 @@
-"""Where does the model fail?"""
+"""Views of a fit: where the model differs from the measurement over τ, frequency and time.
+
+Input: a fit (`criticise`). Output: a `Where` with the residuals and the worst interval of each view. Add a view as a
+module that returns residuals with their expected scatter, and include it in `verdict.py`.
+"""
 
 from allanite.criticism.verdict import Where, criticise
 

@@ -1,4 +1,8 @@
-"""Allan deviation and its relatives of a record, of windows along it, and of a stream."""
+"""Allan deviation and its relatives of a record, of windows along it, and of a stream.
+
+Input: samples with a rate, or chunks of a stream. Output: averaging times, deviations, intervals and degrees of
+freedom (`Deviation`). Add a deviation as a kernel in `rust/deviation/` and a row in `estimators.py`.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
-"""The catalogue of physical effects, one a file, and their sums.
+"""Catalog of physical effects, one file each, and their sums (models).
 
-A new effect is one file here, one import below and its place in the order of the catalogue.
+Input: parameter values or a model string (`parse_model`). Output: effects and a `Model` with spectrum, Allan variance
+and known functions of time. Add an effect as one file here, one import below, and its place in the order of the
+catalog.
 """
 
 from allanite.effects._base import Effect as Effect

@@ -1,4 +1,8 @@
-"""Parameters of a model for filters and simulators: one target a file, one table of all of them."""
+"""Parameters of models for filters and simulators, one target per file.
+
+Input: the models of the axes, a rate and a horizon. Output: the text of a parameter file. Add a target as a module
+with `render` and `TARGETS` in this folder, in `filters/` or in `simulators/`; modules are found by themselves.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""From a recording and a model to a fit."""
+"""Fit of a model to a recording: estimates, intervals, and goodness of fit.
+
+Input: a recording (or a summary, or several recordings) and a model. Output: a `Fit`. Add a likelihood in
+`likelihood/`, a search for shapes in `shapes/`, and a further fitting method in `classical/`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The local page: the loop of measure, criticise, improve as a thing done by hand."""
+"""Local page of `allanite explore`: the steps of measuring, fitting and improving in a browser.
+
+Input: requests of the browser with a token. Output: figures, tables and files as data. Add what the browser can
+request in `orders.py` and `tab.py`, and what it displays in `shown/` and `static/`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Read logs: one module for each format, one table of formats, and one function `read`."""
+"""Read logs: one module for each format, one table of formats, and one function `read`.
+
+Input: the path of a log, with options such as rate, unit and columns. Output: a `Recording`. Add a format as a module
+with a function `read(path, pick)` and a `FORMAT`; modules are found by themselves.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Samples of a sensor, what their time stamps say, and what is wrong with them."""
+"""Recordings: samples of a sensor, their time stamps, gaps and units, and the audit of the data.
+
+Input: arrays, time stamps and a unit. Output: a `Recording` with findings. Add a check of the data as a function that
+returns findings, and call the function in `audit.py`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The report: what was recorded, how it was modelled, where that failed and what is left, in one file."""
+"""Reports: record, model, failures and remaining misfit in one HTML or Markdown file.
+
+Input: the JSON documents of results (`make_report`). Output: a `Report` made of blocks. Add a section in
+`content.py`; `html.py` and `markdown.py` draw every kind of block.
+"""
 
 from __future__ import annotations
 

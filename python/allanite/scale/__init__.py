@@ -1,4 +1,8 @@
-"""Many logs, long logs and logs that do not end: summaries on a cluster, fleets, and a watch."""
+"""Many logs, long logs and growing logs: summaries on a cluster, fleets, and a watch.
+
+Input: chunks, paths or a stream. Output: summaries, a table with one row per axis, or alarms. Add a column of a
+fleet's table in `logs.py`, and a bet of the watch in `bets.py`.
+"""
 
 from __future__ import annotations
 

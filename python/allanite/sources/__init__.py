@@ -1,7 +1,7 @@
 """Models that do not come from a log: data sheets, files of other tools, tables of deviations, strings with units.
 
-In goes a path or a model string; out come model documents (``allanite/fit/1``), one an axis, with the assumptions made.
-To add a source, write a module that returns documents made by `model_document`, and a line in `documents_of`.
+Input: a path or a model string. Output: model documents (``allanite/fit/1``), one for each axis, with the assumptions
+made. Add a source as a module that returns documents of `model_document`, and a line in `documents_of`.
 """
 
 from __future__ import annotations

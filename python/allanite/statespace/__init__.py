@@ -1,4 +1,8 @@
-"""The model as a filter sees it: state space, innovations."""
+"""State space of a model: Kalman filter, innovations, and growth of the error.
+
+Input: a model or a fit. Output: F, Q, H, R and P₀, innovations, or the error after the last fix. Add the state space
+of a new kind of noise in `sections.py`.
+"""
 
 from allanite.statespace.filtering import (
     Innovations,

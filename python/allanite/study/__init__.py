@@ -1,4 +1,8 @@
-"""Stepwise model building: check, add the best missing effect, drop or replace what it makes needless, and repeat."""
+"""Stepwise model building: check, add the best missing effect, drop or replace what it makes needless, and repeat.
+
+Input: a recording and a first model (`improve`). Output: a `Study` with steps from the first model to the last. Add a
+move of the search as a module here, and call it in `search.py`.
+"""
 
 from allanite.study.final_replacement import best_replacement
 from allanite.study.ladder import Rung, Study, misfit_left

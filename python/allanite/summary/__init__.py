@@ -1,4 +1,8 @@
-"""A record of any length in a few megabytes."""
+"""Summaries: a record of any length in a few megabytes.
+
+Input: chunks of samples in any order (`summarise`). Output: a `Summary` that fits, checks and studies accept. Add a
+statistic that merges without depending on the order in `level.py` or `lines.py`.
+"""
 
 from __future__ import annotations
 

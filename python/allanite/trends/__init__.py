@@ -1,4 +1,8 @@
-"""Rates of slowly changing quantities under colored noise."""
+"""Rates of slowly changing quantities under colored noise.
+
+Input: a series with its times (`trend`). Output: a `Trend` with rate, steps, periodic terms and noise. Add a known
+function of time in `design.py`.
+"""
 
 from __future__ import annotations
 
