@@ -64,7 +64,7 @@ def test_links_of_the_readme_lead_somewhere():
 def test_places_of_the_architecture_exist():
     root = DOCS.parent
     text = (root / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    table = text.split("## What a new thing touches")[1]
+    table = text.split("## Where to add things")[1]
     named = set(re.findall(r"`((?:\w+/)+[\w.]*|\w+\.(?:py|rs))`", table))
     assert len(named) > 15
     places = [root, root / "python" / "allanite", root / "rust" / "deviation"]
