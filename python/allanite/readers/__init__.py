@@ -349,7 +349,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
             return read_table(inner, pick, topics)
     log_format = FORMATS.of_suffix(path.suffix.lower())
     if log_format is None and is_utf16(path):
-        require(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
+        require_memory(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
         with rewritten(path, utf16_lines(path)) as inner:
             return read_table(inner, pick, topics)
     if log_format is None and (log_format := FORMATS.of_head(_text_head(path))) is not None:
