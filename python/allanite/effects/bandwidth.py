@@ -92,7 +92,7 @@ class Bandwidth(Modifier):
     check_by: ClassVar[str] = (
         "compare with the filter setting of the data sheet; set the sensor to another bandwidth or output rate"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "resonance")
+    rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "resonance", "quantization")
 
     def __post_init__(self) -> None:
         super().__post_init__()

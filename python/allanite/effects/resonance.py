@@ -77,7 +77,7 @@ class Resonance(Stochastic):
         "tap the mount and look for a ringing at f; add mass or damping: the band must move or widen; a machine has"
         " multiples of f, and can be switched off"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth")
+    rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Frequencies from 20/T to Nyquist, every tenth or, where the damping is known, close enough to miss no peak of it.

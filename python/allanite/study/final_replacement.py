@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Modifier
 from allanite.fit import refitted
-from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.alternatives import is_detected, is_removable
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.together import is_broad, together
 from allanite.study.error_comparison import no_error_rises
 from allanite.study.ladder import Rung
 from allanite.suggestion.constants import MIN_SCORE_GAIN
@@ -30,11 +31,11 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     """
     fit = ladder[-1].fit
     reachable = sorted(_reachable(fit), key=lambda found: -found[0])
-    for promised, place, model in reachable:
+    for promised, places, model in reachable:
         if promised <= MIN_SCORE_GAIN:
             break
         better = refitted(fit, model)
-        came = model.effects[len(fit.model) - 1 :]
+        came = model.effects[len(fit.model) - len(places) :]
         new = [i for i, e in enumerate(better.model) if e.kind in {each.kind for each in came}]
         more = (
             _prior_of_model(better)
@@ -46,16 +47,19 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
             and all(is_detected(better, i) for i in new)
             and no_error_rises(fit, better)
         ):
-            kind = fit.model.effects[place].kind
+            left = {fit.model.effects[place].kind for place in places}
+            gone = tuple(left - {effect.kind for effect in came})
+            came = tuple(e for e in came if e.kind not in left) or came
             risen = better.solution.log_likelihood - fit.solution.log_likelihood
             start = sum(rung.dropped_start for rung in ladder)
             start_kinds = [e.kind for e in fit.model.effects[: len(ladder[0].fit.model) - start]]
-            return Rung(better, came[0], (kind,), risen, int(kind in start_kinds), came[1:])
+            dropped = sum(kind in start_kinds for kind in gone)
+            return Rung(better, came[0], gone, risen, dropped, came[1:])
     return None
 
 
-def _reachable(fit: Fit) -> Iterator[tuple[float, int, Model]]:
-    """Models with one effect replaced: score over that of the fit, place of the effect that leaves, and model.
+def _reachable(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
+    """Models with one or two effects replaced: score over that of the fit, places of the effects that leave, and model.
 
     The new effects are the last of the model.
     """
@@ -65,10 +69,23 @@ def _reachable(fit: Fit) -> Iterator[tuple[float, int, Model]]:
         kept = _prior(out)
         for other in fit.alternatives(place):
             if _may_replace(other.effect, out):
-                yield other.evidence + _prior(other.effect) - kept, place, other.solution.model
+                yield other.evidence + _prior(other.effect) - kept, (place,), other.solution.model
         for pair in fit.together(place):
             if all(_may_replace(effect, out) for effect in pair.model.effects[-2:]):
-                yield pair.evidence - kept, place, pair.model
+                yield pair.evidence - kept, (place,), pair.model
+        for beside in _filters_beside(fit, place):
+            for pair in together(fit, place, also=beside):
+                if fit.model.effects[beside].kind in pair.kinds:
+                    yield pair.evidence - kept, (place, beside), pair.model
+
+
+def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
+    """Places of filters that may have the wrong design because the broad hump at `place` makes up for it."""
+    out = fit.model.effects[place]
+    if is_broad(out):
+        for other, effect in enumerate(fit.model.effects):
+            if isinstance(effect, Modifier) and is_removable(effect) and effect.may_be(out):
+                yield other
 
 
 def _prior_of_model(fit: Fit) -> float:

@@ -104,7 +104,11 @@ def test_a_power_law_gives_way_to_a_walk_and_a_lag():
     x += g.gauss_markov(rng, LENGTH, RATE, 2.5e-3, 13.0)
     study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
     kinds = {e.kind for e in study.fit.model}
-    assert kinds == {"angle_random_walk", "rate_random_walk", "gauss_markov"}
+    assert {"angle_random_walk", "gauss_markov"} < kinds
+    assert not {"power_law", "bias_instability", "bandwidth", "resonance"} & kinds
+    # In this record a ramp in place of the walk has 3 more of logL: the walk stands beside it.
+    undecided = study.undecided
+    assert "rate_random_walk" in kinds or "N+GM+K" in dict(undecided.models)
     assert study.adequate
 
 

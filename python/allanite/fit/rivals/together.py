@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Stochastic
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.rivals.alternatives import (
@@ -35,6 +35,9 @@ MAX_FITTED_PAIRS = 6
 #: Two slow functions count as equal if this fraction or less of the energy of one is orthogonal to the other.
 #: Chosen by judgment; not measured.
 MIN_ORTHOGONAL_ENERGY = 1e-3
+#: Largest damping ratio of a mode of a structure or mount; a broader hump may be the edge of a filter.
+#: Chosen by judgment; not measured.
+MAX_MODE_DAMPING = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,24 +63,32 @@ class Pair:
 
 
 def can_be_split(effect: Effect) -> bool:
-    """True if an effect may be replaced by two: slow effects, and effects that only describe a spectrum."""
+    """True if an effect may stand for two: a slow effect, one that only describes, or a broad hump of the spectrum."""
     if not is_removable(effect):
         return False
     if isinstance(effect, Stochastic):
-        return effect.wanders or effect.last_resort
+        return effect.wanders or effect.last_resort or is_broad(effect)
     return effect.screened == "slow"
 
 
-def together(fit: Fit, place: int) -> list[Pair]:
-    """Pairs of effects that may replace the effect at index `place`, the pair with the most evidence first.
+def is_broad(effect: Effect) -> bool:
+    """True for a band wider than a mode of a structure: the edge of a filter beside quantization looks like it."""
+    if not isinstance(effect, Stochastic) or effect.occupies is None:
+        return False
+    low, high = effect.occupies
+    return high - low > 2.0 * MAX_MODE_DAMPING * 0.5 * (low + high)
 
-    At least one of the two is a declared alternative of the replaced effect. Pairs are not listed if their ln evidence is
-    lower by more than `MAX_RIVAL_LOG_EVIDENCE`.
+
+def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
+    """Pairs of effects that may replace the effect at `place`, the pair with the highest evidence first.
+
+    At least one of the two is a declared alternative of that effect. Clearly worse pairs are not listed. With `also`,
+    the effect at this second place leaves, too.
     """
     effects = fit.model.effects
     out = effects[place]
-    less = Model(effects[:place] + effects[place + 1 :])
-    if not can_be_split(out) or not len(less):
+    less = Model(tuple(e for i, e in enumerate(effects) if i not in {place, also}))
+    if not (can_be_split(out) or isinstance(out, Modifier)) or not len(less):
         return []
     base = solve(fit.data, less, like=fit.solution, polish=False)
     had = evidence(fit.solution)
@@ -114,6 +125,8 @@ class _PairSearch:
 
     def pairs(self) -> list[tuple[float, Model]]:
         """Candidate pairs: ln evidence at shapes from a grid, and model."""
+        if is_broad(self.out) or isinstance(self.out, Modifier):
+            return self._filtered()
         found = self._functions()
         slow = sorted(self._slow(self.base).values(), key=lambda each: -each[0])[
             :MAX_FIRST_FUNCTIONS
@@ -145,6 +158,20 @@ class _PairSearch:
     def _reads(self, *pair: Effect | type[Effect]) -> bool:
         """True if one of a pair is a declared alternative of the removed effect."""
         return any(one.may_be(self.out) for one in pair)
+
+    def _filtered(self) -> list[tuple[float, Model]]:
+        """Pairs of a process and a filter: quantization behind a filter has the edge of another filter, or of a hump."""
+        found = []
+        filters = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "spectral"]
+        for process in self._kinds():
+            one = self._process(process, self.base)
+            if one is not None:
+                hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
+                for cls in filters:
+                    both = self._process(cls, one, hopeless) if cls.may_be(self.out) else None
+                    if both is not None:
+                        found.append((evidence(both), both.model))
+        return found
 
     def _kinds(self) -> list[type[Effect]]:
         """Kinds of random processes that a pair may contain."""
