@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.fit.curve import FAILS
+from allanite.fit.curve import MIN_FAILING_SCORE
 
 if TYPE_CHECKING:
     from allanite.fit.curve import Curve
@@ -29,10 +29,10 @@ def rows(curve: Curve) -> list[dict[str, Any]]:
 
 
 def worst(curve: Curve) -> tuple[float, float] | None:
-    """The range of τ about the largest |z| in which |z| stays above 2 on the same side, if the largest exceeds `FAILS`."""
+    """The range of τ about the largest |z| in which |z| stays above 2 on the same side, if the largest fails."""
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     top = int(np.argmax(np.abs(z)))
-    if abs(z[top]) < FAILS:
+    if abs(z[top]) < MIN_FAILING_SCORE:
         return None
     same = z * np.sign(z[top]) > 2.0
     low = high = top

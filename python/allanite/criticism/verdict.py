@@ -11,7 +11,7 @@ from allanite.common.numbers import tidy
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
-from allanite.fit.curve import FEWEST_EDF
+from allanite.fit.curve import MIN_EDF
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
@@ -80,7 +80,7 @@ class Where:
             inside = [r for r in self.tau if low <= r["tau_s"] <= high]
             peak = max(inside, key=lambda r: abs(np.log(r["ratio"])))
             # The worst of a fit's summary is another one, and nearer.
-            left_out = f"; fewer than {FEWEST_EDF:g} degrees of freedom, so not in the Allan error"
+            left_out = f"; fewer than {MIN_EDF:g} degrees of freedom, so not in the Allan error"
             words = (
                 f"over τ: {_factor(1.0 / peak['ratio'])} at {peak['tau_s']:.3g} s"
                 f"{_span(low, high, 's')} (z = {peak['z']:+.1f}"
@@ -91,7 +91,7 @@ class Where:
                 factor, tau = self.largest
                 words = (
                     f"over τ: {_factor(factor)} at {tau:.3g} s, the most where there are"
-                    f" {FEWEST_EDF:g} degrees of freedom or more"
+                    f" {MIN_EDF:g} degrees of freedom or more"
                 )
                 out.append(("tau", (tau, tau), words))
         if self.worst_frequency is not None:

@@ -39,6 +39,7 @@ __all__ = [
     "removes",
 ]
 
+#: Names of the methods of `fit_model`.
 METHODS = ("whittle", "gls", "lines")
 
 
@@ -50,12 +51,12 @@ def fit_model(
     Parameters
     ----------
     recording : Recording or Summary
-        One column; `fit_columns` fits each of several.
+        One column; `fit_columns` fits several columns.
     model : Model, Effect or str
-        Values are starting values, held ones stay, None is found.
+        Values are start values; held values stay; None is estimated without a start value.
     method : {"whittle", "gls", "lines"}
-        Whittle likelihood of the cosine ordinates; generalised least squares on the overlapping Allan
-        variance with its covariance under the fitted mixture; or the classical reading of straight lines.
+        Whittle likelihood of the cosine ordinates; generalized least squares on the overlapping Allan
+        variance with its covariance under the fitted model; or the classical reading of straight lines.
 
     Returns
     -------
@@ -64,9 +65,9 @@ def fit_model(
     Raises
     ------
     InputError
-        Infinities, an unknown method, a line beyond half of the rate, more than 64 effects.
+        Infinite samples, an unknown method, a line above half the sampling rate, or more than 64 effects.
     TooShortError
-        Fewer than 32 samples, or constant ones.
+        Fewer than 32 samples, or constant samples.
 
     References
     ----------
@@ -85,9 +86,9 @@ def fit_model(
 
 
 def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
-    """As `fit_model`, of a model of any size: one that was built step by step may have grown beyond its limit."""
+    """Fit a model of any size to a recording, see `fit_model`; stepwise model building may exceed its size limit."""
     if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown (known: {', '.join(METHODS)})")
+        raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
     if isinstance(recording, Summary) and recording.whole:
         recording = recording.recording()
     if isinstance(recording, Recording):
@@ -104,7 +105,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
         require_summary_supports(recording, model, method)
         data = of_summary(recording)
     else:
-        # Angles have one difference fewer than samples.
+        # n angles give n − 1 rates.
         n = recording.n - (recording.quantity == "angle")
         data = prepare(recording, model.missing(n, recording.rate))
     if data.missing is None:
@@ -114,7 +115,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     inside = without_ends(data, solution)
     if inside is not None:
         data, solution = settle(inside, model)
-    # A summary that does not keep its samples answers what a fit asks of a recording.
+    # A summary has the attributes of a recording that a fit needs.
     source = cast("Recording", recording)
     fit = Fit(source, solution.model, "whittle", data, solution)
     if method == "whittle":
@@ -132,17 +133,17 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
     recording : Recording
         One or more columns.
     model, method
-        As of `fit_model`.
+        See `fit_model`.
 
     Returns
     -------
     Fits
-        A mapping from the name of a column to its `Fit`; columns of one unit are also pooled.
+        Mapping from column names to `Fit`; columns of the same unit are also pooled.
 
     Raises
     ------
     InputError, TooShortError
-        As of `fit_model`.
+        See `fit_model`.
 
     Examples
     --------
@@ -160,7 +161,7 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
 
 
 def _following(model: Model, columns: list[str]) -> Model:
-    """The model, of which an effect that names no column follows the only one there is."""
+    """The model in which effects without a column name follow the only logged column, if there is just one."""
     if len(columns) != 1:
         return model
     follow = [
@@ -170,9 +171,9 @@ def _following(model: Model, columns: list[str]) -> Model:
 
 
 def refitted(fit: Fit, model: Model) -> Fit:
-    """The recording of a fit with another model; its transforms are used again where the same samples are missing.
+    """Fit of another model to the recording of a fit, reusing its transforms if both exclude the same samples.
 
-    What stands for missing samples stays, so that the two likelihoods are of the same numbers.
+    The draws for missing samples are kept, so that the likelihoods of both fits refer to the same data.
     """
     if [e for e in model if removes(e)] != [e for e in fit.model if removes(e)]:
         return _fit(fit.recording, model)
@@ -182,7 +183,7 @@ def refitted(fit: Fit, model: Model) -> Fit:
 
 
 def completed(fit: Fit, model: Model) -> Fit:
-    """The recording of a fit with another model by the same method; missing samples are completed under that one."""
+    """Fit of another model to the recording of a fit by the same method, completing missing samples under the new model."""
     if fit.method == "whittle" and fit.data.missing is None:
         found = refitted(fit, model)
         if without_ends(found.data, found.solution) is None:
@@ -191,23 +192,24 @@ def completed(fit: Fit, model: Model) -> Fit:
 
 
 def removes(effect: Effect) -> bool:
-    """Whether an effect takes samples out of the record."""
+    """True if an effect excludes samples of the record."""
     return isinstance(effect, Modifier) and effect.removes
 
 
 def _check_values(model: Model, n: int, rate: float) -> None:
+    """Raise InputError for a missing event time, a line above half the sampling rate, or limits without information."""
     if missing := [
         f"{e.kind}.{p.name}"
         for e in model
         for p in e.parameters
         if p.role == "time" and e.values[p.name] is None and not p.optional
     ]:
-        raise InputError(f"{missing[0]} has no value: give one, or let check find it over time")
+        raise InputError(f"{missing[0]} has no value; give one, or let `check` find the event")
     for line in (e for e in model if isinstance(e, Periodic)):
         if (line.frequency or 0.0) > 0.5 * rate:
             raise InputError(
-                f"{line.kind}: frequency = {line.frequency:g} Hz is beyond half of the sampling rate,"
-                f" {rate / 2:g} Hz: give the one at which the samples show it"
+                f"{line.kind}: frequency = {line.frequency:g} Hz is above half the sampling rate,"
+                f" {rate / 2:g} Hz; give the alias frequency at which the samples show the line"
             )
     for effect in model:
         for name in effect.limits:
@@ -216,7 +218,7 @@ def _check_values(model: Model, n: int, rate: float) -> None:
 
 
 def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
-    """Refuse limits of a time or a frequency between which a record of n samples tells nothing."""
+    """Raise InputError if the limits of a time or frequency exclude all values that n samples can resolve."""
     grids = [variant.grid(name, n, rate) for variant in effect.variants()]
     first, last = 0.5 * min(g.min() for g in grids), 2.0 * max(g.max() for g in grids)
     if isinstance(effect, Periodic):
@@ -224,6 +226,6 @@ def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
     low, high = effect.limits[name]
     if high < first or low >= last:
         raise InputError(
-            f"{effect.kind}: the limits of {name}, {low:g} … {high:g}, leave nothing that this record can tell,"
+            f"{effect.kind}: the limits of {name}, {low:g} … {high:g}, are outside the range that this record can resolve,"
             f" {first:g} … {last:g} {effect.parameter(name).unit}"
         )

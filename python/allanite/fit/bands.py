@@ -1,4 +1,4 @@
-"""Bands of a measured deviation under a known mixture of noise."""
+"""Confidence bands of a measured deviation under known noise, with exact degrees of freedom."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ if TYPE_CHECKING:
 
 __all__ = ["Bands", "bands", "degrees_of_freedom"]
 
-#: Below this a χ² of the right variance has visibly the wrong shape; the eigenvalues of the differences are used.
-FEW = 40.0
-#: Draws for the simultaneous band: its level is known to 0.15 %.
-DRAWS = 20_000
+#: Equivalent degrees of freedom below which the exact distribution (eigenvalues of the differences) is used, because a χ²
+#: distribution of the same variance has visibly the wrong shape. Chosen by judgment; not measured.
+MAX_EXACT_EDF = 40.0
+#: Draws for the simultaneous band: its level then has a standard error of √(0.95·0.05/20000) = 0.15 %.
+BAND_DRAWS = 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bands:
-    """What to multiply a deviation with.
+    """Factors that convert a measured deviation into confidence intervals of the true deviation.
 
     Attributes
     ----------
     low_factor, high_factor : ndarray, shape (k,)
-        Measured deviation times these: the interval of the true deviation, at each τ by itself.
+        Measured deviation times these factors: interval of the true deviation at each τ separately.
     low_everywhere, high_everywhere : ndarray, shape (k,)
-        The same for all τ together.
+        Factors of the simultaneous interval for all τ.
     edf : ndarray, shape (k,)
-        2σ⁴/var(σ̂²), exact.
+        Exact equivalent degrees of freedom 2σ⁴/var(σ̂²).
     level : float
-        Probability of either.
+        Confidence level of both.
     """
 
     low_factor: NDArray[np.float64]
@@ -65,23 +66,23 @@ def bands(
 ) -> Bands:
     """Pointwise and simultaneous intervals of a deviation whose noise is known.
 
-    Each estimate is a sum of squares of Gaussian numbers: a χ² with the exact equivalent degrees of freedom
-    where there are many, the sum weighted by eigenvalues where there are few. The simultaneous band is the
-    pointwise one of that level at which normal scores with the estimates' correlation stay inside together.
+    Each estimate is a sum of squares of Gaussian random numbers. With many equivalent degrees of freedom it is
+    treated as χ², with few as a sum weighted by eigenvalues. The simultaneous band is a pointwise band with a higher
+    level. The level is chosen so that correlated normal scores of all estimates stay inside together.
 
     Parameters
     ----------
     terms : sequence of Term
-        Primitive processes per sample, as `effects.terms` describes.
+        Spectral terms of the noise per sample, see `effects.terms`.
     n : int
-        Samples of the record.
+        Number of samples of the record.
     factors : array_like of int, shape (k,)
         Averaging factors.
     level : float
-        Between 0 and 1.
+        Confidence level between 0 and 1.
     kind : {"oadev", "mdev", "hdev", "totdev"}
-        Estimator; `totdev` as NIST SP 1065 eq. 25 defines it, before its published bias is divided out: the
-        factors hold that of this mixture.
+        Estimator; `totdev` as in NIST SP 1065 eq. 25, without division by the published bias. The factors correct
+        the bias under the given noise instead.
 
     Returns
     -------
@@ -90,9 +91,9 @@ def bands(
     Raises
     ------
     InputError
-        A level outside (0, 1), an unknown term or kind.
+        A level outside (0, 1), or an unknown term or kind.
     TooShortError
-        A factor without a complete difference.
+        A factor too large for a complete difference.
     """
     if not 0.0 < level < 1.0:
         raise InputError(f"level {level:g} is not between 0 and 1")
@@ -102,7 +103,7 @@ def bands(
     variance = np.diag(covariance)
     edf = 2.0 * expected**2 / variance
     tail = (1.0 - level) / 2.0
-    together = _tail_together(covariance / np.sqrt(np.outer(variance, variance)), level)
+    together = _simultaneous_tail(covariance / np.sqrt(np.outer(variance, variance)), level)
     low, high = np.empty((2, m.size)), np.empty((2, m.size))
     bias = np.ones(m.size) if kind != "totdev" else expected / _true_variance(terms, m)
     for k, freedom in enumerate(edf):
@@ -113,6 +114,7 @@ def bands(
 
 
 def _true_variance(terms: Sequence[Term], m: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Allan variance of a sum of terms at averaging factors, shape (k,)."""
     variances = [t.allan_variance(m.astype(np.float64)) for t in terms]
     return np.asarray(np.sum(variances, axis=0), dtype=np.float64)
 
@@ -120,7 +122,7 @@ def _true_variance(terms: Sequence[Term], m: NDArray[np.int64]) -> NDArray[np.fl
 def degrees_of_freedom(
     terms: Sequence[Term], n: int, factors: ArrayLike, kind: str = "oadev"
 ) -> NDArray[np.float64]:
-    """2σ⁴/var(σ̂²) at each factor, shape (k,): exact, without the covariance between factors."""
+    """Exact equivalent degrees of freedom 2σ⁴/var(σ̂²) at each factor, shape (k,)."""
     plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
     expected, variance = _kernels.allan_variances(plain, n, m, kind)
@@ -135,20 +137,20 @@ def _quantiles(
     probabilities: list[float],
     kind: str,
 ) -> NDArray[np.float64]:
-    """Quantiles of σ̂²/σ²."""
+    """Quantiles of σ̂²/σ² at one averaging factor, shape of `probabilities`."""
     from scipy.special import gammaincinv
 
-    if edf < FEW and any(name != "blue" for name, _ in terms):
+    if edf < MAX_EXACT_EDF and any(name != "blue" for name, _ in terms):
         return _kernels.allan_law(terms, n, factor, probabilities, kind)
     return np.asarray(gammaincinv(edf / 2.0, probabilities), dtype=np.float64) * (2.0 / edf)
 
 
-def _tail_together(correlation: NDArray[np.float64], level: float) -> float:
-    """Tail on either side of each normal score at which all of them are inside with probability `level`."""
+def _simultaneous_tail(correlation: NDArray[np.float64], level: float) -> float:
+    """Probability of each tail so that all correlated normal scores are inside together with probability `level`."""
     from scipy.special import ndtr
 
     values, vectors = np.linalg.eigh(correlation)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    draws = np.random.default_rng(0).standard_normal((DRAWS, correlation.shape[0]))
+    draws = np.random.default_rng(0).standard_normal((BAND_DRAWS, correlation.shape[0]))
     largest = np.abs(draws @ root.T).max(axis=1)
     return float(ndtr(-np.quantile(largest, level)))

@@ -1,4 +1,4 @@
-"""Covariance of fitted numbers of the random part, and what a unit of logL tells of one."""
+"""Covariance of the fitted parameters of random effects, also with missing samples."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["joint_covariance", "shape_widening", "told"]
+__all__ = ["joint_covariance", "logl_scale", "shape_widening"]
 
 
 def joint_covariance(
     solution: Solution, data: Data
 ) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
-    """Covariance of the logarithms of all active numbers (of a signed shape itself), and whose they are.
+    """Names and covariance matrix of all active parameters of random effects and modifiers.
 
-    The inverse of their Fisher information; slopes of lnS by central differences. Names are (place of the effect,
-    parameter).
+    Names are (index of the effect, parameter). The covariance is that of ln(parameter), or of the parameter itself if
+    it may be negative. It is the inverse Fisher information, with slopes of ln S by central differences. With missing
+    samples it is the sandwich covariance.
     """
     model, spectrum = solution.model, solution.spectrum
     names: list[tuple[int, str]] = []
@@ -68,7 +69,10 @@ def _with_narrow(
     solution: Solution,
     data: Data,
 ) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
-    """With what single ordinates tell of narrow bands, which depends on nothing else of the model."""
+    """Names and covariance with the parameters of narrow bands, whose errors come from single ordinates.
+
+    They are uncorrelated with all other parameters.
+    """
     own = {(place, name): i for i, (place, name) in enumerate(names)}
     for place, effect in enumerate(solution.model):
         if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, data):
@@ -77,7 +81,7 @@ def _with_narrow(
             continue
         window = Window.of(solution.model, place, data, solution.ordinates)
         near = bins_near(effect, data.bins, data.rate)
-        # Ordinates that share what they show tell less.
+        # Correlated ordinates contain less information.
         share = solution.count[near].sum() / window.j.size
         for name, error in window.errors().items():
             at = own.get((place, name), covariance.shape[0])
@@ -90,18 +94,18 @@ def _with_narrow(
 
 
 def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance of numbers with these slopes of lnS, fitted together."""
-    shared = _by_scores(data, solution.weight, slopes)
-    return _claimed(solution, slopes) if shared is None else shared
+    """Covariance of parameters with given slopes of ln S, shape (p, p), also with missing samples."""
+    shared = _sandwich_covariance(data, solution.weight, slopes)
+    return _independent_covariance(solution, slopes) if shared is None else shared
 
 
-def _by_scores(
+def _sandwich_covariance(
     data: Data, weight: NDArray[np.float64], slopes: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Covariance of fitted numbers where holes make the power of bins depend on each other.
+    """Sandwich covariance of parameters if missing samples correlate the power of bins.
 
-    The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0, and I_a/S_a and I_b/S_b have the covariance
-    2 Σ (δ_ji − c_ji)² over the degrees of freedom of both (Godambe's sandwich).
+    The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0. The covariance of I_a/S_a and I_b/S_b is 2 Σ (δ_ji − c_ji)²
+    divided by the degrees of freedom of both bins (Godambe's sandwich).
 
     Parameters
     ----------
@@ -114,7 +118,7 @@ def _by_scores(
     Returns
     -------
     ndarray, shape (p, p), or None
-        None where nothing is missing.
+        None without missing samples.
     """
     if data.missing is None or data.gain is None:
         return None
@@ -127,8 +131,8 @@ def _by_scores(
     return np.asarray(2.0 * answer @ (rows.T @ shared @ rows) @ answer)
 
 
-def _claimed(solution: Solution, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same as if no two bins depended on each other: the inverse of the Fisher information."""
+def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance of parameters with independent bins: the inverse Fisher information, shape (p, p)."""
     fisher = information(solution.count, solution.weight, slopes)
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
@@ -136,27 +140,28 @@ def _claimed(solution: Solution, slopes: NDArray[np.float64]) -> NDArray[np.floa
     return np.asarray(inverse / np.outer(scale, scale))
 
 
-def told(solution: Solution, own: Process, data: Data) -> float:
-    """Variance that the likelihood claims for a coefficient over its sandwich variance."""
+def logl_scale(solution: Solution, own: Process, data: Data) -> float:
+    """Variance of a coefficient from the likelihood over its sandwich variance; 1 without missing samples."""
     if data.gain is None:
         return 1.0
     beside = [other.column for other in solution.processes if other.theta > 0.0 and other != own]
-    # Of θ itself: its logarithm has no slope at 0.
+    # Slopes by θ itself, since ln θ has no slope at 0.
     slopes = np.column_stack([own.column, *beside]) / solution.spectrum[:, None]
     slopes /= np.maximum(np.abs(slopes).max(axis=0), 1e-300)
     real = float(_covariance(solution, data, slopes)[0, 0])
-    claimed = float(_claimed(solution, slopes)[0, 0])
+    claimed = float(_independent_covariance(solution, slopes)[0, 0])
     return claimed / real if real > 0.0 else 1.0
 
 
 def _total(model: Model, position: int, name: str, value: float, data: Data) -> NDArray[np.float64]:
+    """Expected bin power of a model with one parameter changed, shape (bins,)."""
     effects = list(model.effects)
     effects[position] = effects[position].with_values(**{name: value})
     return column(data.terms(Model(tuple(effects))), data)
 
 
 def shape_widening(solution: Solution, own: Process, relative: float, data: Data) -> float:
-    """How much wider the standard error `relative` of ln(coefficient) is than at fixed shapes; at least 1."""
+    """Ratio of the standard error `relative` of ln(coefficient) to that at fixed shapes; at least 1."""
     active = [process for process in solution.processes if process.theta > 0.0]
     slopes = np.column_stack([2.0 * process.power / solution.spectrum for process in active])
     index = active.index(own)

@@ -1,4 +1,4 @@
-"""The Allan curve of a record beside that of a fitted model."""
+"""Measured and modeled Allan deviation: errors, normal scores and confidence bands."""
 
 from __future__ import annotations
 
@@ -30,16 +30,18 @@ __all__ = [
     "expected_variance",
 ]
 
-#: Below this the deviation itself is uncertain by 22 %; its error says nothing of the model.
-FEWEST_EDF = 10.0
-#: |z| beyond which the curve leaves the model: neighbouring τ share most of their samples, about 0.2 % for the largest.
-FAILS = 4.0
+#: Minimum equivalent degrees of freedom of a deviation that counts in the Allan error. Below, the measured deviation has a
+#: standard error above 1/√(2·10) = 22 %.
+MIN_EDF = 10.0
+#: Minimum |z| at which the Allan curve contradicts the model. The largest |z| of a true model exceeds it in about 0.2 % of
+#: records, since neighboring τ share most samples.
+MIN_FAILING_SCORE = 4.0
 
 
 @aligned_when_unpickled
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Measured and modelled overlapping Allan deviation on one grid.
+    """Measured and modeled overlapping Allan deviation on one grid of averaging times.
 
     Attributes
     ----------
@@ -52,9 +54,9 @@ class Curve:
     edf : ndarray, shape (k,)
         Equivalent degrees of freedom under the model.
     z : ndarray, shape (k,)
-        Standard normal score of measured against model.
+        Standard normal score of the measured against the modeled deviation.
     of : tuple of Data and Model
-        What it is the curve of.
+        The data and the model.
     """
 
     tau: NDArray[np.float64]
@@ -71,37 +73,37 @@ class Curve:
 
     @cached_property
     def components(self) -> dict[str, NDArray[np.float64]]:
-        """Deviation of each effect alone by its kind, shape (k,), U; made when it is first asked for."""
+        """Deviation of each effect alone, U, shape (k,), by kind; computed on first use."""
         return components_at(*self.of, self.factors)
 
     @property
     def ratio(self) -> NDArray[np.float64]:
-        """Measured over model."""
+        """Measured over modeled deviation, shape (k,)."""
         return self.measured / self.model
 
     @property
     def judged(self) -> NDArray[np.bool_]:
-        """Where there are enough degrees of freedom to speak of an error in per cent, and the deviation is not 0."""
-        return np.asarray((self.edf >= FEWEST_EDF) & (self.measured > 0.0))
+        """True where the deviation counts in the Allan error: edf ≥ 10, and a deviation above 0; shape (k,)."""
+        return np.asarray((self.edf >= MIN_EDF) & (self.measured > 0.0))
 
     @property
     def rms_percent(self) -> float | None:
-        """Geometric root-mean-square error of the model, 100·(e^{rms of ln(model/measured)} − 1), τ with edf ≥ 10."""
+        """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1), over τ with edf ≥ 10."""
         apart = self._apart()
         return None if apart.size == 0 else float(100.0 * np.expm1(np.sqrt(np.mean(apart**2))))
 
     @property
     def chance_percent(self) -> float | None:
-        """What chance alone gives in the same measure."""
+        """Expected scatter: the expected `rms_percent` of a true model."""
         keep = self.judged
         if not keep.any():
             return None
         return float(100.0 * np.expm1(np.sqrt(np.mean(0.5 / self.edf[keep]))))
 
     def risen(self, before: Curve, chance: float) -> float:
-        """By how much the mean square of ln(model/measured) exceeds that of another fit of the record; τ with edf ≥ 10.
+        """Mean square of ln(model/measured) minus that of another fit of the record, over τ with edf ≥ 10.
 
-        What moves at one τ by less than so many of its standard deviations counts nothing.
+        A change at a τ counts only if it exceeds `chance` standard deviations.
         """
         keep = self.judged & before.judged
         if not keep.any():
@@ -112,7 +114,7 @@ class Curve:
 
     @property
     def worst(self) -> tuple[float, float] | None:
-        """(model over measured, τ in s) where that is furthest from 1, τ with edf ≥ 10."""
+        """(model/measured, τ in s) with the ratio furthest from 1, among τ with edf ≥ 10."""
         apart = self._apart()
         if apart.size == 0:
             return None
@@ -120,25 +122,27 @@ class Curve:
         return float(np.exp(apart[top])), float(self.tau[self.judged][top])
 
     def _apart(self) -> NDArray[np.float64]:
+        """ln(model/measured) at τ with edf ≥ 10."""
         keep = self.judged
         return np.asarray(np.log(self.model[keep] / self.measured[keep]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChanceBand:
-    """Where chance puts the measured deviation if a model is true.
+    """95 % band of the measured deviation if a model is true.
 
     Attributes
     ----------
     tau : ndarray, shape (k,)
-        s.
+        Averaging time, s.
     low, high : ndarray, shape (k,)
-        95 % at each τ by itself, U.
+        Band at each τ separately, U.
     low_everywhere, high_everywhere : ndarray, shape (k,)
-        95 % for all τ together, U.
+        Simultaneous band for all τ, U.
     edf : ndarray, shape (k,)
+        Equivalent degrees of freedom.
     inside : bool
-        Whether the measured curve stays within the band for all τ.
+        True if the measured curve stays within the simultaneous band.
     """
 
     tau: NDArray[np.float64]
@@ -160,9 +164,9 @@ class ChanceBand:
 
 
 def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
-    """Pointwise and simultaneous band of a measured curve under a model with values.
+    """Pointwise and simultaneous 95 % band of a measured curve under a model with values.
 
-    From the exact law of the random part (`fit.bands`); known functions of time add their own curve to it.
+    The band uses the exact distribution of the random part (`fit.bands`), plus the curve of known functions of time.
     """
     terms = data.terms(model)
     noise = expected_variance(terms, curve.factors)
@@ -180,15 +184,15 @@ def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
 
 
 def expected_variance(terms: tuple[Term, ...], factors: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Allan variance of a sum of terms at integer factors."""
+    """Allan variance of a sum of terms at integer averaging factors, U², shape (k,)."""
     m = factors.astype(float)
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def compare_curves(data: Data, model: Model) -> Curve:
-    """Curve of a record (gaps and outliers bridged, as in the fit) against a model with values.
+    """Measured Allan curve (gaps and outliers bridged, as in the fit) compared with that of a model with values.
 
-    Deterministic effects add the curve of their own signal.
+    Deterministic effects contribute the Allan variance of their signal.
     """
     from scipy.special import chdtri
 
@@ -203,7 +207,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
         residual = data.deviation(factors, whole) ** 2
     edf = degrees_of_freedom(terms, data.n, factors)
     if any(e.passing for e in model.modifiers) and model.white is not None:
-        # The samples that are loud decide: there are fewer of them.
+        # Loud segments dominate, so that fewer samples determine the deviation.
         white = Model(tuple(e for e in model if e is model.white or isinstance(e, Modifier)))
         share = expected_variance(data.terms(white), factors) / noise
         edf = np.maximum(edf / (1.0 + share**2 * (crowding_ratio(model, data) - 1.0)), 1.0)
@@ -227,7 +231,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
 def components_at(
     data: Data, model: Model, factors: NDArray[np.int64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Deviation of each effect by its kind, numbered where there are several."""
+    """Allan deviation of each effect alone, shape (k,), by kind; further effects of a kind have numbered names."""
     out: dict[str, NDArray[np.float64]] = {}
     for i, effect in enumerate(model.stochastic):
         size = (getattr(effect, effect.coefficient) or 0.0) ** 2
@@ -243,7 +247,7 @@ def components_at(
 def degrees_of_freedom(
     terms: tuple[Term, ...], n: int, factors: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """2σ⁴/var of each estimate under the model's own mixture."""
+    """Equivalent degrees of freedom 2σ⁴/var(σ̂²) under the model's noise, at least 1, shape (k,)."""
     plain = [t.kernel for t in terms]
     expected, variance = _kernels.allan_variances(plain, n, factors)
     return np.maximum(2.0 * expected**2 / variance, 1.0)

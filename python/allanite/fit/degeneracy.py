@@ -1,4 +1,4 @@
-"""Which fitted numbers stand for each other: correlations, and what a record of this length cannot tell apart."""
+"""Correlations of fitted parameters, and parameters or effects that a record cannot distinguish."""
 
 from __future__ import annotations
 
@@ -18,21 +18,24 @@ if TYPE_CHECKING:
 
 __all__ = ["Correlations", "correlations", "degeneracies"]
 
-#: Two numbers correlated beyond this are known together five times worse than each with the other given.
-STRONG = 0.98
-#: A time constant longer than this share of the record shows only its rising side: that of a random walk.
-LONG = 0.25
+#: Correlation above which two parameters cannot be distinguished: their standard errors are then five times (1/√(1 −
+#: 0.98²)) those with the other parameter given.
+MAX_CORRELATION = 0.98
+#: Maximum correlation time, in parts of the record, that can be distinguished from a random walk. Chosen by judgment; not
+#: measured.
+MAX_CORRELATION_TIME_FRACTION = 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correlations:
-    """Correlations of the fitted numbers of the random effects.
+    """Correlations of the fitted parameters of random effects.
 
     Attributes
     ----------
     names : tuple of str
-        ``N``, ``GM.q_c``, …; numbers at zero take no part.
+        ``N``, ``GM.q_c``, …; parameters at zero are excluded.
     matrix : ndarray, shape (p, p)
+        Correlation matrix.
     """
 
     names: tuple[str, ...]
@@ -47,7 +50,7 @@ class Correlations:
 
 
 def correlations(solution: Solution, data: Data) -> Correlations:
-    """From the Fisher information of all of them together."""
+    """Correlations of the fitted parameters of random effects, from their joint covariance."""
     places, covariance = joint_covariance(solution, data)
     labels = solution.model.labels
     names = tuple(
@@ -58,27 +61,27 @@ def correlations(solution: Solution, data: Data) -> Correlations:
 
 
 def degeneracies(found: Correlations, model: Model, data: Data) -> list[str]:
-    """One sentence for each thing that this record cannot tell."""
+    """A sentence for each effect or pair of parameters that this record cannot distinguish."""
     out = []
     for effect, label in zip(model, model.labels, strict=True):
         time = effect.values.get("correlation_time")
         if time is None or isinstance(time, (str, tuple)):
             continue
-        if time > LONG * data.duration:
+        if time > MAX_CORRELATION_TIME_FRACTION * data.duration:
             out.append(
-                f"{label}: a correlation time of {time:.3g} s in a record of {data.duration:.3g} s cannot be told "
-                f"from a rate random walk: only q_c is known"
+                f"{label}: a correlation time of {time:.3g} s in a record of {data.duration:.3g} s cannot be distinguished "
+                f"from a rate random walk; only q_c is known"
             )
         elif time * data.rate < 1.0:
             out.append(
-                f"{label}: a correlation time below the sampling interval cannot be told from white noise"
+                f"{label}: a correlation time below the sampling interval cannot be distinguished from white noise"
             )
     for a in range(len(found.names)):
         for b in range(a):
             value = float(found.matrix[a, b])
-            if abs(value) > STRONG:
+            if abs(value) > MAX_CORRELATION:
                 out.append(
-                    f"{found.names[b]} and {found.names[a]} cannot be told apart (correlation {value:+.3f}): "
-                    f"hold one, or leave one out"
+                    f"{found.names[b]} and {found.names[a]} cannot be distinguished (correlation {value:+.3f}); "
+                    f"hold or remove one of them"
                 )
     return out

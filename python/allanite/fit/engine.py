@@ -1,8 +1,8 @@
-"""The fit: coefficients, shapes, discrepancy and deterministic effects together.
+"""Fit all parameters of a model: coefficients, shapes, discrepancy and deterministic effects.
 
-Coefficients and shapes of the random part are climbed together (`polish`), shapes without a value after a scan of their
-grid; deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles. What is then beyond its
-limits is held at them (`limited`).
+Coefficients and shapes of random effects are optimized together (`polish`); shapes without a start value first by a grid
+search. Deterministic amplitudes are estimated by GLS, alternating with the spectrum until logL converges. Parameters beyond
+their limits are then held at the limits (`limited`).
 """
 
 from __future__ import annotations
@@ -34,11 +34,14 @@ if TYPE_CHECKING:
 __all__ = ["Solution", "solve", "with_coefficients"]
 
 Array = NDArray[np.float64]
-#: An amplitude that moves by less of its standard error is where it was: 5e-5 of logL; where one more effect is only
-#: looked at, 5e-3.
-STILL, ROUGHLY = 0.01, 0.1
-#: A line of so many standard errors leaves some 0.03 of logL outside its window.
-FAINT = 12.0
+#: Maximum change of an amplitude, in standard errors, for which the residual is not recomputed. It costs ½·0.01² = 5e-5
+#: of logL.
+MAX_KEPT_CHANGE = 0.01
+#: The same maximum if an additional effect is only tried; it costs 5e-3 of logL.
+MAX_KEPT_CHANGE_TRIED = 0.1
+#: Maximum amplitude of a tried line, in standard errors, up to which it is removed only within its window. The part of such
+#: a line outside the window is worth about 0.03 of logL.
+MAX_FAINT_AMPLITUDE = 12.0
 
 
 @one_thread()
@@ -58,18 +61,22 @@ def solve(
     ----------
     data : Data
     model : Model
-        Values are starting values; None is found by a scan. Held values stay, limits are kept to.
+        Values are start values; None is found by a grid search. Held values and limits are respected.
     start : Maximum, optional
-        Where to look first: a maximum of this model, or of the model without its last random effect.
+        Start: a maximum of this model, or of the model without its last random effect.
     like : Solution, optional
-        Another of the same data: what it has taken out is not taken out again.
+        Another fit of the same data, whose residual ordinates are reused.
     polish : bool
-        False keeps shapes at their (scanned) starting values, but that of a last narrow band and of those it touches.
+        False keeps shapes at their start or grid values, except for a narrow band in last place and bands that overlap it.
     settled : int
-        Of so many effects, from the first, known functions of time and narrow bands keep their shapes: where one more is
-        only looked at, they are where the record has them. Bands that touch one behind these do move.
+        Deterministic effects and narrow bands among the first `settled` effects keep their shapes. This is used if an
+        additional effect is only tried. Narrow bands that overlap a later effect are optimized nevertheless.
     rounds : int
-        Most alternations between spectrum and regression.
+        Maximum alternations between spectrum and regression.
+
+    Returns
+    -------
+    Solution
     """
     model = _with_white(model)
 
@@ -88,7 +95,7 @@ def _fit(
     settled: int,
     rounds: int,
 ) -> Solution:
-    """`solve` without regard to limits but where shapes are searched."""
+    """Fit a model without limits, except that shapes are searched within limits; see `solve`."""
     given = model
     bins = data.bins
     free = effective_freedom(model, data) if has_changing_power(model) else bins.count
@@ -96,20 +103,20 @@ def _fit(
         settled = max(settled, len(model) - 1)
     raw = bins.power(data.ordinates)
     part = RandomPart(data, raw, free)
-    taken = _Taken((), data.ordinates)
+    taken = _ResidualOrdinates((), data.ordinates)
     if like is not None and model.deterministic:
-        taken = _Taken(like.taken, like.ordinates)
+        taken = _ResidualOrdinates(like.taken, like.ordinates)
     ordinates = data.ordinates
     design: Design | None = None
     placed: tuple[object, ...] = ()
     regression: Regression | None = None
-    best = start if start is not None else _given(model, part)
+    best = start if start is not None else _maximum_from_values(model, part)
     total, previous = -np.inf, -np.inf
     for turn in range(rounds):
         again = with_open_shapes(model, given) if turn == 1 and polish else None
         model, best = fit_shapes(model, part, best, polished=polish)
         if again is not None:
-            # Shapes were looked for before the functions of time were known, which a lag may have stood for.
+            # Search shapes again: in the first round they may have imitated the still unknown functions of time.
             anew = fit_shapes(again, part)
             model, best = max((model, best), anew, key=lambda found: found[1].log_likelihood)
         model = with_coefficients(model, best.theta)
@@ -117,7 +124,7 @@ def _fit(
         model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break
-        # What known functions add to their cells is no discrepancy: it is looked at once they are taken out.
+        # Use the discrepancy only from the second round on, when known functions of time no longer cause it.
         level = bin_levels(part.power, part.count, best.spectrum, best.scale if turn else None)
         noise = Noise(data.terms(model), bins, level)
         slow = polish and turn < 4
@@ -179,7 +186,7 @@ def _functions(
     regression: Regression,
     taken: tuple[Deterministic, ...],
 ) -> tuple[Regressed, ...]:
-    """What a regression found for each of its effects."""
+    """Fitted record of each deterministic effect from a regression; `taken` are the effects removed from the residual."""
     return tuple(
         Regressed(
             effect,
@@ -193,8 +200,18 @@ def _functions(
 
 
 @dataclass(frozen=True, slots=True)
-class _Taken:
-    """Known functions of time that are taken out of ordinates, and what is left; those `near` where they are looked at."""
+class _ResidualOrdinates:
+    """Residual ordinates, and the known functions of time that were removed from them.
+
+    Attributes
+    ----------
+    effects : tuple of Deterministic
+        Functions removed.
+    ordinates : ndarray, shape (n,)
+        Residual ordinates.
+    near : tuple of Deterministic
+        Those of `effects` that were removed only within the window of their line.
+    """
 
     effects: tuple[Deterministic, ...]
     ordinates: Array
@@ -207,10 +224,10 @@ class _Taken:
         regression: Regression,
         data: Data,
         looked_at: bool,
-    ) -> _Taken:
-        """With these taken out instead; amplitudes that hardly move stay.
+    ) -> _ResidualOrdinates:
+        """Residual with other functions removed instead; amplitudes that hardly changed are kept.
 
-        Of a faint line that is only looked at, what is beyond its window is less than anyone notices.
+        With `looked_at` (an effect is only tried), faint lines are removed only within their window.
         """
         scatter = np.sqrt(np.diag(regression.covariance))
         before = list(self.effects)
@@ -218,11 +235,14 @@ class _Taken:
         for effect, own in zip(effects, design.parts, strict=True):
             amplitudes = effect.amplitudes()
             old = next((e for e in before if e.seen_alike == effect.seen_alike), None)
-            was_near = old is not None and _among(old, self.near)
+            was_near = old is not None and _is_among(old, self.near)
             if old is not None:
                 before = [e for e in before if e is not old]
                 change = amplitudes - old.amplitudes()
-                if (np.abs(change) <= (ROUGHLY if looked_at else STILL) * scatter[own]).all():
+                if (
+                    np.abs(change)
+                    <= (MAX_KEPT_CHANGE_TRIED if looked_at else MAX_KEPT_CHANGE) * scatter[own]
+                ).all():
                     now.append(old)
                     near += [old] if was_near else []
                     continue
@@ -230,28 +250,28 @@ class _Taken:
             local = was_near or (
                 looked_at
                 and isinstance(effect, Periodic)
-                and bool((np.abs(amplitudes) < FAINT * scatter[own]).all())
+                and bool((np.abs(amplitudes) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
             )
             parts.append((effect, amplitudes, local))
             now.append(effect)
             near += [effect] if local and (old is None or was_near) else []
-        parts += [(e, -e.amplitudes(), _among(e, self.near)) for e in before]
+        parts += [(e, -e.amplitudes(), _is_among(e, self.near)) for e in before]
         left = data.exchanged(self.ordinates, [(e, a) for e, a, local in parts if not local])
         for effect, amplitudes, local in parts:
             if local:
                 j = design.ordinates
                 left = left.copy() if left is self.ordinates else left
                 left[j] -= design_of((effect,), data, j).matrix @ amplitudes
-        return _Taken(tuple(now), left, tuple(near))
+        return _ResidualOrdinates(tuple(now), left, tuple(near))
 
 
-def _among(effect: Effect, effects: Sequence[Effect]) -> bool:
-    """Whether it is one of these itself."""
+def _is_among(effect: Effect, effects: Sequence[Effect]) -> bool:
+    """True if the effect object is one of these objects."""
     return any(e is effect for e in effects)
 
 
-def _given(model: Model, part: RandomPart) -> Maximum | None:
-    """The maximum uphill of the values that the model already has, with a discrepancy."""
+def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
+    """Local maximum with a discrepancy, started from the model's values; None if a value is missing."""
     known = [getattr(e, e.coefficient) for e in model.stochastic]
     shapes = [e.values[n] for e in model if not isinstance(e, Deterministic) for n in e.free_shapes]
     if any(v is None for v in [*known, *shapes]) or not any(known):
@@ -270,8 +290,8 @@ def _with_white(model: Model) -> Model:
 
 
 def with_coefficients(model: Model, theta: Array) -> Model:
-    """The model with these squared coefficients; held ones stay."""
-    return _exchanged(
+    """The model with squared coefficients theta; held coefficients stay."""
+    return _with_replaced(
         model,
         Stochastic,
         (
@@ -284,7 +304,8 @@ def with_coefficients(model: Model, theta: Array) -> Model:
 
 
 def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Model:
-    return _exchanged(
+    """The model with deterministic amplitudes from a regression."""
+    return _with_replaced(
         model,
         Deterministic,
         (
@@ -294,15 +315,15 @@ def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Mo
     )
 
 
-def _exchanged(model: Model, base: type[Effect], effects: Iterator[Effect]) -> Model:
-    """The model with others in place of its effects of a class, in their order."""
+def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) -> Model:
+    """The model with its effects of class `base` replaced in order."""
     return Model(tuple(next(effects) if isinstance(e, base) else e for e in model))
 
 
 def _regress(
     effects: tuple[Deterministic, ...], design: Design, data: Data, variance: Array
 ) -> Regression:
-    """GLS of the amplitudes; those of effects with a held amplitude are taken out beforehand."""
+    """GLS regression of the amplitudes; effects with held amplitudes are subtracted first."""
     values = data.ordinates[design.ordinates]
     given = [
         np.full(own.stop - own.start, effect.amplitudes_held)

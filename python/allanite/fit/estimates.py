@@ -13,8 +13,8 @@ from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import column_unit
 from allanite.common.units import coefficient_unit
 from allanite.effects import Model
-from allanite.fit.covariance import joint_covariance, shape_widening, told
-from allanite.fit.interval_ends import with_ends
+from allanite.fit.covariance import joint_covariance, logl_scale, shape_widening
+from allanite.fit.interval_ends import with_admissible_intervals
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
@@ -31,20 +31,25 @@ if TYPE_CHECKING:
 
 __all__ = ["estimates", "free_parameters", "shape_slope", "widened"]
 
-#: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
-DETECTED = 2.706
-#: The same for an effect that brings a shape or a phase of its own: 1 % of χ²₂.
-DETECTED_SHAPED = 4.605
-#: The same for one amplitude of either sign: 1 % of χ²₁, 6.635/2.
-DETECTED_SIGNED = 3.317
-#: A shape is at an end of what is searched if it is this near to it.
-AT_END = 1.001
-#: Ends of the interval of a value that is not known at all, in ln.
-UNKNOWN = 50.0
+#: Significance level of detections. Chosen by judgment; the usual 1 %.
+DETECTION_P = 0.01
+#: Minimum loss of logL without a non-negative coefficient for it to be detected: 1 % point of ½χ²₀ + ½χ²₁, halved, which is
+#: ½z² with the 99 % point z of the normal distribution.
+MIN_COEFFICIENT_DELTA_LOGL = 0.5 * 2.326348**2
+#: Minimum loss of logL without an effect with its own shape or phase: 1 % point of χ²₂, halved, which is −ln 0.01.
+MIN_SHAPED_DELTA_LOGL = float(-np.log(DETECTION_P))
+#: Minimum loss of logL without an amplitude of either sign: 1 % point of χ²₁, halved, which is ½z² with the 99.5 % point z.
+MIN_SIGNED_DELTA_LOGL = 0.5 * 2.575829**2
+#: A shape is at the lower end of its search range if it is at most this factor above the end. Chosen by judgment; not
+#: measured.
+MAX_RATIO_TO_SEARCH_END = 1.001
+#: Maximum half-width of an interval in ln; it stands for a value that is not known at all. Chosen by judgment; not
+#: measured.
+MAX_LOG_HALF_WIDTH = 50.0
 
 
 def free_parameters(solution: Solution) -> int:
-    """Fitted numbers that shape the expected bin power: active coefficients and their shapes."""
+    """Number of fitted parameters of the expected bin power: active coefficients and their shapes."""
     count = 0
     for own in solution.processes:
         if own.theta > 0.0:
@@ -56,6 +61,7 @@ def free_parameters(solution: Solution) -> int:
 def _unit(
     effect: Effect, name: str, sample_unit: str, column_units: Mapping[str, str] | None = None
 ) -> str:
+    """Unit of a parameter for samples (and a logged column) in the given units."""
     declared = effect.parameter(name).unit
     if not isinstance(declared, str):
         return coefficient_unit(sample_unit, declared)
@@ -69,9 +75,9 @@ def _unit(
 def estimates(
     solution: Solution, data: Data, unit: str, column_units: Mapping[str, str]
 ) -> tuple[dict[str, Any], ...]:
-    """For each effect of the model its values by JSON name, as `Estimate` where they are numbers.
+    """Values of each effect of the model by parameter name; numbers are given as `Estimate` with error and interval.
 
-    `unit` is that of the samples, `column_units` those of the covariates that are known.
+    `unit` is the unit of the samples; `column_units` are the known units of logged columns.
     """
     shaped = _shape_errors(solution, data)
     out: list[dict[str, Any]] = []
@@ -81,30 +87,34 @@ def estimates(
     for position, own in enumerate(solution.effects):
         errors = {name: error for (place, name), error in shaped.items() if place == position}
         if isinstance(own, Process):
-            out.append(_stochastic(solution, own, errors, unit, data))
+            out.append(_process_values(solution, own, errors, unit, data))
         elif isinstance(own, Regressed):
-            values = _deterministic(solution, own, data, unit, column_units)
+            values = _deterministic_values(solution, own, data, unit, column_units)
             if own in slow:
-                values |= _averaged(own.effect, values, slow[own])
+                values |= _with_noise_uncertainty(own.effect, values, slow[own])
             out.append(values)
         else:
-            out.append(_modifier(own.effect, errors, data, unit, column_units))
+            out.append(_modifier_values(own.effect, errors, data, unit, column_units))
     return tuple(
-        with_ends(own.effect, values) for own, values in zip(solution.effects, out, strict=True)
+        with_admissible_intervals(own.effect, values)
+        for own, values in zip(solution.effects, out, strict=True)
     )
 
 
-def _averaged(
+def _with_noise_uncertainty(
     effect: Deterministic, values: Mapping[str, Any], law: Mixture
 ) -> dict[str, Estimate]:
-    """Amplitudes with what not knowing the noise adds to their intervals."""
+    """Amplitudes of a slow effect with errors and intervals that include the uncertainty of the noise.
+
+    `law` is the distribution of the amplitudes averaged over noise coefficients.
+    """
     out = {}
     for place, name in enumerate(_amplitude_names(effect)):
         value = values[name]
         if value.interval is not None:
             error, interval = law.standard_error(place), law.interval(place)
             if not interval[0] <= float(value) <= interval[1]:
-                # With other noise that is as likely another value is the best: the interval holds that and this one.
+                # Under equally likely noise another value is best; the interval includes both values.
                 own = value.interval
                 interval = min(interval[0], own[0]), max(interval[1], own[1])
             out[name] = Estimate(value.value, error, interval, value.unit, value.detected, name)
@@ -112,6 +122,7 @@ def _averaged(
 
 
 def _amplitude_names(effect: Deterministic) -> list[str]:
+    """Names of the coefficients of a deterministic effect that have values."""
     return [
         p.name
         for p in effect.parameters
@@ -120,18 +131,20 @@ def _amplitude_names(effect: Deterministic) -> list[str]:
 
 
 def _all_held(effect: Deterministic) -> bool:
+    """True if all amplitudes of a deterministic effect are held."""
     return set(_amplitude_names(effect)) <= set(effect.held)
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Standard errors of ln(shape) (a signed shape: of itself) and, under its own name, of ln(coefficient)."""
+    """Standard errors of ln(shape) (of the shape itself if signed) and ln(coefficient), by effect index and name."""
     names, inverse = joint_covariance(solution, data)
     return dict(zip(names, map(float, np.sqrt(np.diag(inverse))), strict=True))
 
 
-def _stochastic(
+def _process_values(
     solution: Solution, own: Process, shaped: dict[str, float], unit: str, data: Data
 ) -> dict[str, Any]:
+    """Values of a random process by parameter name; `shaped` holds standard errors of logarithms."""
     effect, name = own.effect, own.effect.coefficient
     value = float(np.sqrt(own.theta))
     own_unit = _unit(effect, name, unit)
@@ -141,7 +154,7 @@ def _stochastic(
         low = high = value
         detected = True
     else:
-        # logL of the random part alone.
+        # The profile uses the logL of the random part.
         part = RandomPart(data, solution.power, solution.count)
         here = replace(solution.best, log_likelihood=part.judged(solution.best))
         low, high, drop = profile_interval(
@@ -150,20 +163,22 @@ def _stochastic(
             solution.columns,
             here,
             solution.processes.index(own),
-            told(solution, own, data),
+            logl_scale(solution, own, data),
         )
         low, high = float(np.sqrt(low)), float(np.sqrt(high))
         if is_fitted_to_ordinates(effect, data):
-            # Bins hardly show it: the ordinates within them do.
-            drop += _beyond_bins(solution, own, data)
-        detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
+            # A narrow band is detected mainly by the single ordinates within the bins.
+            drop += _loss_of_single_ordinates(solution, own, data)
+        detected = drop > (
+            MIN_SHAPED_DELTA_LOGL if effect.free_shapes else MIN_COEFFICIENT_DELTA_LOGL
+        )
         relative = shaped.get(name)
         error = None if relative is None else value * relative
         if detected and relative is not None and not low:
-            spread = float(np.exp(min(NORMAL * relative, UNKNOWN)))
+            spread = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
             low, high = value / spread, value * spread
         elif detected and relative is not None:
-            # The profile is at fixed shapes: widened by what not knowing them adds to the standard error.
+            # The profile interval is for fixed shapes; widen it for the uncertainty of the shapes.
             low, high = widened(value, (low, high), shape_widening(solution, own, relative, data))
         if not detected:
             low = 0.0
@@ -172,8 +187,10 @@ def _stochastic(
         low, high = (effect.limits.clipped(name, end) for end in (low, high))
         out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
     for shape in effect.free_shapes:
-        found = _shape(effect, shape, shaped.get(shape), detected, _unit(effect, shape, unit))
-        out[shape] = _at_its_least(found, effect, data) if _estimated(found) else found
+        found = _shape_estimate(
+            effect, shape, shaped.get(shape), detected, _unit(effect, shape, unit)
+        )
+        out[shape] = _extended_to_lowest(found, effect, data) if _has_interval(found) else found
     for parameter in effect.parameters:
         if parameter.name in out:
             continue
@@ -195,8 +212,8 @@ def _stochastic(
     return {p.name: out[p.name] for p in effect.parameters}
 
 
-def _beyond_bins(solution: Solution, own: Process, data: Data) -> float:
-    """By how much logL of the ordinates given the power of their bins falls without a narrow band."""
+def _loss_of_single_ordinates(solution: Solution, own: Process, data: Data) -> float:
+    """Loss of logL of single ordinates, given the power of their bins, without a narrow band."""
     model = solution.model
     less = Model(tuple(e for e in model if e is not own.effect))
     with_it, without = (
@@ -206,16 +223,17 @@ def _beyond_bins(solution: Solution, own: Process, data: Data) -> float:
     return with_it - without
 
 
-def _estimated(value: Any) -> bool:
+def _has_interval(value: Any) -> bool:
+    """True if a value is an estimate with an interval."""
     return isinstance(value, Estimate) and value.interval is not None
 
 
-def _at_its_least(value: Estimate, effect: Effect, data: Data) -> Estimate:
-    """A shape, with an interval down to its lowest value where a fit found it at the lowest that it tries."""
+def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate:
+    """The estimate of a shape; its interval extends to the lowest value if the fit ended at the lowest searched value."""
     low = effect.parameter(value.name).low
-    # An exponent is tried down to its lowest value, a positive shape to half of its grid's.
+    # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.
     tried = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else low
-    at_least = value <= tried + (AT_END - 1.0) * abs(tried)
+    at_least = value <= tried + (MAX_RATIO_TO_SEARCH_END - 1.0) * abs(tried)
     if not at_least or value.interval is None or is_fitted_to_ordinates(effect, data):
         return value
     high = value.interval[1]
@@ -223,16 +241,21 @@ def _at_its_least(value: Estimate, effect: Effect, data: Data) -> Estimate:
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
-    """Widen an interval by `factor` in ln(value), clipped at e^±`UNKNOWN`."""
+    """An interval widened by `factor` in ln(value), at most to e^±`MAX_LOG_HALF_WIDTH` times the value."""
 
     def times(ratio: float) -> float:
-        return float(np.exp(np.clip(factor * np.log(ratio), -UNKNOWN, UNKNOWN)))
+        return float(
+            np.exp(np.clip(factor * np.log(ratio), -MAX_LOG_HALF_WIDTH, MAX_LOG_HALF_WIDTH))
+        )
 
     low, high = ends
     return value * times(low / value) if low > 0.0 else 0.0, value * times(high / value)
 
 
-def _shape(effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str) -> Any:
+def _shape_estimate(
+    effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str
+) -> Any:
+    """Estimate of a shape with error and interval; `relative` is the standard error of its logarithm (or of itself)."""
     value = effect.values[name]
     if value is None or isinstance(value, str):
         return value
@@ -245,7 +268,7 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, ow
             min(value + NORMAL * relative, declared.high),
         )
         return Estimate(float(value), relative, interval, own_unit, detected, name)
-    spread = float(np.exp(min(NORMAL * relative, UNKNOWN)))
+    spread = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
     return Estimate(
         float(value),
         float(value * relative),
@@ -256,13 +279,14 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, ow
     )
 
 
-def _modifier(
+def _modifier_values(
     effect: Effect,
     shaped: dict[str, float],
     data: Data,
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
+    """Values of a modifier by parameter name; `shaped` holds standard errors of logarithms of shapes."""
     errors = effect.errors(data.rate)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
@@ -272,7 +296,7 @@ def _modifier(
             out[name] = (
                 value
                 if isinstance(value, tuple)
-                else _shape(effect, name, shaped.get(name), True, own_unit)
+                else _shape_estimate(effect, name, shaped.get(name), True, own_unit)
             )
             continue
         low, high = value - NORMAL * errors[name], value + NORMAL * errors[name]
@@ -282,17 +306,20 @@ def _modifier(
     return out
 
 
-def _deterministic(
+def _deterministic_values(
     solution: Solution,
     own: Regressed,
     data: Data,
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
+    """Values of a deterministic effect by parameter name."""
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
     detected = drop > (
-        DETECTED_SHAPED if amplitudes.size > 1 or effect.free_shapes else DETECTED_SIGNED
+        MIN_SHAPED_DELTA_LOGL
+        if amplitudes.size > 1 or effect.free_shapes
+        else MIN_SIGNED_DELTA_LOGL
     )
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
@@ -309,14 +336,14 @@ def _deterministic(
             if error is None:
                 error = _deterministic_shape_error(effect, parameter.name, solution, data)
         else:
-            # 0 is that of what does not depend on amplitudes: a count.
+            # An error of 0 means that the value does not depend on amplitudes, e.g. a count.
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance) or None
             if error is not None and parameter.name == "phase":
                 error = float(np.hypot(error, _phase_by_frequency(effect, own, solution, data)))
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
         if error is not None and parameter.role == "shape" and parameter.low > 0.0:
-            # Times are known to a factor.
-            factor = float(np.exp(min(NORMAL * error / value, 50.0)))
+            # The interval of a positive shape, e.g. a time constant, is symmetric in the logarithm.
+            factor = float(np.exp(min(NORMAL * error / value, MAX_LOG_HALF_WIDTH)))
             interval = (value / factor, value * factor)
         elif interval is not None and parameter.low == 0.0:
             interval = (max(0.0, interval[0]), interval[1])
@@ -329,9 +356,10 @@ def _deterministic(
 def _phase_by_frequency(
     effect: Deterministic, own: Regressed, solution: Solution, data: Data
 ) -> float:
-    """What the error of the frequency adds to that of the phase at time 0, rad.
+    """Error of the phase at time 0 due to the error of the frequency, rad.
 
-    The phase at the middle of the record is independent of the frequency; from there to time 0 the line turns.
+    The phase at the middle of the record is uncorrelated with the frequency. Extrapolated to time 0, the error of the
+    frequency adds to the phase.
     """
     if "frequency" not in effect.free_shapes:
         return 0.0
@@ -347,7 +375,7 @@ def _amplitude_error(
     amplitudes: NDArray[np.float64],
     covariance: NDArray[np.float64],
 ) -> float | None:
-    """Delta method through the effect's own map from amplitudes to values."""
+    """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined."""
     slope = np.zeros(amplitudes.size)
     for i in range(amplitudes.size):
         step = 1e-4 * max(
@@ -369,9 +397,11 @@ def _amplitude_error(
 def _deterministic_shape_error(
     effect: Deterministic, name: str, solution: Solution, data: Data
 ) -> float | None:
-    """From the information of the shape with the amplitudes: d signal/d shape, GLS-projected on the regressors.
+    """Standard error of a shape fitted together with the amplitudes; None if the record has no information on the shape.
 
-    And, for a line that drifts, on the slope of its other shape: frequency at the start and drift go together.
+    The derivative d signal/d shape is projected (by GLS) orthogonal to the regressors. For effects that are not slow,
+    e.g. a drifting line, it is also projected orthogonal to the derivatives by the other shapes, which are correlated
+    with it.
     """
     from allanite.fit.shapes.deterministic import design_of
 
@@ -395,12 +425,14 @@ def _deterministic_shape_error(
 def shape_slope(
     effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64] | None:
-    """Change of the effect's ordinates with one of its shapes; None where it cannot be moved."""
+    """Derivative of the effect's ordinates by one of its shapes; None if the shape cannot be changed."""
     from allanite.fit.shapes.deterministic import design_of
 
     value = effect.values[name]
     steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
-    steps["s"] = max(1e-3 * abs(value), 1.0 / data.rate)  # less than a sample moves nothing
+    steps["s"] = max(
+        1e-3 * abs(value), 1.0 / data.rate
+    )  # a smaller step than a sample changes nothing
     step = steps.get(str(effect.parameter(name).unit), 1e-3 * abs(value))
     if step == 0.0:
         return None

@@ -1,4 +1,4 @@
-"""Intervals of fitted numbers end at their limits; shapes of what is not detected have none."""
+"""Clip intervals of estimates to the limits of parameters, and remove intervals of shapes of undetected effects."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ from allanite.common.parameters import Estimate
 if TYPE_CHECKING:
     from allanite.effects import Effect
 
-__all__ = ["with_ends"]
+__all__ = ["with_admissible_intervals"]
 
 
-def with_ends(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
-    """Numbers of an effect by name, with the intervals that they can have."""
+def with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
+    """Values of an effect by name with admissible intervals.
+
+    Intervals are clipped to limits. Shapes of an effect that is not detected have no interval.
+    """
     out = dict(values)
     for name, value in values.items():
         if not isinstance(value, Estimate) or value.interval is None:
             continue
         if not value.detected and _is_shape(effect, name):
-            # Of a line that is not there no frequency is the right one, and none is a limit.
+            # The frequency of a line that does not exist has no true value.
             out[name] = Estimate(value.value, None, None, value.unit, False, name)
         elif name in effect.limits:
             low, high = (effect.limits.clipped(name, end) for end in value.interval)
@@ -30,6 +33,6 @@ def with_ends(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _is_shape(effect: Effect, name: str) -> bool:
-    """Whether a number says where or when an effect is, and not how large."""
+    """True if a parameter describes place, time or form of an effect instead of its size."""
     declared = effect.parameter(name)
     return declared.role in ("shape", "time") or declared.unit in ("Hz", "s", "rad")

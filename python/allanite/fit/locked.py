@@ -1,4 +1,4 @@
-"""The refusal of a fit of samples that hardly leave one code, with the bound that they give."""
+"""Error for samples that nearly always have the same code, with the upper limit of the noise that they allow."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["locked_error"]
 
 
 def locked_error(column: Recording) -> TooShortError | None:
-    """Return the error that one column is locked to one code, with the upper limit of N; None if it is not."""
+    """The error that a column is locked to one code, with the upper limit of N; None if it is not locked."""
     if column.quantity != "rate":
         return None
     locked = locked_of(column.samples)
@@ -29,7 +29,7 @@ def locked_error(column: Recording) -> TooShortError | None:
     unit = "" if column.unit == "1" else f" {column.unit}"
     found = (
         f"{column.columns[0]}: {locked.share:.1%} of the samples have one code, so rounding (step {locked.step:.4g}{unit})"
-        f" hides the noise: no estimate"
+        f" hides the noise; no estimate is possible"
     )
     if np.isfinite(locked.most):
         density = locked.most / np.sqrt(column.rate)

@@ -1,4 +1,4 @@
-"""Numbers by which a fit is judged and two rungs of a ladder are compared."""
+"""Measures of agreement of a fit, by which steps of model building are compared."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Discrepancy", "Error", "Misfit"]
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """χ² of the spectrum (groups of bins, ten a decade) and the probability of a larger one under the model."""
+    """χ² of the spectrum (groups of bins, ten per decade) and its p-value."""
 
     chi2: float
     dof: int
@@ -27,14 +27,17 @@ class Misfit:
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """Error of the Allan deviation (τ with edf ≥ 10), what chance alone gives, and the predictive score.
+    """Error of the Allan deviation (τ with edf ≥ 10) and predictive score.
 
     Attributes
     ----------
-    adev_rms_percent, chance_rms_percent : float or None
-        Geometric: 100·(e^{rms of ln(model/measured)} − 1), and what chance gives.
+    adev_rms_percent : float or None
+        Geometric error 100·(e^{rms of ln(model/measured)} − 1).
     adev_worst : (factor, τ in s) or None
-        Model over measured where that is furthest from 1.
+        Ratio model/measured that is furthest from 1, and its τ.
+    chance_rms_percent : float or None
+        Expected scatter: the error `adev_rms_percent` of a true model.
+    predictive : Prediction or None
     """
 
     adev_rms_percent: float | None
@@ -44,11 +47,11 @@ class Error:
 
     @property
     def predictive_score(self) -> float | None:
-        """Loss on unseen data, nats a bin; None where the record is too short."""
+        """Predictive loss on unseen data, nats per bin; None if the record is too short."""
         return None if self.predictive is None else self.predictive.score
 
     def to_dict(self) -> dict[str, Any]:
-        """The contract's ``error``."""
+        """JSON form ``error``."""
         worst = self.adev_worst
         return {
             "adev_rms_percent": self.adev_rms_percent,
@@ -60,14 +63,15 @@ class Error:
 
 @dataclass(frozen=True, slots=True)
 class Discrepancy:
-    """How far the model is from the spectrum beyond chance, in per cent of the deviation, and its 95 % interval.
+    """Model discrepancy δ in % of the deviation, and its 95 % interval.
 
-    The scale of a Student t₂ law: half of the bins are within 0.8 of it, a few may be far off.
+    δ is the scale of a Student t₂ distribution of the model's errors: half of the bins are within 0.8 δ, a few may be far
+    off.
     """
 
     percent: float
     interval: tuple[float, float]
 
     def to_dict(self) -> dict[str, Any]:
-        """The contract's ``discrepancy``."""
+        """JSON form ``discrepancy``."""
         return {"percent": self.percent, "interval": list(self.interval)}

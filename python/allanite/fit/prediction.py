@@ -1,13 +1,12 @@
-"""How well a fitted model predicts what it was not fitted to.
+"""Predictive score: cross-validated loss of a fitted model on data left out of the fit.
 
-Random effects: the ordinates of each bin are dealt to FOLDS folds; coefficients, shapes and discrepancy are fitted anew
-without a fold and predict the power of its ordinates. Functions of time are taken out as fitted to the whole record, which
-makes the rest look better than it was predicted; what that is worth is added back block by block
-(`prediction_in_time.prices`).
+Random effects: the ordinates of each bin are distributed over folds. Coefficients, shapes and discrepancy are fitted
+without a fold and predict the power of its ordinates. Functions of time are subtracted as fitted to the whole record. This
+makes the loss too small; the difference is added back for each block of time (`prediction_in_time.prices`).
 
-Two models are compared unit by unit (`compare`): what both find hard cancels, and the scatter of the differences says how
-far their sum can be trusted (Gneiting & Raftery 2007; Roberts et al. 2017 on blocks). Where all that an effect explains is
-in one unit (a line), the standard error is as large as the difference: careful.
+Two models are compared unit by unit (`compare`), so that losses common to both cancel. The scatter of the differences gives
+the standard error of their sum (Gneiting & Raftery 2007; blocks: Roberts et al. 2017). If an effect acts in one unit only
+(a line), the standard error is as large as the difference, which is conservative.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import SCALES
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.stop_band import is_empty
-from allanite.fit.prediction_in_time import BLOCKS, levels, prices
+from allanite.fit.prediction_in_time import BLOCKS, function_costs, level_change_costs
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.shape import free_places
 from allanite.spectrum.spectrum import cells_of
@@ -34,30 +33,30 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
-__all__ = ["Prediction", "compare", "predict", "worse"]
+__all__ = ["Prediction", "compare", "predict", "predicts_worse"]
 
 Array = NDArray[np.float64]
-#: Folds of the ordinates.
+#: Number of folds of the ordinates. Chosen by judgment; not measured.
 FOLDS = 5
-#: Fewest samples of which some can be left out.
-SHORTEST = 128
-#: Degrees of freedom of a bin that a fold leaves empty: none, but that its logarithms exist.
-EMPTY = 1e-6
+#: Minimum number of samples of a record with a predictive score. Chosen by judgment; not measured.
+MIN_PREDICTED_SAMPLES = 128
+#: Degrees of freedom of a bin without ordinates outside a fold: nearly 0, without divisions by zero.
+EMPTY_FOLD_FREEDOM = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Negative log-likelihood of what was not fitted, above the saturated model (every ordinate of a unit as it was found).
+    """Cross-validated loss: negative log-likelihood of left-out data, relative to the saturated model.
 
     Attributes
     ----------
     losses : ndarray, shape (units,)
-        Of each unit, nats: every fold of every group of bins (ten groups a decade), then every block of time.
+        Loss of each unit, nats. Units are the folds of every group of bins (ten groups per decade), then blocks of time.
     score : float
-        Sum of the losses over the number of bins, nats.
+        Sum of the losses divided by the number of bins, nats.
     std_error : float
-        Standard error of the score, from the scatter of the losses. Most of it is common to all models of a record: two of
-        them are told apart by `compare`.
+        Standard error of the score, from the scatter of the losses. Most of it is common to all models of a record; use
+        `compare` to compare two models.
     """
 
     losses: Array = field(compare=False)
@@ -67,53 +66,53 @@ class Prediction:
     __repr__ = brief
 
     def to_dict(self) -> dict[str, float]:
-        """The contract's ``predictive``."""
+        """JSON form ``predictive``."""
         return {"score": self.score, "std_error": self.std_error}
 
 
 def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
-    """By how much one model of a record predicts it worse than another, and the standard error of that.
+    """Difference of the predictive losses of two models of a record, and its standard error.
 
     Parameters
     ----------
     before, after : Prediction
-        Of the same record.
+        Predictions of the same record.
 
     Returns
     -------
     difference : float
-        Sum of the losses after − before, nats; negative where `after` predicts better.
+        Sum of the losses after − before, nats; negative if `after` predicts better.
     std_error : float
-        From the scatter of the differences of the units, nats.
+        Standard error from the scatter of the differences between units, nats.
     """
     difference = after.losses - before.losses
     return float(difference.sum()), _std_error(difference)
 
 
-def worse(before: Prediction, after: Prediction) -> bool:
-    """Whether `after` predicts worse than `before` by more than the standard error of the difference."""
+def predicts_worse(before: Prediction, after: Prediction) -> bool:
+    """True if `after` predicts worse than `before` by more than the standard error of the difference."""
     difference, std_error = compare(before, after)
     return difference > std_error
 
 
 def predict(data: Data, solution: Solution, raw: Data | None = None) -> Prediction | None:
-    """Losses of a fitted model on ordinates and blocks of time left out of the fit.
+    """Predictive losses of a fitted model on ordinates and blocks of time left out of the fit.
 
     Parameters
     ----------
     data : Data
     solution : Solution
-        A fit to these data.
+        Fit to these data.
     raw : Data, optional
-        Where the model takes outliers out, the record with them: the saturated model is always the raw record's, and each
-        outlier costs ln n, the price of pointing at it.
+        If the model excludes outliers, the record with its outliers. The saturated model always refers to the raw record,
+        and each outlier costs ln n for its position.
 
     Returns
     -------
     Prediction or None
-        None where the record is too short (fewer than 128 samples).
+        None if the record is too short (fewer than 128 samples).
     """
-    if data.n < SHORTEST:
+    if data.n < MIN_PREDICTED_SAMPLES:
         return None
     bins = data.bins
     number, total = bins.folded(solution.ordinates, FOLDS)
@@ -127,10 +126,12 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
     for fold in range(FOLDS):
         rest = np.arange(FOLDS) != fold
         freedom = (number - used)[rest].sum(axis=0)
-        power = total[rest].sum(axis=0) / np.maximum(freedom, EMPTY)
+        power = total[rest].sum(axis=0) / np.maximum(freedom, EMPTY_FOLD_FREEDOM)
         unseen = (freedom < 0.05) | (power <= 0.0)
         part = RandomPart(
-            data, np.where(unseen, solution.spectrum, power), np.where(unseen, EMPTY, freedom)
+            data,
+            np.where(unseen, solution.spectrum, power),
+            np.where(unseen, EMPTY_FOLD_FREEDOM, freedom),
         )
         found = _refitted(solution, part)
         for g, group in enumerate(np.split(np.arange(bins.count.size), bins.groups[1:])):
@@ -140,7 +141,11 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
                 power = total[fold][b] / n
                 best = -0.5 * float(n @ (np.log(saturated[fold][b] / n) + 1.0))
                 units[fold, g] = best - _judged(power, n, found.spectrum[b], found.scale, cell[b])
-    blocks = prices(data, solution) + levels(data, solution) + _outliers(data, solution)
+    blocks = (
+        function_costs(data, solution)
+        + level_change_costs(data, solution)
+        + _outliers(data, solution)
+    )
     losses = np.concatenate([units.ravel(), blocks])
     size = bins.count.size
     return Prediction(losses, float(losses.sum()) / size, _std_error(losses) / size)
@@ -149,7 +154,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
 def _judged(
     power: Array, count: Array, spectrum: Array, scale: int | None, cell: NDArray[np.int64]
 ) -> float:
-    """`discrepancy.judge` of a few bins, whose tables no other call will need: at one scale alone."""
+    """Marginal logL of a few bins at one discrepancy, without caching tables (see `discrepancy.judge`)."""
     scales = SCALES[:1] if scale is None else SCALES[scale : scale + 1]
     law = _kernels.Likelihood(count, scales, np.flatnonzero(np.diff(cell, prepend=-1)).tolist())
     power = np.maximum(power, 1e-12 * spectrum)
@@ -157,7 +162,7 @@ def _judged(
 
 
 def _std_error(losses: Array) -> float:
-    """Of a sum of independent numbers."""
+    """Standard error of the sum of independent losses."""
     return float(np.sqrt(losses.size) * losses.std(ddof=1))
 
 
@@ -170,7 +175,7 @@ def _used(bins: Bins, solution: Solution) -> Array:
 
 
 def _refitted(solution: Solution, part: RandomPart) -> Maximum:
-    """The maximum of the same model uphill of its values, on other ordinates."""
+    """Maximum of the same model on other ordinates, started from its fitted values."""
     model = solution.model
     found = part.climb(part.linear(model), solution.theta, solution.scale)
     _, found = polish(model, free_places(model), found, part, roughly=True)
@@ -178,7 +183,7 @@ def _refitted(solution: Solution, part: RandomPart) -> Maximum:
 
 
 def _outliers(data: Data, solution: Solution) -> Array:
-    """Price of the single samples named in each block, each chosen among all."""
+    """Cost ln n of each single sample excluded by the model, summed in each block of time, shape (BLOCKS,)."""
     out = np.zeros(BLOCKS)
     for effect in solution.model.modifiers:
         times = np.array(effect.moments) - data.start

@@ -1,12 +1,12 @@
-"""Corrects predictive losses for functions of time that were fitted to the scored record.
+"""Correct predictive losses for functions of time that were fitted to the scored record.
 
-A function of time is fitted to the other blocks of the record and predicts the one left out *given its neighbours* under
-the fitted noise (Burman, Chow & Nolan 1994); nothing is extrapolated. What the block loses against the amplitudes of the
-whole record is the price of the fit in that block.
+A function of time is fitted to all blocks but one and predicts the left-out block *given its neighbors* under the fitted
+noise (Burman, Chow & Nolan 1994); nothing is extrapolated. The additional loss of the block, compared with amplitudes from
+the whole record, is the price of the fit in that block.
 
-The coordinates are the M-point inverse cosine transform of M consecutive ordinates: orthonormal, the m-th one local to the
-time (m + ½)/M of the record. The lowest ordinates hold the slow functions, those about its frequency a line. In them the
-noise has the precision P = C diag(1/S) Cᵀ.
+The coordinates are the M-point inverse cosine transform of M consecutive ordinates. It is orthonormal, and value m is local
+to the time (m + ½)/M of the record. Slow functions lie in the lowest ordinates, a line near its frequency. In these
+coordinates the noise has the precision matrix P = C diag(1/S) Cᵀ.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["BLOCKS", "levels", "prices"]
+__all__ = ["BLOCKS", "function_costs", "level_change_costs"]
 
 Array = NDArray[np.float64]
-#: Blocks of time, each of which is left out once.
+#: Number of blocks of time, each of which is left out once. Chosen by judgment; not measured.
 BLOCKS = 8
-#: Lowest ordinates in which slow functions are predicted.
-LOWEST = 512
+#: Number of lowest ordinates in which slow functions are predicted. Chosen by judgment; not measured.
+PREDICTED_ORDINATES = 512
 
 
-def prices(data: Data, solution: Solution) -> Array:
-    """What the functions of time of a fit cost in each block of the record, nats, shape (BLOCKS,).
+def function_costs(data: Data, solution: Solution) -> Array:
+    """Predictive cost of a fit's functions of time in each block of the record, nats, shape (BLOCKS,).
 
-    Together at least 1 nat for each fitted number, which is what the noise alone makes a fit look better than it predicts
-    (Akaike 1973). Effects that happen once cost no more than that: no other block tells of them.
+    The total is at least 1 nat for each fitted parameter, the expected overfitting (Akaike 1973). One-time events cost
+    exactly this, since no other block contains information about them.
     """
     total = np.zeros(BLOCKS)
     if not solution.functions:
@@ -50,7 +50,7 @@ def prices(data: Data, solution: Solution) -> Array:
     def unstable(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
         rows = matrix[np.searchsorted(solution.seen, j)]
         values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
-        return lost(values, rows, noise.variance(j), mean=bool(j[0] == 1))
+        return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
 
     slow = []
     for own in solution.functions:
@@ -71,11 +71,14 @@ def prices(data: Data, solution: Solution) -> Array:
             slow.append(own)
         else:
             j = ordinates_of_drift(effect, data)
-            # A wide band by its middle.
-            j = j[max(0, j.size // 2 - 2 * LOWEST) : j.size // 2 + 2 * LOWEST]
+            # For a wide band, use only its middle.
+            j = j[
+                max(0, j.size // 2 - 2 * PREDICTED_ORDINATES) : j.size // 2
+                + 2 * PREDICTED_ORDINATES
+            ]
             total += _at_least(unstable(j, own.matrix, own.amplitudes), numbers)
     if slow:
-        j = np.arange(1, min(data.n, LOWEST), dtype=np.int64)
+        j = np.arange(1, min(data.n, PREDICTED_ORDINATES), dtype=np.int64)
         matrix = np.hstack([own.matrix for own in slow])
         amplitudes = np.concatenate([own.amplitudes for own in slow])
         shapes = sum(len(own.effect.free_shapes) for own in slow)
@@ -83,16 +86,16 @@ def prices(data: Data, solution: Solution) -> Array:
     return total
 
 
-def levels(data: Data, solution: Solution) -> Array:
-    """What changes of the noise level cost, less what they explain of the power over time, nats, shape (BLOCKS,).
+def level_change_costs(data: Data, solution: Solution) -> Array:
+    """Predictive cost of changes of the noise level minus their gain in each block, nats, shape (BLOCKS,).
 
-    They happen once, so that no other block tells of them: 1 nat for each fitted number.
+    The cost is 1 nat for each fitted parameter, as for one-time events.
     """
     total = np.zeros(BLOCKS)
     changes = [e for e in solution.model.modifiers if e.passing and e.band is None]
     if not changes:
         return total
-    # The power that is left when the changes are taken out, in units of what they make expected.
+    # Power over time divided by the expected power of the changes.
     power, share, freedom = white_power(solution, data, whiten(solution, data))
     if power is None:
         return total
@@ -103,30 +106,31 @@ def levels(data: Data, solution: Solution) -> Array:
 
 
 def _at_least(costs: Array, numbers: int) -> Array:
+    """Costs raised evenly so that their sum is at least the number of parameters."""
     return costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
 
 
-def lost(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
-    """By how much ln p(block | rest) falls where a regression is fitted to the rest alone, shape (BLOCKS,).
+def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
+    """Loss of ln p(block | rest) if a regression is fitted only to the rest of the record, shape (BLOCKS,).
 
-    The rest knows the amplitudes a to the precision R; integrated over them, the block is
-    ½ (a − â)ᵀ R (a − â) + ½ ln |A|/|R| less likely than with the amplitudes â and the precision A of the whole record. To
-    what the rest knows comes one of the k ordinates (a unit-information prior, Kass & Wasserman 1995).
+    The rest determines the amplitudes a with precision matrix R. Integrated over them, the block is less likely by
+    ½ (a − â)ᵀ R (a − â) + ½ ln |A|/|R| than with the amplitudes â and precision A of the whole record. A unit-information
+    prior (one of the k ordinates, Kass & Wasserman 1995) is added to R.
 
     Parameters
     ----------
     values : ndarray, shape (k,)
         Consecutive ordinates.
     matrix : ndarray, shape (k, p)
-        Regressors.
+        Regressors at these ordinates.
     variance : ndarray, shape (k,)
-        Of the noise in each ordinate.
+        Variance of the noise in each ordinate.
     mean : bool
-        True where the ordinate 0, the mean, comes before the first: it is free.
+        True if the ordinate before the first one is the mean, which is free.
     """
     c = _local(values.size + mean)[:, int(mean) :]
     precision = (c / variance) @ c.T
-    # The regressors of whitened ordinates made orthonormal: A = 1 and â is the score.
+    # With orthonormal whitened regressors, A is the identity and â is the score.
     root = 1.0 / np.sqrt(variance)
     white = matrix * root[:, None]
     size = np.linalg.norm(white, axis=0)
@@ -136,7 +140,7 @@ def lost(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
     pd, py = c @ (white * root[:, None]), c @ (values / variance)
     out = np.empty(BLOCKS)
     for b, block in enumerate(np.array_split(np.arange(c.shape[0]), BLOCKS)):
-        # What the block knows beyond the rest, its neighbours given.
+        # Information of the block in addition to the rest, given its neighbors.
         own = precision[block[0] : block[-1] + 1, block[0] : block[-1] + 1]
         solved = np.linalg.solve(own, np.column_stack([pd[block], py[block]]))
         known, turn = np.linalg.eigh(np.eye(score.size) - pd[block].T @ solved[:, :-1])
@@ -149,7 +153,7 @@ def lost(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
 
 @lru_cache(maxsize=4)
 def _local(m: int) -> Array:
-    """Orthonormal inverse cosine transform, shape (m times, m ordinates)."""
+    """Matrix of the orthonormal inverse cosine transform, shape (m times, m ordinates)."""
     matrix = np.cos(np.pi / m * np.outer(np.arange(m) + 0.5, np.arange(m))) * np.sqrt(2.0 / m)
     matrix[:, 0] = np.sqrt(1.0 / m)
     matrix.flags.writeable = False

@@ -1,4 +1,4 @@
-"""What a fit is: the model with values, how well they are known, and how well it agrees."""
+"""Fit result: estimates, uncertainties, goodness of fit."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Fit"]
 
-#: A model is called inadequate where its whole curve is this improbable: its share of the 1 % false alarms of a
-#: check, which looks at about ten families of effects besides.
-ADEQUATE = 0.001
+#: Minimum p-value of χ² of an adequate model: its share of the 1 % false-alarm probability of a check, which also tests
+#: about ten families of effects.
+MIN_ADEQUATE_P = 0.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +54,9 @@ class Fit:
     Attributes
     ----------
     recording : Recording
-        One column.
+        The recording, one column.
     model : Model
-        With fitted values.
+        The model with fitted values.
     method : str
         ``whittle``, ``gls`` or ``lines``.
 
@@ -92,7 +92,7 @@ class Fit:
 
     @cached_property
     def estimates(self) -> tuple[dict[str, Any], ...]:
-        """Values of each effect, with standard errors and intervals, in the order of the model."""
+        """Values of each effect by parameter name, with standard errors and intervals, in the order of the model."""
         if self.given is not None:
             return self.given
         return estimates(
@@ -101,28 +101,28 @@ class Fit:
 
     @cached_property
     def correlations(self) -> Correlations:
-        """Correlations of the fitted numbers of the random effects (by the Whittle likelihood)."""
+        """Correlations of the fitted parameters of random effects (by the Whittle likelihood)."""
         return correlations(self.solution, self.data)
 
     @property
     def degeneracies(self) -> list[str]:
-        """One sentence for each pair of numbers, or each effect, that this record cannot tell apart."""
+        """A sentence for each pair of parameters, or each effect, that this record cannot distinguish."""
         return degeneracies(self.correlations, self.model, self.data)
 
     @property
     def not_judged(self) -> list[tuple[float, float]]:
-        """Bands, Hz, in which a filter left next to nothing: the fit does not look at them."""
+        """Frequency bands (low, high), Hz, that the fit ignores because a filter left almost no power there."""
         return empty_ranges(self.data.bins, self.data.rate)
 
     @cached_property
     def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Standard normal score of each spectral bin, shape (bins,)."""
+        """Standard normal scores of the spectral bins, shape (bins,)."""
         s = self.solution
         return normal_scores(s.power, s.count, s.spectrum)
 
     @cached_property
     def misfit(self) -> Misfit:
-        """Whole-curve goodness of fit."""
+        """χ² goodness of fit of the spectrum."""
         from scipy.special import chdtrc
 
         z = group_scores(self.solution, self.data)
@@ -132,17 +132,17 @@ class Fit:
 
     @cached_property
     def curve(self) -> _curve.Curve:
-        """Measured and modelled Allan deviation."""
+        """Measured and modeled Allan deviation."""
         return _curve.compare_curves(self.data, self.model)
 
     @cached_property
     def band(self) -> _curve.ChanceBand:
-        """Where chance puts the measured Allan deviation if the model is true, at each τ and at all together."""
+        """95 % band of the measured Allan deviation if the model is true, at each τ and for all τ together."""
         return _curve.chance_band(self.data, self.model, self.curve)
 
     @cached_property
     def error(self) -> Error:
-        """Errors by which rungs of a ladder are compared."""
+        """Error of the Allan deviation and predictive score, by which steps of model building are compared."""
         cleaned = any(e.removes for e in self.model.modifiers)
         raw = prepare(self.recording) if cleaned else None
         if raw is not None and raw.missing is not None:
@@ -153,15 +153,15 @@ class Fit:
 
     @cached_property
     def discrepancy(self) -> Discrepancy:
-        """By how much the model is wrong where it is: 0 where nothing speaks against it."""
+        """Model discrepancy δ in % of the deviation, with its 95 % interval; 0 if the data do not contradict the model."""
         s = self.solution
         low, high = scale_interval(s.power, s.count, s.spectrum, s.scale)
-        # Scales are of ln power; a deviation has half of it.
+        # δ refers to ln power; ln deviation has half of it.
         return Discrepancy(50.0 * self.solution.discrepancy, (50.0 * low, 50.0 * high))
 
     @property
     def excess(self) -> float:
-        """What a saturated model would gain in logL, less what chance gives; nats, about 0 for the true model."""
+        """LogL of the saturated model minus that of this model, minus its expectation for a true model, nats."""
         s = self.solution
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
         plain = judge(s.power, s.count, s.spectrum, s.scale).log_likelihood
@@ -169,18 +169,23 @@ class Fit:
 
     @property
     def adequate(self) -> bool:
-        """Whether neither the spectrum nor the Allan curve speaks against the model (0.1 % and 0.2 %)."""
-        beyond = np.nanmax(np.abs(self.curve.z)) >= _curve.FAILS
-        return self.misfit.p_value >= ADEQUATE and not self.solution.discrepancy and not beyond
+        """True if χ², the discrepancy and the Allan curve do not contradict the model.
+
+        χ² is tested at 0.1 %, the Allan curve at 0.2 %. Missing effects are not searched; see `check`.
+        """
+        beyond = np.nanmax(np.abs(self.curve.z)) >= _curve.MIN_FAILING_SCORE
+        return (
+            self.misfit.p_value >= MIN_ADEQUATE_P and not self.solution.discrepancy and not beyond
+        )
 
     @property
     def limited_by_quantization(self) -> bool:
-        """Whether the samples take so few codes that the coefficients are deformed, whatever the model."""
+        """True if the samples take so few codes that quantization biases the coefficients of any model."""
         audit = getattr(self.recording, "audit", ())
         return any(f.kind == "quantisation" and f.severity == "warning" for f in audit)
 
     def __getitem__(self, name: str) -> Any:
-        """An estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``)."""
+        """Estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``)."""
         key, _, parameter = name.partition(".")
         seen: dict[str, int] = {}
         found = []
@@ -210,7 +215,7 @@ class Fit:
         return effect.name_for(kind_of_sensor(self.recording.columns[0], self.recording.unit))
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:
-        """What else might stand where the effect at `place` of the model stands; computed once."""
+        """Fits in which another effect replaces the effect at index `place` of the model; computed once."""
         from allanite.fit.rivals.alternatives import alternatives
 
         if place not in self._alternatives:
@@ -222,7 +227,7 @@ class Fit:
         return {}
 
     def together(self, place: int) -> tuple[Pair, ...]:
-        """Pairs of effects that may stand where the one at `place` of the model stands; computed once."""
+        """Pairs of effects that may replace the effect at index `place` of the model; computed once."""
         from allanite.fit.rivals.together import together
 
         if place not in self._together:
@@ -234,53 +239,52 @@ class Fit:
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:
-        """Where the model fails and what is missing.
+        """Check of the model: where it fails, and which effects are missing.
 
         Parameters
         ----------
         on_progress : callable, optional
-            Called with (screens done, all screens).
+            Called with (number of finished screens, number of screens).
         """
         from allanite.suggestion import check_fit
 
         return check_fit(self, on_progress)
 
     def add(self, addition: Any) -> Fit:
-        """Refit with an `addition`: an effect, or the effect of a suggestion.
+        """Fit of the model plus an `addition`: an effect, or a suggestion of a check.
 
-        Values of the effect are starting values; coefficients are fitted anew with the rest, from the values that a
-        suggestion of this fit found for them.
+        Values of an effect are start values. For a suggestion of this fit, the fit starts from the suggested model.
         """
         if getattr(addition, "before", None) is self:
             return self._with(addition.found.model)
         return self._with(self.model + getattr(addition, "effect", addition))
 
     def remove(self, place: int) -> Fit:
-        """Refit without the effect at `place` of the model."""
+        """Fit of the model without the effect at index `place`."""
         from allanite.effects import Model
 
         effects = self.model.effects
         return self._with(Model(effects[:place] + effects[place + 1 :]))
 
     def _with(self, model: Model) -> Fit:
-        """By the same method; missing samples are completed under the new model."""
+        """Fit of another model by the same method; missing samples are completed under the new model."""
         from allanite.fit import completed
 
         return completed(self, model)
 
     def simulate(self, **options: Any) -> Recording:
-        """Samples of the fitted model at the recording's rate and unit; `options` as of `Model.simulate`."""
+        """Simulated samples of the fitted model at the recording's rate and unit; for `options` see `Model.simulate`."""
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
 
     def state_space(self, **options: Any) -> StateSpace:
-        """F, Q, H, R, P0 of the fitted model at the recording's rate and duration; `options` as of `Model.state_space`."""
+        """State-space form of the fitted model at the recording's rate and duration; `options`: see `Model.state_space`."""
         options.setdefault("duration", self.recording.duration)
         return self.model.state_space(self.recording.rate, **options)
 
     def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """The same samples in consecutive pieces of ``size=``; `options` as of `Model.simulate_chunks`."""
+        """Simulated samples as consecutive segments of ``size=`` samples; for `options` see `Model.simulate_chunks`."""
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate_chunks(**options)
@@ -288,12 +292,12 @@ class Fit:
     def simulate_check(
         self, n: int = 200, seed: int = 0, progress: Callable[[int, int], None] | None = None
     ) -> SimulatedCheck:
-        """Simulate the fitted model and refit, `n` times: the p-value of the misfit, and what the coefficients do.
+        """Simulate and refit the fitted model `n` times: p-value of the misfit, and bias and scatter of the parameters.
 
         Parameters
         ----------
         n : int
-            Replicates; the smallest p-value is 1/(n + 1).
+            Number of replicates; the smallest p-value is 1/(n + 1).
         seed : int
             The same seed gives the same replicates.
         progress : callable, optional
@@ -306,20 +310,20 @@ class Fit:
         Raises
         ------
         InputError
-            No replicates, or a model with outliers.
+            `n` below 1, or a model that excludes samples.
         """
         from allanite.fit.simulated import simulate_check
 
         return simulate_check(self, n, seed, progress)
 
     def compare_methods(self) -> MethodTable:
-        """Coefficients by Whittle likelihood, least squares and straight lines, and where the lines mislead."""
+        """Coefficients by Whittle likelihood, least squares and straight lines, with remarks where lines mislead."""
         from allanite.fit.classical.methods import compare_methods
 
         return compare_methods(self)
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Allan curve and spectrum with the model.
+        """Figure of the Allan curve and spectrum with the model.
 
         Parameters
         ----------
@@ -332,7 +336,7 @@ class Fit:
         return plot_fit(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/fit/1`` of the contract, with the band of the Allan curve beside it."""
+        """JSON form ``allanite/fit/1``, with the band of the Allan curve."""
         return {
             "schema": "allanite/fit/1",
             "version": _kernels.version(),
@@ -345,9 +349,9 @@ class Fit:
         }
 
     def body(self, searched: bool = True) -> dict[str, Any]:
-        """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common.
+        """JSON form of model, effects, misfit, error and adequacy, as used by fits, checks and steps of model building.
 
-        Without `searched` no rivals are looked for: the list of each effect is empty.
+        Without `searched`, alternative explanations are not searched, and the lists of rivals are empty.
         """
         from allanite.fit.rivals.declared import Rivals, rivals
 
@@ -379,12 +383,12 @@ class Fit:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write the fit as JSON to `path`, which `allanite simulate`, `compare` and ``--model`` read back."""
+        """Write the fit as JSON to `path`, which `allanite simulate`, `compare` and ``--model`` can read."""
         with whole_file(path) as draft:
             draft.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
 
     def summary(self) -> str:
-        """The table that ``print(fit)`` shows."""
+        """Text table, as shown by ``print(fit)``."""
         return str(self)
 
     def __str__(self) -> str:
@@ -410,7 +414,7 @@ class Fit:
 
 
 def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Standard normal score of each group of bins, shape (groups,)."""
+    """Standard normal scores of the groups of bins (ten per decade), shape (groups,)."""
     groups, count = data.bins.groups, solution.count
     total = np.add.reduceat(count, groups)
     ratio = np.add.reduceat(count * solution.power / solution.spectrum, groups) / total

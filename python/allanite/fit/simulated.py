@@ -1,4 +1,4 @@
-"""A fit tried on records simulated from itself: is the misfit usual, and are the coefficients what they say they are?"""
+"""Check a fit by refitting records simulated from it: p-value of the misfit, bias and scatter of the parameters."""
 
 from __future__ import annotations
 
@@ -24,25 +24,27 @@ if TYPE_CHECKING:
 
 __all__ = ["SimulatedCheck", "simulate_check"]
 
-#: Two threads keep two cores busy with the transforms, which release the interpreter; more only take memory.
-THREADS = 2
+#: Number of threads. Transforms release the interpreter lock; more threads mainly need more memory. Chosen by judgment; not
+#: measured.
+MAX_THREADS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedCheck:
-    """What refits of simulated records gave.
+    """Result of refitting simulated records.
 
     Attributes
     ----------
     chi2 : float
-        Misfit of the recording.
+        χ² of the recording.
     simulated_chi2 : ndarray, shape (m,)
-        Misfit of each replicate, fitted like the recording.
+        χ² of each replicate, fitted like the recording.
     fitted : dict of str to float
-        Fitted numbers of the recording by ``SHORT.name``.
+        Fitted parameters of the recording by ``SHORT.name``.
     simulated : dict of str to ndarray, shape (m,)
-        The same of each replicate.
+        Fitted parameters of each replicate, by the same names.
     units : dict of str to str
+        Units of the parameters, by the same names.
     """
 
     chi2: float
@@ -57,13 +59,13 @@ class SimulatedCheck:
 
     @property
     def p_value(self) -> float:
-        """(b + 1)/(m + 1), b of m replicates having a misfit at least as large (Davison & Hinkley 1997, eq. 4.11)."""
+        """p-value (b + 1)/(m + 1) with b of m replicates at least as large in χ² (Davison & Hinkley 1997, eq. 4.11)."""
         return float(
             (np.sum(self.simulated_chi2 >= self.chi2) + 1) / (self.simulated_chi2.size + 1)
         )
 
     def spread(self, name: str) -> tuple[float, float, float]:
-        """(bias, standard deviation, root mean square error) of a fitted number over the replicates."""
+        """(bias, standard deviation, rms error) of a fitted parameter over the replicates."""
         error = self.simulated[name] - self.fitted[name]
         return float(error.mean()), float(error.std()), float(np.sqrt(np.mean(error**2)))
 
@@ -93,7 +95,7 @@ class SimulatedCheck:
         m = self.simulated_chi2.size
         lines = [
             (
-                f"{m} records simulated from the fit and refitted: misfit at least as large in "
+                f"{m} records simulated from the fit and refitted: χ² at least as large in "
                 f"{int(np.sum(self.simulated_chi2 >= self.chi2))}, p = {self.p_value:.2g}"
             ),
             "",
@@ -111,21 +113,24 @@ class SimulatedCheck:
 def simulate_check(
     fit: Fit, n: int, seed: int, progress: Callable[[int, int], None] | None
 ) -> SimulatedCheck:
-    """See `Fit.simulate_check`."""
+    """Refit `n` records simulated from a fit; see `Fit.simulate_check`."""
     from allanite.fit import fit_model
     from allanite.recording import Recording
 
     if n < 1:
-        raise InputError(f"{n} replicates: at least 1, and 200 for a p-value of two digits")
+        raise InputError(
+            f"n is {n}; use at least 1 replicate, or 200 for a p-value with two digits"
+        )
     removing = [e for e in fit.model.modifiers if e.removes]
     if removing:
-        raise InputError(f"{removing[0].kind} cannot be simulated: remove it from the model first")
+        raise InputError(f"{removing[0].kind} cannot be simulated; remove it from the model first")
     recording, data = fit.recording, fit.data
     missing = np.isnan(np.asarray(recording.rate_samples(), dtype=np.float64))
     gaps = bool(missing.any())
 
     def replicate(number: int) -> tuple[float, dict[str, float]]:
-        # Stream 0 of a seed is what `fit.simulate(seed=…)` gives.
+        """χ² and parameters of a refitted simulation."""
+        # Stream 0 of a seed is used by `fit.simulate(seed=…)`.
         twin = simulate(
             fit.model,
             n=data.n,
@@ -141,10 +146,10 @@ def simulate_check(
                 samples, rate=data.rate, unit=recording.unit, covariates=data.covariates or None
             )
         again = fit_model(twin, fit.model, method=fit.method)
-        return again.misfit.chi2, _numbers(again)
+        return again.misfit.chi2, _parameter_values(again)
 
     found: list[tuple[float, dict[str, float]] | None] = [None] * n
-    with Pool(THREADS) as pool:
+    with Pool(MAX_THREADS) as pool:
         jobs = {pool.submit(replicate, number): number for number in range(n)}
         try:
             for done, job in enumerate(as_completed(jobs), start=1):
@@ -155,7 +160,7 @@ def simulate_check(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     replicates = [f for f in found if f is not None]
-    fitted = _numbers(fit)
+    fitted = _parameter_values(fit)
     return SimulatedCheck(
         fit.misfit.chi2,
         np.array([chi2 for chi2, _ in replicates]),
@@ -166,6 +171,7 @@ def simulate_check(
 
 
 def _named(fit: Fit) -> list[tuple[str, Any]]:
+    """Names of the free parameters of a fit, each with its effect and declaration."""
     return [
         (label if p.name == label else f"{label}.{p.name}", (effect, p))
         for effect, label in zip(fit.model, fit.model.labels, strict=True)
@@ -174,8 +180,8 @@ def _named(fit: Fit) -> list[tuple[str, Any]]:
     ]
 
 
-def _numbers(fit: Fit) -> dict[str, float]:
-    """Values of the model itself: an interval for each of hundreds of replicates is not wanted."""
+def _parameter_values(fit: Fit) -> dict[str, float]:
+    """Values of the free numeric parameters of a fit's model, without the cost of intervals."""
     return {
         name: float(value)
         for name, (effect, p) in _named(fit)
@@ -184,6 +190,7 @@ def _numbers(fit: Fit) -> dict[str, float]:
 
 
 def _units(fit: Fit) -> dict[str, str]:
+    """Units of the free parameters of a fit, by name."""
     estimates = [v for values in fit.estimates for v in values.items()]
     known = {name: e.unit for name, e in estimates if isinstance(e, Estimate)}
     return {name: known.get(p.name, "") for name, (_, p) in _named(fit)}

@@ -1,4 +1,4 @@
-"""A fitted model: a tuple of fitted effects, each with what the fit found for it."""
+"""Data classes of a fitted model: fitted effects, residual, and solution."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """An effect with fitted values; of a modifier there is no more."""
+    """An effect with fitted values; modifiers have no further results."""
 
     effect: Effect
 
@@ -37,7 +37,7 @@ class Fitted:
 @aligned_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Process(Fitted):
-    """A random process.
+    """A fitted random process.
 
     Attributes
     ----------
@@ -61,18 +61,18 @@ class Process(Fitted):
 @aligned_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Regressed(Fitted):
-    """A known function of time.
+    """A fitted known function of time.
 
     Attributes
     ----------
     effect : Deterministic
     amplitudes : ndarray, shape (p,)
     covariance : ndarray, shape (p, p)
-        Of the amplitudes, those of the other functions fitted with them.
+        Covariance of the amplitudes, with the other functions fitted too.
     matrix : ndarray, shape (k, p)
-        Its regressors in the ordinates `Solution.seen`.
+        Regressors at the ordinates `Solution.seen`.
     taken : Deterministic
-        What was taken out of the residual ordinates: the effect to `engine.STILL` of its scatter.
+        The function removed from the residual ordinates; its amplitudes may differ slightly from those of `effect`.
     """
 
     effect: Deterministic
@@ -83,7 +83,7 @@ class Regressed(Fitted):
 
 
 def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, ...]:
-    """The random processes of a model with fitted values, squared coefficients and columns."""
+    """Fitted random processes of a model from squared coefficients and columns."""
     values = zip(model.stochastic, theta.tolist(), columns.T, strict=True)
     return tuple(Process(*own) for own in values)
 
@@ -91,7 +91,7 @@ def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, .
 def fitted(
     model: Model, processes: Iterable[Process], functions: Iterable[Regressed] = ()
 ) -> tuple[Fitted, ...]:
-    """One record an effect, in the order of the model."""
+    """Fitted records of all effects, in the order of the model."""
     random, known = iter(processes), iter(functions)
     return tuple(
         next(random)
@@ -105,16 +105,16 @@ def fitted(
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Residual:
-    """The ordinates of a record without known functions of time.
+    """Ordinates of a record minus known functions of time, computed on demand.
 
-    As long as the record: those asked for last are remembered beside it, others are made again. A search that comes by
-    hundreds of solutions keeps a few.
+    The ordinates are as long as the record. Those used last are cached with the data, others are recomputed, so that a
+    search with hundreds of solutions needs little memory.
 
     Attributes
     ----------
     data : Data
     taken : tuple of Deterministic
-        What is taken out.
+        Functions to subtract.
     """
 
     data: Data
@@ -123,13 +123,13 @@ class Residual:
 
     @property
     def ordinates(self) -> Array:
-        """Shape (n,)."""
+        """Residual ordinates, shape (n,)."""
         if not self.taken:
             return self.data.ordinates
         return self.data.functions.get(self._key, lambda: self.data.without(self.taken))
 
     def known(self, ordinates: Array) -> Residual:
-        """Itself, with its ordinates at hand."""
+        """The residual itself, after storing its known ordinates in the cache."""
         if self.taken:
             self.data.functions.get(self._key, lambda: ordinates)
         return self
@@ -138,32 +138,32 @@ class Residual:
 @aligned_when_unpickled
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """A fitted model with all that later steps need.
+    """Result of fitting a model to data.
 
     Attributes
     ----------
     effects : tuple of Fitted
-        In the order of the model.
+        Fitted effects in the order of the model.
     spectrum : ndarray, shape (bins,)
         Expected bin power.
     weight : ndarray, shape (bins,)
-        Effective degrees of freedom of each bin: the vote that it had.
+        Effective degrees of freedom of each bin.
     scale : int or None
-        Index of the scale of the discrepancy; None where the model is taken for true.
+        Index of the discrepancy in `discrepancy.SCALES`; None for δ = 0.
     maximum : float
-        logL of the random part, less the price of a discrepancy.
+        logL of the random part, less the penalty for a discrepancy.
     power : ndarray, shape (bins,)
-        Measured bin power (deterministic effects taken out), U² per sample.
+        Measured bin power minus deterministic effects, U² per sample.
     count : ndarray, shape (bins,)
-        Degrees of freedom of each bin: ordinates less what the regression used.
+        Degrees of freedom of each bin: number of ordinates minus those used by the regression.
     residual : Residual
-        Where residual ordinates come from.
+        Source of the residual ordinates.
     log_likelihood : float
-        Of the whole record: the residual in all its ordinates.
+        logL of the whole record, including single ordinates near narrow bands.
     seen : ndarray of int64, shape (k,)
         Ordinates in which known functions of time were regressed.
     leverage : ndarray, shape (k,)
-        Degrees of freedom that the regression used in each of them.
+        Degrees of freedom that the regression used in each of these ordinates.
     """
 
     effects: tuple[Fitted, ...]
@@ -212,24 +212,24 @@ class Solution:
 
     @property
     def best(self) -> Maximum:
-        """Where the likelihood of the random part is highest."""
+        """Maximum of the likelihood of the random part."""
         return Maximum(self.theta, self.spectrum, self.maximum, self.scale, self.weight)
 
     @property
     def taken(self) -> tuple[Deterministic, ...]:
-        """What was taken out of the residual ordinates."""
+        """Known functions of time that were removed from the residual ordinates."""
         return tuple(own.taken for own in self.functions)
 
     @property
     def level(self) -> Array:
-        """By how much each bin probably differs from the model, shape (bins,)."""
+        """Estimated ratio of true to modeled power in each bin, shape (bins,)."""
         return bin_levels(self.power, self.count, self.spectrum, self.scale)
 
     @property
     def discrepancy(self) -> float:
-        """Scale of the model's misfit, of ln power; 0 where nothing speaks against the model."""
+        """Fitted model discrepancy δ of ln power; 0 if the data do not contradict the model."""
         return 0.0 if self.scale is None else float(SCALES[self.scale])
 
     def noise(self, data: Data) -> Noise:
-        """What the random part expects of single ordinates."""
+        """Predicted variance of single ordinates from the random effects."""
         return Noise(data.terms(self.model), data.bins, self.level)

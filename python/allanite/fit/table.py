@@ -1,4 +1,4 @@
-"""A fit as a table for people."""
+"""Text table and sentences of a fit."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ __all__ = [
     "undecided_sentence",
 ]
 
-#: An interval is another one if an end lies farther out by this share of its width.
-WIDER = 0.1
-#: Models that a sentence names.
-NAMED = 3
-#: Probability below which another model is preferred.
-HARDLY = 0.05
+#: An averaged interval is reported if an end lies farther out by more than this fraction of the interval's width.
+#: Chosen by judgment; not measured.
+MIN_WIDER_FRACTION = 0.1
+#: Maximum number of alternative models named in a sentence. Chosen by judgment; not measured.
+MAX_NAMED_MODELS = 3
+#: Probability of the chosen model below which the sentence says that the record prefers others: the usual 5 %.
+MIN_CHOSEN_PROBABILITY = 0.05
 
 
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
-    """(effect, parameter, value, 95 % interval) of every fitted number."""
+    """Table rows (effect, parameter, value, 95 % interval) of all parameters, as text."""
     rows = []
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
         title = fit.display_name(effect)
@@ -57,12 +58,13 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 
 
 def _unit_of(parameter: Parameter, unit: str) -> str:
-    """Unit of the numbers of a parameter of samples in a unit."""
+    """Unit of a parameter for samples in a unit."""
     power = parameter.unit
     return relative_unit(unit, power) if isinstance(power, float) else power
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
+    """Value and 95 % interval of a parameter as text."""
     if not isinstance(value, Estimate):
         return str(value), ""
     unit = "" if value.unit == "1" else printed(value.unit, column or "")
@@ -72,7 +74,7 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
         return "not present", ""
     if value.interval is None:
         return f"{float(value):.5g} {unit}".rstrip(), ""
-    # A frequency may be known to six figures: both ends would be one number in fewer.
+    # An accurate frequency needs more digits, so that both ends of its interval differ.
     figures = figures_for_interval(value.interval, 4)
     low, high = value.interval
     text = f"{float(value):.{max(5, figures)}g} {unit}".rstrip()
@@ -80,7 +82,10 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
 
 
 def misfit_line(fit: Fit, whole: bool = True) -> str:
-    """One sentence on the agreement; of the curve alone, where the `whole` comparison is not adequate."""
+    """Sentence on the agreement of a fit: χ², adequacy, Allan error, discrepancy, and ignored bands.
+
+    Without `whole`, an adequate fit is described as "the curve agrees", because other checks failed.
+    """
     m, e = fit.misfit, fit.error
     words = ("adequate" if whole else "the curve agrees") if fit.adequate else "not adequate"
     if fit.adequate and fit.limited_by_quantization:
@@ -93,20 +98,21 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
         )
     if e.adev_worst is not None:
         factor, tau = e.adev_worst
-        line += f", worst where the model is ×{factor:.3g} the measured, at {tau:.3g} s"
+        line += f", largest error at τ = {tau:.3g} s: model/measured = {factor:.3g}"
     if fit.discrepancy.percent:
         off = fit.discrepancy.percent
-        # The scale of what is off, of which a few bins may be by far more.
+        # δ is the typical error; a few bins may be off by far more.
         line += f"; most of the spectrum is within {off:.{2 if off < 99.5 else 3}g} % of the model"
     if fit.not_judged:
         where = " and ".join(f"{low:.3g}–{high:.3g}" for low, high in fit.not_judged)
         line += (
-            f"; not judged: {where} Hz, where a filter left less than 1e-4 of the power beside it"
+            f"; not judged: {where} Hz, where a filter left less than 1e-4 of the neighboring power"
         )
     return line
 
 
 def _percent(share: float) -> str:
+    """A probability as text in percent, two digits."""
     return "100 %" if share > 0.995 else f"{100.0 * share:.2g} %"
 
 
@@ -115,18 +121,18 @@ def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
     if value.interval is None:
         return False
     low, high = value.interval
-    return max(low - interval[0], interval[1] - high) > WIDER * (high - low)
+    return max(low - interval[0], interval[1] - high) > MIN_WIDER_FRACTION * (high - low)
 
 
 def undecided_sentence(fit: Fit, found: Undecided) -> str:
-    """Which models explain the record as well as that of a fit, and the intervals that are wider over all of them."""
+    """Sentence that names other models that explain the record equally well, and intervals widened by them."""
     (own, share), *others = found.models
     others = sorted(others, key=lambda model: -model[1])
-    names = ", ".join(f"{name} ({_percent(p)})" for name, p in others[:NAMED])
-    if len(others) > NAMED:
-        names += f" and {len(others) - NAMED} more"
-    sentence = f"this record cannot tell {own} ({_percent(share)}) from {names}"
-    if share < HARDLY:
+    names = ", ".join(f"{name} ({_percent(p)})" for name, p in others[:MAX_NAMED_MODELS])
+    if len(others) > MAX_NAMED_MODELS:
+        names += f" and {len(others) - MAX_NAMED_MODELS} more"
+    sentence = f"this record cannot distinguish {own} ({_percent(share)}) from {names}"
+    if share < MIN_CHOSEN_PROBABILITY:
         sentence = (
             f"by its likelihood alone this record prefers {names} to {own} ({_percent(share)})"
         )
@@ -149,12 +155,12 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
     return f"{sentence}; over all of them {', '.join(wider)}" if wider else sentence
 
 
-#: Of a fit that is not adequate.
-WRONG = "! the model is not adequate: limits and intervals are those of a wrong model"
+#: Warning below the table of a fit that is not adequate.
+NOT_ADEQUATE_WARNING = "! do not use these limits and intervals: the model does not fit"
 
 
 def alternative_texts(fit: Fit, found: Undecided | None) -> list[str]:
-    """What may stand in the place of each effect of a fit, with the odds: ``not needed with rate ramp (62 : 38)``."""
+    """For each effect of a fit, text on what may replace it and the odds: ``not needed with rate ramp (62 : 38)``."""
     texts = []
     for either in (None,) * len(fit.model) if found is None else found.instead:
         text = ""
@@ -169,14 +175,21 @@ def alternative_texts(fit: Fit, found: Undecided | None) -> list[str]:
 
 def fit_table(
     fit: Fit,
-    remedy: str = "; improve adds what is missing",
+    remedy: str = "; run `allanite improve`",
     whole: bool = True,
     over: Undecided | None = None,
 ) -> str:
-    """Recording, coefficients with intervals, agreement; of a wrong model the remedy, unless the text around says it.
+    """Text table of a fit: recording, parameters with intervals, agreement, and warnings.
 
-    Where the curve agrees the text around may say that the `whole` comparison is not adequate. Beside the first number of
-    an effect stands what may take its place, by the models that the record cannot tell apart (`over`).
+    Parameters
+    ----------
+    fit : Fit
+    remedy : str
+        Advice added to the warning if the fit is not adequate.
+    whole : bool
+        False if other checks failed, see `misfit_line`.
+    over : Undecided, optional
+        Models that the record cannot distinguish; the first row of each effect names what may replace it.
     """
     r = fit.recording
     lines = [
@@ -191,6 +204,6 @@ def fit_table(
         "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    wrong = [] if fit.adequate else [WRONG + remedy]
+    wrong = [] if fit.adequate else [NOT_ADEQUATE_WARNING + remedy]
     doubts = [f"! {s}" for s in fit.degeneracies]
     return "\n".join([*lines, "", misfit_line(fit, whole), *wrong, *doubts])

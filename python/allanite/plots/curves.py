@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.effects import Deterministic, Effect, Periodic, Stochastic
-from allanite.fit.curve import FAILS, components_at, expected_variance
+from allanite.fit.curve import MIN_FAILING_SCORE, components_at, expected_variance
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
@@ -121,7 +121,7 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
         if i < z.size and sign[i] == sign[start]:
             continue
         inside = np.abs(z[start:i])
-        if sign[start] and inside.max() >= FAILS:
+        if sign[start] and inside.max() >= MIN_FAILING_SCORE:
             # The factor that the verdict says of this range.
             apart = np.log(curve.measured[start:i] / curve.model[start:i])
             ratio = float(np.exp(apart[np.abs(apart).argmax()]))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.fit import removes
-from allanite.fit.prediction import compare, worse
+from allanite.fit.prediction import compare, predicts_worse
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS, MAX_IGNORED_ALLAN_RISE
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def predicts_as_well(before: Fit, after: Fit) -> bool:
         return True
     if discrepancy_rises(before, after) and compare(old, new)[0] > 0.0:
         return False
-    return not worse(old, new)
+    return not predicts_worse(old, new)
 
 
 def is_as_good(before: Fit, after: Fit) -> bool:

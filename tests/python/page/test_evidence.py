@@ -64,7 +64,7 @@ def test_an_adequate_model_leaves_nothing_unexplained(white_only):
     assert said["where"] == []
     assert said["view"] == "allan"
     assert said["ladder"][0]["left_text"] == "0 %"
-    assert re.match(r"This record cannot tell N\+K|No other model", said["alternatives"])
+    assert re.match(r"This record cannot distinguish N\+K|No other model", said["alternatives"])
 
 
 def test_alternatives_stand_beside_the_numbers_that_they_change(white_only, monkeypatch):
@@ -78,7 +78,9 @@ def test_alternatives_stand_beside_the_numbers_that_they_change(white_only, monk
     assert beside[0].endswith("over all alternatives")
     assert float(beside[0].split()[0]) == pytest.approx(wide["N"][0], rel=5e-3)
     assert beside[1] == ""
-    assert said["alternatives"].startswith("This record cannot tell N+K (60 %) from N+B (40 %)")
+    assert said["alternatives"].startswith(
+        "This record cannot distinguish N+K (60 %) from N+B (40 %)"
+    )
 
 
 def test_each_sentence_has_the_view_and_the_place_that_it_speaks_of(lined):

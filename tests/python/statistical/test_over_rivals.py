@@ -29,7 +29,7 @@ def test_what_is_not_there_may_be_0():
         said = study.to_dict()["ladder"][-1]["effects"][place]
         assert "gauss_markov" in said["rivals"]
         assert said["over_rivals"]["B"] == list(study.undecided.intervals[place]["B"])
-        assert "this record cannot tell N+B (" in str(study)
+        assert "this record cannot distinguish N+B (" in str(study)
     assert wrong >= 3
     assert held >= wrong - 1
 

@@ -6,8 +6,15 @@ import pytest
 import allanite as al
 from allanite import _kernels
 from allanite.fit.likelihood.discrepancy import judge
-from allanite.fit.prediction import FOLDS, SHORTEST, _judged, compare, predict, worse
-from allanite.fit.prediction_in_time import BLOCKS, lost, prices
+from allanite.fit.prediction import (
+    FOLDS,
+    MIN_PREDICTED_SAMPLES,
+    _judged,
+    compare,
+    predict,
+    predicts_worse,
+)
+from allanite.fit.prediction_in_time import BLOCKS, block_losses, function_costs
 from allanite.spectrum import bins_of
 from generators import ramp, sinusoid, walk, white
 
@@ -25,11 +32,11 @@ def noise(seed):
 
 
 def test_a_short_record_has_none():
-    fit, prediction = fitted(noise(0)[: SHORTEST - 1], "N")
+    fit, prediction = fitted(noise(0)[: MIN_PREDICTED_SAMPLES - 1], "N")
     assert prediction is None
     assert fit.error.predictive is None
     assert fit.to_dict()["error"]["predictive"] is None
-    assert fitted(noise(0)[:SHORTEST], "N")[1] is not None
+    assert fitted(noise(0)[:MIN_PREDICTED_SAMPLES], "N")[1] is not None
 
 
 def test_json_and_score():
@@ -40,7 +47,7 @@ def test_json_and_score():
     assert prediction.losses.shape == (FOLDS * bins.groups.size + BLOCKS,)
     assert prediction.score == pytest.approx(prediction.losses.sum() / bins.count.size)
     assert compare(prediction, prediction) == (0.0, 0.0)
-    assert not worse(prediction, prediction)
+    assert not predicts_worse(prediction, prediction)
 
 
 def test_folds_hold_every_ordinate_once():
@@ -96,7 +103,7 @@ def test_a_block_given_its_neighbours(mean):
         moved = others - best
         price = np.log(np.minimum(part + 1.0 / k, 1.0)).sum()
         expected.append(0.5 * (moved @ r @ moved - price))
-    np.testing.assert_allclose(lost(values, matrix, variance, mean), expected, rtol=1e-5)
+    np.testing.assert_allclose(block_losses(values, matrix, variance, mean), expected, rtol=1e-5)
 
 
 def test_a_function_of_time_costs_what_it_fits_by_chance():
@@ -110,7 +117,7 @@ def test_a_function_of_time_costs_what_it_fits_by_chance():
         ("N+K", 0, 0),
     ):
         fit, _ = fitted(samples, model)
-        price = prices(fit.data, fit.solution)
+        price = function_costs(fit.data, fit.solution)
         assert price.shape == (BLOCKS,)
         assert numbers - 1e-9 <= price.sum() <= most + 1e-9, model
 
@@ -124,7 +131,7 @@ def test_true_effects_predict_better():
         difference, _ = compare(before, fitted(samples, model, temperature=temperature)[1])
         assert difference < -15.0, model
     both = fitted(samples, "N+K+SIN(frequency=1)+COV(column=temperature)", temperature=temperature)
-    assert not worse(before, both[1])
+    assert not predicts_worse(before, both[1])
 
 
 def test_a_coefficient_that_differs_between_the_halves_is_kept():
@@ -143,7 +150,7 @@ def test_a_line_that_stops_costs_more_than_one_that_stays():
     prices_of = []
     for signal in (stays, 2.0 * stays * (TIME < 200.0)):
         fit, _ = fitted(noise(9) + signal, "N+SIN(frequency=1)")
-        prices_of.append(prices(fit.data, fit.solution).sum())
+        prices_of.append(function_costs(fit.data, fit.solution).sum())
     assert prices_of[1] > prices_of[0] + 10.0
 
 

@@ -11,7 +11,7 @@ import allanite as al
 from allanite.common.parameters import Estimate
 from allanite.fit import engine
 from allanite.fit.engine import solve
-from allanite.fit.estimates import _averaged
+from allanite.fit.estimates import _with_noise_uncertainty
 from allanite.fit.likelihood.marginal import Mixture
 from allanite.fit.solution import Process, Regressed
 
@@ -91,7 +91,7 @@ def test_an_interval_over_the_noise_holds_its_value(away):
     step = al.effects.BiasStep(time=10.0, height=1.0)
     value = Estimate(1.0, 0.1, (0.8, 1.2), "deg/s", True, "height")
     law = Mixture(np.array([[1.0 + 0.1 * away]]), np.array([[[0.01]]]), np.ones(1))
-    found = _averaged(step, {"height": value}, law)["height"]
+    found = _with_noise_uncertainty(step, {"height": value}, law)["height"]
     low, high = found.interval
     assert low <= 1.0 <= high
     assert low <= law.interval(0)[0]
@@ -113,8 +113,8 @@ def test_what_a_faint_line_leaves_beside_its_window_is_not_noticed(recording, mo
     base = al.parse_model("+".join(PARTS)).fit(more)
     model = base.model + al.Sinusoid(frequency=3.217)
     near, whole = [], []
-    for faint, out in ((engine.FAINT, near), (0.0, whole)):
-        monkeypatch.setattr(engine, "FAINT", faint)
+    for faint, out in ((engine.MAX_FAINT_AMPLITUDE, near), (0.0, whole)):
+        monkeypatch.setattr(engine, "MAX_FAINT_AMPLITUDE", faint)
         found = solve(base.data, model, like=base.solution, polish=False, rounds=3)
         out += [found.log_likelihood, *found.model.effects[-1].amplitudes()]
     assert near[0] > base.solution.log_likelihood + 1.0

@@ -18,7 +18,7 @@ from allanite.deviation import oadev
 from allanite.fit.classical.gls import fit_gls, gls_factors
 from allanite.fit.classical.lines import read_lines
 from allanite.fit.covariance import shape_widening
-from allanite.fit.estimates import widened
+from allanite.fit.estimates import DETECTION_P, widened
 from allanite.fit.likelihood.whittle import log_likelihood
 from allanite.fit.solution import Fitted, Process, Regressed
 
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = ["refit"]
-
-#: A GLS coefficient is detected if its p-value under 0 is below this level. Chosen by judgment; not measured.
-MAX_DETECTION_P = 0.01
 
 
 def refit(fit: Fit, method: str) -> Fit:
@@ -92,7 +89,7 @@ def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
         if isinstance(fitted, Process):
             effect, place = fitted.effect, fit.solution.processes.index(fitted)
             value = float(found.coefficients[place])
-            detected = bool(by_chance[place] < MAX_DETECTION_P)
+            detected = bool(by_chance[place] < DETECTION_P)
             ends = float(low[place]) if detected else 0.0, float(high[place])
             error = float(found.std_errors[place]) / (2.0 * value) if value > 0 else None
             given = values[effect.coefficient]

@@ -10,7 +10,7 @@ from allanite.common.numbers import number, tidy
 from allanite.common.parameters import Estimate
 from allanite.criticism import over_frequency, over_time
 from allanite.effects import Effect, Periodic, find, limitable
-from allanite.fit.curve import FAILS
+from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import parts
@@ -114,7 +114,7 @@ def _scores(study: Study) -> dict[str, float]:
     where, fit = study.check.where, study.fit
     out = {}
     if where.worst_tau is not None:
-        out["allan"] = float(np.nanmax(np.abs(fit.curve.z))) / FAILS
+        out["allan"] = float(np.nanmax(np.abs(fit.curve.z))) / MIN_FAILING_SCORE
     if where.worst_frequency is not None:
         low, high = fit.data.bins.limits(fit.data.rate)
         inside = (low >= where.worst_frequency[0]) & (high <= where.worst_frequency[1])

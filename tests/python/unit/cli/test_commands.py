@@ -128,11 +128,9 @@ def test_a_model_that_is_not_adequate_is_said_by_fit_and_export(run, tmp_path):
     np.savez(log, data=np.convolve(white, np.ones(8) / 8), rate_hz=100.0, unit="deg/s")
     code, out, _ = run("fit", log, "--save", model)
     assert code == 0
-    assert (
-        "limits and intervals are those of a wrong model; improve adds what is missing"
-        in " ".join(out.split())
-    )
-    assert "improve adds" not in run("check", log)[1]
+    assert "do not use these limits and intervals" in " ".join(out.split())
+    assert "run `allanite improve`" in " ".join(out.split())
+    assert "run `allanite improve`" not in run("check", log)[1]
     saved = strict(model.read_text())
     assert saved["adequate"] is False
     worst = saved["error"]["adev_worst"]
