@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-claims test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
+.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-slow test-claims test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -34,23 +34,26 @@ screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chr
 	$(BIN)/python docs/screenshot_page.py
 	$(BIN)/python docs/screenshot_report.py
 
-test: test-rust test-python ## everything but what is long (minutes)
+test: test-rust test-python ## the quick tests (five minutes after the build)
 
-test-all: test test-claims test-long ## with it: every statistical claim on few records, and what is long
+test-all: test test-slow test-claims test-long ## also slow tests, statistical claims on few records, and long tests
 
-test-nightly: test-all ## with it: every statistical claim on all its records (hours)
+test-nightly: test-all ## also every statistical claim on all its records (hours)
 	$(BIN)/python benches/claims/full_counts.py -n 2 -q
 
 test-rust: ## the core's own tests, no interpreter needed (PROPTEST_RNG_SEED= looks for other examples)
 	PROPTEST_RNG_SEED=$(or $(PROPTEST_RNG_SEED),0) cargo test --quiet --locked
 
-test-python: $(VENV)/.developed ## the package's tests, warnings are errors
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not statistical and not long'
+test-python: $(VENV)/.developed ## the package's quick tests; warnings are errors
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not slow and not long and not statistical'
 
-test-claims: $(VENV)/.developed ## statistical claims on few records, but for the longest
+test-slow: $(VENV)/.developed ## tests of about a second or more: whole commands, the page in a browser
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'slow and not long and not statistical'
+
+test-claims: $(VENV)/.developed ## statistical claims on few records, without the longest
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'statistical and not long'
 
-test-long: $(VENV)/.developed ## what is long: whole commands, the page in every view, fleets, the longest claims
+test-long: $(VENV)/.developed ## tests above eight seconds: whole commands, the page in every view, fleets, the longest claims
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m long
 
 floors: $(VENV)/.made ## the tests with the lowest versions that pyproject.toml allows, in target/floors

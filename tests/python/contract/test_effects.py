@@ -108,6 +108,7 @@ def test_names_are_unique():
         assert set(e.rivals) <= kinds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("short", "values"), VALUES, ids=lambda v: v if isinstance(v, str) else "")
 def test_contract(short, values):
     testing.check_effect(of(short, values), COLUMNS)

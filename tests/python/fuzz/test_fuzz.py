@@ -33,6 +33,7 @@ NEEDS |= dict.fromkeys(("parquet", "feather"), "pyarrow") | dict.fromkeys(
 TARGETS = re.findall(r'^        "(.+)": ', (HERE / "targets.py").read_text("utf-8"), re.MULTILINE)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="memory is read the POSIX way")
 @pytest.mark.parametrize("target", TARGETS)
 def test_damaged_input_is_answered(target, tmp_path):
@@ -58,6 +59,7 @@ def test_logs_with_one_field_changed_are_answered(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [name for name in TARGETS if not name.startswith("page")])
 def test_seeds_are_accepted(target, tmp_path, monkeypatch):
     """What is refused as it is leads nowhere when it is damaged: the data sheets of both forms once were."""
@@ -133,6 +135,7 @@ def test_stamps_that_no_clock_has(stamps):
         assert "time" in str(error) or "rate must be" in str(error)
 
 
+@pytest.mark.slow
 def test_text_of_an_arrow_file_with_offsets_that_go_back(tmp_path):
     """A damaged column that nobody asked for took 23 s."""
     pa = pytest.importorskip("pyarrow")
@@ -163,6 +166,7 @@ def test_an_archive_with_a_damaged_directory(tmp_path):
     refused(path, r"x\.zip: damaged")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((HERE / "found").iterdir()), ids=lambda path: path.name)
 def test_found_inputs(path):
     """Each once ended in a traceback, a warning, a signal or half a minute; the process is not ours to lose."""

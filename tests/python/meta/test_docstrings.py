@@ -181,6 +181,7 @@ def test_the_source_is_named(name):
     assert re.search(SOURCES[name], inspect.getdoc(PUBLIC[name]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(n for n, examples in EXAMPLES.items() if examples))
 def test_examples_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

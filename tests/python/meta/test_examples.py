@@ -72,6 +72,7 @@ def test_an_example_says_where_its_data_are(name, tmp_path, capsys, monkeypatch)
     assert "no " in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_gyro_simulator(capsys, tmp_path):
     module = runpy.run_path(str(ROOT / "examples" / "gyro_simulator.py"))
     found = module["main"](hours=12.0, folder=str(tmp_path))
@@ -209,6 +210,7 @@ for name in names:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "folder", ["docs", "benches/claims", "benches/decisions", "benches/python"]
 )

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import allanite as al
 from allanite.deviation import accumulator
 
@@ -43,6 +45,7 @@ def test_public_names_are_documented():
         )
 
 
+@pytest.mark.slow
 def test_no_message_of_the_library_names_an_option():
     package = ROOT / "python" / "allanite"
     doors = {package / "cli"}
@@ -74,6 +77,7 @@ def test_constants_kept_twice_agree():
     }
 
 
+@pytest.mark.slow
 def test_no_text_of_an_exception_is_searched():
     searching = {
         "startswith",

@@ -21,6 +21,7 @@ from allanite.study import Rung
 from page_sessions import act, client_of, opened, send, until, wait
 
 
+@pytest.mark.slow
 def test_the_loop(client):
     tab, state = opened(client)
     assert state["recording"]["unit"] == "rad/s"
@@ -163,6 +164,7 @@ def test_a_unit_chosen_for_one_kind_of_sensor_leaves_the_others_in_their_own():
     act(client, tab, checked=False, do="unit", unit=None)
 
 
+@pytest.mark.slow
 def test_a_clock_is_offered_the_files_that_take_one(client):
     tab, state = opened(client, checked=False)
     assert ["kalibr.yaml", "Kalibr"] in state["recording"]["targets"]
@@ -175,6 +177,7 @@ def test_a_clock_is_offered_the_files_that_take_one(client):
     assert {other.get(f"tabs/{tab}/file/{name}").status_code for name in offered} == {200}
 
 
+@pytest.mark.slow
 def test_a_filters_file_waits_for_no_search_of_rivals(client, sessions):
     tab, _ = opened(client, checked=False)
     assert b"gyroscope_noise_density" in client.get(f"tabs/{tab}/file/kalibr.yaml").content
@@ -187,6 +190,7 @@ def test_a_filters_file_waits_for_no_search_of_rivals(client, sessions):
     assert fit._alternatives
 
 
+@pytest.mark.slow
 def test_tabs_do_not_disturb_each_other(client):
     one, two = client.post("tabs").json()["tab"], client.post("tabs").json()["tab"]
     wait(client, one, checked=False)
@@ -211,6 +215,7 @@ def test_a_second_tab_opens_the_same_study_and_goes_its_own_way(client):
     assert "not there" in client.post("tabs/nobody/copy").json()["error"]
 
 
+@pytest.mark.slow
 def test_a_study_is_saved_and_opened(client):
     tab, state = opened(client)
     added = act(client, tab, checked=False, do="add", number=state["cards"][0]["number"])
@@ -255,6 +260,7 @@ def test_other_work_takes_the_place_of_the_search(client):
     assert act(client, tab, do="go", rung=0)["checked"] is True
 
 
+@pytest.mark.slow
 def test_the_curve_is_there_before_the_model(client, monkeypatch):
     free = threading.Event()
     fit = bench_module.fit_model
@@ -325,6 +331,7 @@ def test_no_view_grows_with_the_log(hidden):
 SHEET = b'name = "ACME"\n[figures]\nangle_random_walk = "30 deg/sqrt(h)"\nbias_instability = "20 deg/h"\n'
 
 
+@pytest.mark.slow
 def test_a_log_a_data_sheet_and_a_twin_beside_it(client, hidden):
     tab, _ = opened(client, checked=False)
     file = io.BytesIO()
@@ -363,6 +370,7 @@ def test_a_bare_log_is_compared_with_once_its_rate_was_said(client, hidden):
     assert act(client, tab, checked=False, do="open", log=1)["problem"] is None
 
 
+@pytest.mark.slow
 def test_a_log_is_uploaded(client, hidden):
     tab, _ = opened(client, checked=False)
     file = io.BytesIO()
@@ -395,6 +403,7 @@ def test_a_rate_that_is_missing_is_asked_for(client, hidden, monkeypatch):
     assert state["recording"]["rate"] == 20.0
 
 
+@pytest.mark.slow
 def test_units_of_bare_axes_are_asked_for(client):
     rows = np.random.default_rng(1).standard_normal((400, 3)).round(4)
     text = "time,z,y,x\n" + "".join(
@@ -405,6 +414,7 @@ def test_units_of_bare_axes_are_asked_for(client):
     assert wait(client, tab, checked=False)["reading"]["unitless"] == ["z", "y", "x"]
 
 
+@pytest.mark.slow
 def test_compared_curves_have_each_a_colour_of_its_own(client):
     file = io.BytesIO()
     np.savez(

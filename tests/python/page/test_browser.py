@@ -8,7 +8,7 @@ import pytest
 from allanite.page import explore
 from page_browser import READY, give, on_allan, saved
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 #: What a tab asks the server again and again.
 NEWS = re.compile(r"[?]seen=")
@@ -55,6 +55,7 @@ def add_first(tab):
     tab.wait_for_selector(READY)
 
 
+@pytest.mark.slow
 def test_the_loop(tab):
     # Measured points, model and its band, and a shaded range where the model fails, with titles that have units.
     traces = tab.locator("#plot .scatterlayer .trace").count()
@@ -102,6 +103,7 @@ ZOOMED = """([low, high]) => {
 }"""
 
 
+@pytest.mark.slow
 def test_a_sentence_leads_to_the_place_that_it_speaks_of(tab):
     link = tab.locator("#verdict .link", has_text="Over frequency")
     low, high = map(float, re.search(r"at ([\d.]+)–([\d.]+) Hz", link.inner_text()).groups())

@@ -12,7 +12,7 @@ from page_browser import READY, on_allan, saved
 
 RATE, N = 20.0, 24_000
 WIDTHS = [(390, 844), (820, 1180), (1280, 720), (1920, 1080)]
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
@@ -204,6 +204,7 @@ def test_limits_are_typed_beside_a_number(tab):
     tab.wait_for_selector(f"{chip} .limits")
 
 
+@pytest.mark.slow
 def test_another_deviation_at_other_averaging_times(tab):
     def choose(name, value, shown):
         """Other things are drawn meanwhile (a check that ends): waited for is what was asked for."""
@@ -346,6 +347,7 @@ def test_the_catalogue_is_searched_and_closed(tab):
     tab.wait_for_selector("#catalogue:not([open])", state="attached")
 
 
+@pytest.mark.slow
 def test_a_file_says_whether_to_use_it_before_it_is_saved(tab, tmp_path):
     tab.locator(".menu summary").click()
     tab.wait_for_selector("#export:enabled")
@@ -369,6 +371,7 @@ def test_a_file_says_whether_to_use_it_before_it_is_saved(tab, tmp_path):
     assert "✓ Meets" in tab.inner_text("#acceptance")
 
 
+@pytest.mark.slow
 def test_numbers_hover_and_copies(tab):
     tab.keyboard.press("n")
     tab.wait_for_selector("#table table")

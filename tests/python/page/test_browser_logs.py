@@ -10,7 +10,7 @@ from generators import gauss_markov, walk, white
 from page_browser import READY
 
 RATE, N = 20.0, 24_000
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +77,7 @@ def test_logs_are_grouped_in_the_strip_and_each_axis_keeps_its_ladder(tab):
     assert tab.locator("#undo").is_disabled()
 
 
+@pytest.mark.slow
 def test_what_is_good_enough_is_said_and_shown(tab):
     tab.locator("[data-axis='1']").click()
     at(tab, 1)

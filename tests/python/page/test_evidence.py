@@ -18,6 +18,8 @@ from allanite.suggestion import check_fit
 from generators import sinusoid, walk, white
 from page_sessions import act, client_of, opened
 
+pytestmark = pytest.mark.slow
+
 RATE, N = 100.0, 40_000
 
 

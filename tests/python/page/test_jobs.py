@@ -15,6 +15,7 @@ from allanite.page.tab import Tab
 from allanite.suggestion import check_fit
 
 
+@pytest.mark.slow
 def test_ending_leaves_the_locks_of_the_library_open():
     """Ended by an exception from outside, one of thirty left a lock closed that every pool of the process takes."""
 
@@ -163,6 +164,7 @@ def test_what_improve_waits_for_ends_with_it(hidden, monkeypatch):
     assert not first.at_work
 
 
+@pytest.mark.slow
 def test_tabs_read_a_log_once_and_again_when_it_has_changed(tmp_path, monkeypatch):
     path = tmp_path / "log.npz"
     np.savez(path, data=np.arange(200.0), rate_hz=10.0, unit="rad/s")

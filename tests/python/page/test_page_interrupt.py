@@ -49,6 +49,7 @@ def is_running(entry):
         return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_nothing_goes_on_reading(tmp_path, number):
     log, temporary = endless_log(tmp_path / "log.npy"), tmp_path / "tmp"
@@ -70,6 +71,7 @@ def test_nothing_goes_on_reading(tmp_path, number):
     assert not list(temporary.iterdir())
 
 
+@pytest.mark.slow
 def test_eight_gigabytes_hold_nothing_up(tmp_path):
     """Processor time of the server from the signal on: a busy machine makes it wait, and that is not ours."""
     path = endless_log(tmp_path / "x.npy")

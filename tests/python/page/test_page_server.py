@@ -85,6 +85,7 @@ def test_a_reader_that_dies_takes_nothing_with_it(client, sessions, monkeypatch,
     assert client.get(f"tabs/{tab}").json()["log"] == before["log"]
 
 
+@pytest.mark.slow
 def test_a_damaged_matlab_file_is_one_line(looked):
     client, sessions, tab, _ = looked
     body = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + b"\x0e\x00\x00\x00\xff\xff\xff\x7f"
@@ -108,6 +109,7 @@ def test_a_reader_can_be_ended(tmp_path):
         child.read_in_child(path, {}, watch)
 
 
+@pytest.mark.slow
 def test_a_page_that_is_loaded_again_goes_on(client, sessions):
     tab, state = opened(client)
     act(client, tab, checked=False, do="add", number=state["cards"][0]["number"])
@@ -119,6 +121,7 @@ def test_a_page_that_is_loaded_again_goes_on(client, sessions):
     assert client.post(f"tabs/{tab}/resume").status_code == 400
 
 
+@pytest.mark.slow
 def test_work_ends_when_the_page_is_left_and_is_taken_up_again(client, sessions):
     tab = client.post("tabs").json()["tab"]
     until(client, tab, lambda s: s["ladder"])
@@ -130,6 +133,7 @@ def test_work_ends_when_the_page_is_left_and_is_taken_up_again(client, sessions)
     assert wait(client, tab)["checked"] is True
 
 
+@pytest.mark.slow
 def test_what_is_left_is_forgotten(client, sessions, monkeypatch):
     tab, _ = opened(client, checked=False)
     client.post(f"tabs/{tab}/leave")
@@ -155,6 +159,7 @@ def test_many_tabs_leave_no_threads_behind(client, sessions, monkeypatch):
     assert threading.active_count() <= before + 4
 
 
+@pytest.mark.slow
 def test_progress_moves_and_says_what_is_tried(client):
     tab = client.post("tabs").json()["tab"]
     seen = set()

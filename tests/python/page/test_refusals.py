@@ -78,6 +78,7 @@ class Bomb:
         raise AssertionError("unpickled")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["npy", "npz"])
 def test_a_pickle_is_refused(looked, suffix):
     client, sessions, tab, before = looked
@@ -95,6 +96,7 @@ def test_a_pickle_is_refused(looked, suffix):
     assert client.get(f"tabs/{tab}").json()["logs"] == before["logs"]
 
 
+@pytest.mark.slow
 def test_a_bare_pickle_is_refused(looked):
     client, sessions, tab, _ = looked
     answer = send(client, tab, "bomb.npy", pickle.dumps({"a": 1}))

@@ -76,6 +76,7 @@ def test_the_envelope_of_samples_ends_at_a_gap():
     assert not any(505.0 < t * unit < 995.0 for t in times)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad", [[["a", 1]], [[5, 1]], [[0, 1e999]], [[1]], 7, {"a": 1}])
 def test_a_study_with_damaged_stretches_is_refused(client, bad):
     tab, _ = opened(client, checked=False)

@@ -113,6 +113,7 @@ def logs(draw):
     return Log(text, stated, cells, rate)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(logs())
 def test_random_headers(tmp_path, log):

@@ -25,6 +25,7 @@ def plain(kind, x, m, angle=False):
     return np.sqrt(family_variance(kind, x, m, angle)[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [6, 9, 10, 17, 50, 120])
 @pytest.mark.parametrize(
     "kind", ["hdev", "ohdev", "mdev", "pdev", "totdev", "mtotdev", "htotdev", "tierms", "mtie"]

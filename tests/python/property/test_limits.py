@@ -1,6 +1,7 @@
 """No fitted number is outside of its limits, whatever they are and whatever the record."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -34,6 +35,7 @@ def limited(draw):
     return al.Model(tuple(effects))
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(limited(), st.sampled_from(TRUTHS), st.integers(0, 50))
 def test_no_fitted_number_nor_interval_is_outside(model, truth, seed):

@@ -56,6 +56,7 @@ def state(one):
     return bits([stretch.state() for stretch in one.stretches])
 
 
+@pytest.mark.slow
 @settings(max_examples=6)
 @given(
     cuts=st.lists(st.integers(1, N - 1), min_size=3, max_size=5, unique=True),
@@ -88,6 +89,7 @@ def test_an_accumulator_goes_on_where_it_was(record, read_only):
     assert np.array_equal(part.oadev().deviation, whole.oadev().deviation)
 
 
+@pytest.mark.slow
 def test_recordings_and_fits_compute_the_same(record):
     temperature = np.linspace(20.0, 30.0, 200)
     sent = al.Recording(

@@ -44,6 +44,7 @@ def holes(n, length, part, seed):
     return missing
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     st.sampled_from(sorted(MODELS)),
@@ -61,6 +62,7 @@ def test_shares_of_a_short_record_are_exact(name, n, length, part, seed):
     np.testing.assert_allclose(found, np.clip(naive(missing, spectrum), 0.0, 0.98), atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(MODELS))
 @pytest.mark.parametrize("length", [1, 3, 10, 30, 100, 300, "every second"])
 def test_the_lowest_ordinates_of_a_long_record_ask_the_means_of_cells(name, length):

@@ -11,6 +11,7 @@ from allanite.common.errors import InputError
 from allanite.recording.timebase import TIME_UNITS, read_stamps
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(
     seed=st.integers(0, 2**32 - 1),

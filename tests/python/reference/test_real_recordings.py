@@ -86,6 +86,7 @@ def test_mtig_hides_a_lag_and_spikes(record):
     assert (np.diff(scores) < 0.0).all(), scores
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", ["a", "b"])
 def test_temperature_predicts_the_whale_tag(record, file):
     """Its coefficient differs between the halves (0.38, 0.56 in gyro_y): better by far on blocks left out all the same."""
@@ -97,6 +98,7 @@ def test_temperature_predicts_the_whale_tag(record, file):
         assert difference < -2.0 * error, (column, difference, error)
 
 
+@pytest.mark.slow
 def test_hfi_is_white(record):
     """Nothing but white noise, N within 3 % of what a Whittle estimate by hand gave."""
     fit = al.AngleRandomWalk().fit(record("hfi_10hz.npz", "gyro_x"))
@@ -119,6 +121,7 @@ def test_adis_accelerometer_hears_a_line(record):
     assert "A narrow resonance at 0.564" in found.explanation
 
 
+@pytest.mark.slow
 def test_adis_gyroscope_is_low_passed(record):
     """Its density is 30 % down at 47 Hz: that is where N+B+K fails most, and what is named."""
     check = al.fit_model(record("adis16405_imu1.npz", "gyro_x"), "N+B+K").check()
@@ -129,6 +132,7 @@ def test_adis_gyroscope_is_low_passed(record):
     assert worst["z"] < -10.0
 
 
+@pytest.mark.slow
 def test_adis_gyroscope_has_a_band(record):
     """Eight times the floor, 3 Hz wide at 20 Hz."""
     check = al.fit_model(record("adis16405_imu1.npz", "gyro_z"), "N+B+K").check()

@@ -17,6 +17,8 @@ import pytest
 
 from reference.stable32_tables import KINDS, SAMPLES, classes, samples_of, table_of
 
+pytestmark = pytest.mark.slow
+
 #: Rows, by how Stable32's number is ours; the reasons are all that there are.
 EXPECTED = {
     # To the five digits that are printed.

@@ -34,6 +34,7 @@ def test_what_is_not_there_may_be_0():
     assert held >= wrong - 1
 
 
+@pytest.mark.slow
 def test_a_record_that_decides_has_one_interval():
     rng = np.random.default_rng(1)
     x = g.white(rng, LENGTH, RATE, 0.0126) + g.gauss_markov(rng, LENGTH, RATE, 3e-2, 2.0)

@@ -5,6 +5,7 @@ files know the claims to a per cent.
 """
 
 import numpy as np
+import pytest
 from scipy.stats import kstest
 
 import allanite as al
@@ -33,6 +34,7 @@ def test_intervals_cover_and_p_values_are_uniform():
     assert kstest(p_values, "uniform").pvalue > 1e-4
 
 
+@pytest.mark.slow
 def test_nothing_is_invented_and_a_line_is_found():
     invented = found = 0
     for i, recording in enumerate(records(42)):

@@ -44,6 +44,7 @@ def sheet(tmp_path):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "code"), [(0.2, 0), (0.45, 1), (0.3, 3)])
 def test_exit_codes(noise, code, tmp_path, sheet, capsys):
     got, out, err = run(capsys, "accept", part(tmp_path, noise), "--sheet", sheet)
@@ -51,12 +52,14 @@ def test_exit_codes(noise, code, tmp_path, sheet, capsys):
     assert {0: "meets", 1: "does not meet", 3: "undecided"}[code] in out
 
 
+@pytest.mark.slow
 def test_a_margin_is_an_allowance(tmp_path, sheet, capsys):
     log = part(tmp_path, 0.315)
     assert run(capsys, "accept", log, "--sheet", sheet)[0] == 1
     assert run(capsys, "accept", log, "--sheet", sheet, "--margin", "10%")[0] == 0
 
 
+@pytest.mark.slow
 def test_json_has_its_schema(tmp_path, sheet, capsys):
     log = part(tmp_path, 0.3, axes=2)
     code, out, _ = run(capsys, "accept", log, "--sheet", sheet, "--json")
@@ -81,6 +84,7 @@ def test_rows_for_a_production_line(tmp_path, sheet, capsys):
     assert rows[0]["serial"] == "'=1+1"
 
 
+@pytest.mark.slow
 def test_one_page_with_everything(tmp_path, sheet, capsys):
     log, page = part(tmp_path, 0.2), tmp_path / "page.html"
     run(
@@ -109,6 +113,7 @@ def test_one_page_with_everything(tmp_path, sheet, capsys):
         assert words in text, words
 
 
+@pytest.mark.slow
 def test_a_stability_that_the_record_cannot_show_is_not_reported(tmp_path, capsys):
     """450 s of white noise: the curve still falls, so its lowest point is no bias stability."""
     path = tmp_path / "stability.toml"
@@ -123,6 +128,7 @@ def test_a_stability_that_the_record_cannot_show_is_not_reported(tmp_path, capsy
     assert "not detected" in out
 
 
+@pytest.mark.slow
 def test_a_stability_that_the_record_shows_is_below_the_limit(tmp_path, capsys):
     """White noise alone: the minimum is below any limit that the curve has passed."""
     path = tmp_path / "stability.toml"

@@ -72,6 +72,7 @@ def flown(seed=0, seconds=300):
     return x
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [carried, driven, flown])
 @pytest.mark.parametrize("seed", range(5))
 def test_records_that_move(make, seed):
@@ -156,6 +157,7 @@ IMUS = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.data
 @pytest.mark.parametrize("name", IMUS)
 def test_real_recordings_are_at_rest(data, name):
@@ -236,6 +238,7 @@ def noisy(rate, seconds, seed, columns=1):
     return 0.1 * np.sqrt(rate) * rng.standard_normal((round(seconds * rate), columns))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [10.0, 50.0, 200.0])
 def test_white_noise_above_the_limits_is_no_motion(rate):
     """One window of a column in 10 000 is said to move: of 4800 half a one, and more than four in 1 of 5000 such tests."""

@@ -234,6 +234,7 @@ def test_real_print_step_of_a_phone(data):
     assert [f.values["step"] for f in steps] == pytest.approx([0.001] * 3, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_real_steps_of_an_adis16405(data):
     steps = [f for f in read(data("adis16405_imu1.npz")).audit if f.kind == "quantisation"]
@@ -326,6 +327,7 @@ def test_a_step_makes_the_allan_variance_at_long_times():
     assert "dominated" not in {f.kind for f in Recording(x[:20_000], 100.0).audit}
 
 
+@pytest.mark.slow
 def test_no_event_dominates_noise():
     for seed in range(60):
         rng = np.random.default_rng(seed)

@@ -53,6 +53,7 @@ def test_a_steady_vibration_has_no_level():
     assert alarms == 0  # 1 % of a check is for everything
 
 
+@pytest.mark.slow
 def test_a_change_of_all_noise_is_no_change_of_a_band():
     rng = np.random.default_rng(5)
     x = g.white(rng, N, RATE, 0.01)

@@ -37,6 +37,7 @@ def _wandering(rng, frequency, half_width, amplitude, multiple=1):
     return amplitude * np.sin(multiple * (2.0 * np.pi * frequency * t + phase)), phase
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("frequency", "half_width", "seed"), [(7.3, 0.0016, 0), (18.9, 0.006, 1)])
 def test_a_line_that_wanders_is_one_band_of_its_width(frequency, half_width, seed):
     rng = np.random.default_rng(seed)
@@ -72,6 +73,7 @@ def test_what_is_held_stays():
         assert fit.model.effects[1].frequency == pytest.approx(7.3, abs=0.05)
 
 
+@pytest.mark.slow
 def test_its_harmonics_come_with_it():
     rng = np.random.default_rng(3)
     first, phase = _wandering(rng, 1.7, 0.001, 0.03)
@@ -87,6 +89,7 @@ def test_its_harmonics_come_with_it():
     assert found == [pytest.approx(1.7, abs=0.003), pytest.approx(5.1, abs=0.027)]
 
 
+@pytest.mark.slow
 def test_a_line_that_does_not_wander_is_a_line():
     rng = np.random.default_rng(4)
     x = g.white(rng, LENGTH, RATE, N) + g.sinusoid(LENGTH, RATE, 7.3, 0.004)
@@ -94,12 +97,14 @@ def test_a_line_that_does_not_wander_is_a_line():
     assert study.fit.model.name == "N+SIN"
 
 
+@pytest.mark.slow
 def test_noise_has_no_band():
     rng = np.random.default_rng(5)
     check = al.fit_model(_recording(g.white(rng, 4096, RATE, N)), "N").check()
     assert not check.significant
 
 
+@pytest.mark.slow
 @given(
     frequency=st.floats(2.0, 24.0),
     ordinates=st.floats(1.0, 20.0),
@@ -136,6 +141,7 @@ def test_few_ordinates_tell_the_means_of_bins_that_have_many(half, depth, monkey
     assert found[1] == pytest.approx(found[0], rel=2e-4)
 
 
+@pytest.mark.slow
 def test_a_band_of_no_strength_explains_nothing():
     """Where a digital filter leaves nothing, the spectrum changes within a bin, whatever band is there."""
     rng = np.random.default_rng(11)

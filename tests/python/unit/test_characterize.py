@@ -14,6 +14,8 @@ from allanite.common.threads import side_by_side
 from documents import valid
 from six_axes import NAMES, six_axes
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found():

@@ -25,6 +25,7 @@ def test_listing():
     assert dir(allanite) == sorted(allanite.__all__)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("former", "now"),
     [

@@ -670,6 +670,7 @@ def test_there_are_fifty():
     assert len(CASES) >= 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_what_a_person_would_read(name, tmp_path):
     case = CASES[name]

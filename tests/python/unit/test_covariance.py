@@ -40,6 +40,7 @@ def naive(terms, n, factors, kind):
     return expected, covariance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["oadev", "mdev", "hdev"])
 @pytest.mark.parametrize("name", MIXTURES)
 def test_agrees_with_the_full_sum(name, kind):

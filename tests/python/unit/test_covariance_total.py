@@ -34,6 +34,7 @@ def naive(terms, n, factors):
     return expected / scale, covariance / np.outer(scale, scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SLOW)
 def test_agrees_with_the_full_sum(name):
     n, factors = 120, [3, 7, 16, 40, 77, 119]
@@ -49,6 +50,7 @@ def test_agrees_with_the_full_sum(name):
     )
 
 
+@pytest.mark.slow
 def test_means_over_some_centres_are_those_over_all():
     # 1200 samples: 400 of 1199 centres; the covariance from 128 of them.
     n, factors = 1200, [24, 100, 400, 900]

@@ -51,6 +51,7 @@ def written(folder, samples, header, unit="m/s^2"):
     return al.read(path, rate=10.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("header", "column", "unit"),
     [

@@ -137,6 +137,7 @@ def test_every_figure_in_its_own_unit(tmp_path):
     assert s.name == "Table 2"
 
 
+@pytest.mark.slow
 def test_in_run_stability_is_the_minimum_of_the_allan_deviation(tmp_path):
     """White noise and a random walk: the minimum, sqrt(2 N K / sqrt(3)), is inside its interval."""
     truth = al.parse_model("N(N=0.1)+K(K=0.01)")

@@ -29,6 +29,7 @@ def test_two_effects_of_one_shape():
         assert any("cannot be distinguished" in s for s in found.degeneracies)
 
 
+@pytest.mark.slow
 def test_correlations_of_a_clear_model():
     found = fit("N(N=0.1)+B(B=0.05)+K(K=0.02)", "N+B+K")
     assert found.correlations.names == ("N", "B", "K")

@@ -193,6 +193,7 @@ def test_a_coarse_record_that_was_carried_has_one():
     assert 1559.5 <= first.end < 1590.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "last"), [(0.0, 30.0), (800.0, 860.0), (2340.0, 2400.0)])
 def test_a_strong_shaking_is_as_long_as_it_lasts(first, last):
     """An octave cut out of the spectrum rings for a minute beside what is a thousand times as powerful.

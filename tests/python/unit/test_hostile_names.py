@@ -82,6 +82,7 @@ def test_reports(name, tmp_path):
     json.loads(json.dumps(report.to_dict(), ensure_ascii=False).encode("utf-8"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_figures(name, tmp_path):
     recording = named(NAMES[name])

@@ -51,6 +51,7 @@ CALLS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CALLS)
 def test_core_hears_an_interrupt(name):
     thousands, call = CALLS[name]

@@ -37,6 +37,7 @@ def log_likelihood(x, start, end, factor):
     return float(-np.sum(np.log(sigma) + 0.5 * (rest / sigma) ** 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2, 4, 12])
 def test_no_other_edges_explain_the_samples_better(seed):
     """The true ones did by 32 to 152 units of logL, and a second change was named that repaired them."""
@@ -51,6 +52,7 @@ def test_no_other_edges_explain_the_samples_better(seed):
     assert all(s.kind not in {"noise_level_change", "noise_levels"} for s in after.significant)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 3, 7, 9, 13])
 def test_outliers_do_not_make_it_a_disturbance(seed):
     """Twenty of 14 standard deviations did, and up to 200 s of good data were thrown away."""
@@ -73,6 +75,7 @@ def test_the_ladder_ends_with_the_level_and_the_outliers(seed):
     assert study.adequate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_a_sensor_that_was_carried_among_outliers_is_a_disturbance(seed):
     rng = np.random.default_rng(seed)

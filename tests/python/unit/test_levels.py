@@ -15,6 +15,7 @@ from allanite.suggestion.screens.level_forms import (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cells", [32, 256])
 def test_chance_of_an_interval_is_no_smaller_than_simulated(cells):
     records, rng = 3000, np.random.default_rng(7)
@@ -28,6 +29,7 @@ def test_chance_of_an_interval_is_no_smaller_than_simulated(cells):
         assert found >= 0.1 * p, "more careful than it need be"
 
 
+@pytest.mark.slow
 def test_chance_of_the_other_forms_is_no_smaller_than_simulated():
     records, rng = 150, np.random.default_rng(8)
     model = al.parse_model("N")
@@ -84,6 +86,7 @@ def test_a_strong_change_leaves_few_independent_ordinates():
     assert low < 0.1 < high
 
 
+@pytest.mark.slow
 def test_a_strong_change_comes_first_and_makes_nothing_else_significant():
     rng = np.random.default_rng(4)
     x = rng.standard_normal(20_000)

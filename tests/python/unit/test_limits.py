@@ -98,6 +98,7 @@ def test_a_truth_inside_is_fitted_as_without_limits(wandering):
     assert "at its limit" not in fit_table(shaped)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limited", "held", "place", "name"),
     [
@@ -198,6 +199,7 @@ def test_a_number_at_its_limit_is_free_in_the_next_fit(wandering):
     assert more.model.effects[1].limits == fit.model.effects[1].limits
 
 
+@pytest.mark.slow
 def test_missing_samples_and_other_methods():
     truth = al.parse_model("N(N=0.1)+K(K=0.01)")
     log = truth.simulate(duration=1000, rate=RATE, seed=1, unit="deg/s")

@@ -13,6 +13,7 @@ def _mean_of(length, n, seed, rate=100.0):
     return al.Recording(np.convolve(white, np.ones(length) / length, "valid"), rate, unit="deg/s")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("length", "n"), [(50, 10_000), (230, 12_000)])
 def test_a_mean_over_many_samples_is_named(length, n):
     study = al.improve(_mean_of(length, n, 1), "N+B+K")
@@ -25,6 +26,7 @@ def test_a_mean_over_many_samples_is_named(length, n):
     assert study.fit["N"] == pytest.approx(0.01, rel=5.0 / np.sqrt(2.0 * n / length))
 
 
+@pytest.mark.slow
 def test_a_design_that_is_given_stays():
     study = al.improve(_mean_of(50, 10_000, 2), "N+BW(design=sampled,order=2)", limit=1)
     (found,) = (e for e in study.fit.model if e.kind == "bandwidth")

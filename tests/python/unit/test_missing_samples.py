@@ -114,6 +114,7 @@ def test_the_lowest_ordinates_beside_long_holes_have_the_power_of_the_whole_reco
     assert abs(apart.mean()) < 4.0 * apart.std() / np.sqrt(records)
 
 
+@pytest.mark.slow
 def test_every_second_sample_of_white_noise_is_white_noise():
     n = 20_000
     fit = al.parse_model("N+B+K").fit(record("N(N=0.0126)", n, holes("alternate", n), seed=1))

@@ -43,6 +43,7 @@ def test_a_machine_whose_speed_falls_is_one_effect(seed):
     assert study.fit["N"].value == pytest.approx(0.0126, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_check_suggests_it_in_the_place_of_the_band():
     fit = al.fit_model(_recording(5, WARMS_UP), "N+RES(f=20,damping=0.05)")
     [found] = [s for s in fit.check().significant if s.kind == "drifting_resonance"]
@@ -71,6 +72,7 @@ def test_a_band_that_stays_does_not_move():
     assert moved == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.005, 0.05, 0.12, 0.2, 0.29])
 @pytest.mark.parametrize("frequency", [0.5, 8.0, 48.0])
 def test_a_band_of_any_width_anywhere_is_looked_for(frequency, damping):

@@ -147,6 +147,7 @@ def test_random_walk_starts_at_zero_and_telegraph_has_two_levels():
     assert abs(switches - 0.1) < 5 * np.sqrt(0.1 * 0.9 / 9999)
 
 
+@pytest.mark.slow
 def test_initial_state_is_stationary():
     # The variance of the first sample equals that of the rest: 4000 runs, spread sqrt(2/4000).
     for name in ("gauss_markov", "filtered", "moving_average", "power_law-0.6", "flicker"):

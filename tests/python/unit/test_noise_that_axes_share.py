@@ -28,6 +28,7 @@ def shared_of(log, model):
     return shared_noise(cross_spectra(fits), common_lines(fits), fits)
 
 
+@pytest.mark.slow
 def test_noise_of_a_gyroscope_and_an_accelerometer_is_named_once():
     """A supply: half of the variance of three axes of one sensor and one of the other, against the sign there."""
     rng = np.random.default_rng(3)

@@ -27,6 +27,7 @@ def test_scattered_outliers_go_before_what_has_less_evidence():
     assert {"outliers", "gauss_markov"} <= {e.kind for e in study.fit.model}
 
 
+@pytest.mark.slow
 def test_a_loud_stretch_is_no_heap_of_outliers():
     rng = np.random.default_rng(12)
     n = 20_000
@@ -36,6 +37,7 @@ def test_a_loud_stretch_is_no_heap_of_outliers():
     assert [e.kind for e in study.fit.model] == ["angle_random_walk", "noise_level_change"]
 
 
+@pytest.mark.slow
 def test_the_last_model_is_the_one_that_the_record_prefers():
     rng = np.random.default_rng(13)
     n = 20_000
@@ -55,6 +57,7 @@ def test_the_last_model_is_the_one_that_the_record_prefers():
     assert best_replacement([Rung(rung.fit)]) is None
 
 
+@pytest.mark.slow
 def test_a_notch_has_two_sides():
     """A low-pass with a floor falls to the Nyquist frequency, and is no notch there."""
     rng = np.random.default_rng(14)
@@ -64,6 +67,7 @@ def test_a_notch_has_two_sides():
     assert "notch" not in {e.kind for e in study.fit.model}
 
 
+@pytest.mark.slow
 def test_a_phase_that_wraps_hides_its_clock():
     """Five jumps of the range of a counter make the noise of a clock a thousand times too high; not beside them."""
     rng = np.random.default_rng(15)

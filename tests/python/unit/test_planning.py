@@ -71,6 +71,7 @@ def test_an_effect_that_is_not_there_is_found_at_the_rate_of_false_alarms():
     assert found.standard_errors["K"] > found.value("K")
 
 
+@pytest.mark.slow
 def test_a_plan_is_the_shortest_record_that_suffices():
     found = al.plan(BASE, find=LAG, power=0.9, rate=10.0)
     assert found.power.probability >= 0.9
@@ -102,6 +103,7 @@ def test_a_column_has_to_be_described():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -168,6 +170,7 @@ def test_a_planned_record_tells_two_effects_apart():
     assert abs(np.mean(risen) - 7.4) < 4 * 0.83
 
 
+@pytest.mark.slow
 def test_two_effects_are_told_apart_only_where_one_is_in_the_model():
     with pytest.raises(al.InputError, match="has none of the two"):
         al.plan("N(N=0.01)", tell=("K", "GM"))

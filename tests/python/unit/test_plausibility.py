@@ -51,6 +51,7 @@ def run(capsys, *arguments):
 # -- no-data markers -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @FIELD
 def test_markers_of_the_field_log_are_excluded(field):
     log = al.read(field("no_data_marker.csv"))
@@ -221,6 +222,7 @@ def test_the_coefficient_of_a_thermometer_of_whole_degrees(field):
 # -- units ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @FIELD
 def test_a_wrong_unit_is_asked_for(field, capsys):
     path = field("wrong_unit.csv")
@@ -296,6 +298,7 @@ def test_raw_counts_are_scaled(tmp_path, capsys):
 # -- motion ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MOVING)
 @pytest.mark.parametrize("seed", range(2))
 def test_moving_records_are_refused(kind, seed):
@@ -324,6 +327,7 @@ def test_clean_records_raise_no_alarm():
     assert alarms == []
 
 
+@pytest.mark.slow
 @FIELD
 def test_motion_is_refused_with_the_quiet_segment(field, capsys, tmp_path):
     path = field("moved.csv")
@@ -383,6 +387,7 @@ def large(tmp_path, x, unit):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("why", ["motion", "unit", "rate", "locked"])
 def test_a_refusal_takes_seconds(capsys, tmp_path, why):
     """An hour of six axes at 100 Hz; the fit of one such axis alone would take longer."""

@@ -177,6 +177,7 @@ def test_each_kind_of_sensor_in_a_log_has_the_unit_asked_for_it(tmp_path):
             run(*log, "--output-unit", asked)
 
 
+@pytest.mark.slow
 def test_json_keeps_the_unit_of_the_samples(log):
     document = json.loads(run(*log, "--json"))
     assert document["effects"][0]["parameters"]["N"]["unit"] == "deg/s·s^½"

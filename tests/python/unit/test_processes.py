@@ -19,6 +19,7 @@ def names(seed):
     return [s.kind for s in check.suggestions], check.fit["N"].value
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(120)
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 @pytest.mark.parametrize("method", ["fork", "spawn"])

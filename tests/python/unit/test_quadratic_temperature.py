@@ -1,6 +1,7 @@
 """A bias that follows the square of a temperature is named as such; an unrelated temperature is not."""
 
 import numpy as np
+import pytest
 
 import allanite as al
 
@@ -16,6 +17,7 @@ def _record(seed, quadratic):
     return al.Recording(samples, rate=RATE, covariates={"temperature": temperature})
 
 
+@pytest.mark.slow
 def test_a_square_is_named():
     for seed in (1, 2):
         fit = al.parse_model("N+B+K").fit(_record(seed, 5e-4))
@@ -27,6 +29,7 @@ def test_a_square_is_named():
         assert low - value.std_error < 5e-4 < high + value.std_error
 
 
+@pytest.mark.slow
 def test_no_square_where_there_is_none():
     for seed in (3, 4):
         check = al.parse_model("N+B+K").fit(_record(seed, 0.0)).check()

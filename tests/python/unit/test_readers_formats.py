@@ -13,6 +13,7 @@ T = np.arange(N) / RATE
 DATES = np.datetime64("2026-01-31T00:00:00", "ns") + np.arange(N) * np.timedelta64(20, "ms")
 
 
+@pytest.mark.slow
 def test_hdf5(tmp_path):
     h5py = pytest.importorskip("h5py")
     path = tmp_path / "log.h5"
@@ -36,6 +37,7 @@ def test_hdf5(tmp_path):
     assert al.read(path).columns == ("gx",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["NETCDF4", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET"])
 def test_netcdf(tmp_path, kind):
     netcdf = pytest.importorskip("netCDF4")
@@ -53,6 +55,7 @@ def test_netcdf(tmp_path, kind):
     np.testing.assert_allclose(r.samples, X[:, 0], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["parquet", "feather"])
 def test_parquet_and_arrow(tmp_path, suffix):
     pandas = pytest.importorskip("pandas")
@@ -67,6 +70,7 @@ def test_parquet_and_arrow(tmp_path, suffix):
     assert al.read(tmp_path / "indexed.parquet").rate == pytest.approx(RATE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["parquet", "feather"])
 def test_a_time_of_text_in_parquet_and_arrow(tmp_path, suffix):
     pyarrow = pytest.importorskip("pyarrow")
@@ -144,6 +148,7 @@ def test_a_euroc_folder(tmp_path):
         assert (r.rate, r.units) == (pytest.approx(200), ("rad/s", "rad/s", "m/s^2"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "suffix", ["h5", "nc", "parquet", "feather", "clk", "phd", "mat", "npz", "ulg", "bag"]
 )
@@ -202,6 +207,7 @@ def dataflash(path, instances=2, temperature=True):
     return path
 
 
+@pytest.mark.slow
 def test_ardupilot(tmp_path):
     pytest.importorskip("pymavlink")
     path = dataflash(tmp_path / "log.bin")

@@ -45,6 +45,7 @@ def test_mat5_structure(tmp_path):
     assert (r.columns, r.rate) == (("gyro_x", "gyro_y", "gyro_z"), RATE)
 
 
+@pytest.mark.slow
 def test_mat73(tmp_path):
     h5py = pytest.importorskip("h5py")
     path = tmp_path / "x.mat"
@@ -58,6 +59,7 @@ def test_mat73(tmp_path):
     np.testing.assert_array_equal(r.samples, GYRO)
 
 
+@pytest.mark.slow
 def test_mat_refusals(tmp_path):
     path = mat5(tmp_path / "x.mat", name="only text")
     with pytest.raises(InputError, match=r"x\.mat: no numeric array"):
@@ -107,6 +109,7 @@ def check_imu(r):
     np.testing.assert_array_equal(r.samples, np.hstack([GYRO, ACC]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
 @pytest.mark.parametrize("by", ["folder", "file"])
 def test_ros2(tmp_path, storage, by):
@@ -123,6 +126,7 @@ def test_ros2(tmp_path, storage, by):
     check_imu(read(path))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stamped", [True, False])
 def test_ros1(tmp_path, stamped):
     rosbag1 = pytest.importorskip("rosbags.rosbag1")
@@ -136,6 +140,7 @@ def test_ros1(tmp_path, stamped):
     check_imu(read(path))
 
 
+@pytest.mark.slow
 def test_ros_without_imu_lists_the_topics(tmp_path):
     rosbag1 = pytest.importorskip("rosbags.rosbag1")
     typesys = pytest.importorskip("rosbags.typesys")
@@ -170,6 +175,7 @@ def ulog(path, topic, fields, rows):
     return path
 
 
+@pytest.mark.slow
 def test_ulog_sensor_combined(tmp_path):
     pytest.importorskip("pyulog")
     fields = "uint64_t timestamp;float[3] gyro_rad;uint32_t dt;float[3] accelerometer_m_s2;"
@@ -181,6 +187,7 @@ def test_ulog_sensor_combined(tmp_path):
     assert read(tmp_path / "log.ulg", unit="rad/s", column="gyro_z").unit == "rad/s"
 
 
+@pytest.mark.slow
 def test_ulog_sensor_gyro_with_temperature(tmp_path):
     pytest.importorskip("pyulog")
     fields = (
@@ -198,6 +205,7 @@ def test_ulog_sensor_gyro_with_temperature(tmp_path):
     assert r.stamps.jitter == 0
 
 
+@pytest.mark.slow
 def test_ulog_refusals(tmp_path):
     pytest.importorskip("pyulog")
     path = ulog(
@@ -309,6 +317,7 @@ def test_characterize_refuses_a_column_twice():
         al.characterize([one, one])
 
 
+@pytest.mark.slow
 def test_ros_messages_of_another_type(tmp_path):
     rosbag1 = pytest.importorskip("rosbags.rosbag1")
     typesys = pytest.importorskip("rosbags.typesys")
@@ -324,6 +333,7 @@ def test_ros_messages_of_another_type(tmp_path):
     assert (r.columns, r.rate) == (("x", "y", "z"), pytest.approx(RATE))
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_a_real_ulog(data):
     pytest.importorskip("pyulog")

@@ -187,6 +187,7 @@ def test_gaps_become_nan_rows():
     assert r.rate == pytest.approx(50)
 
 
+@pytest.mark.slow
 @given(
     seed=st.integers(0, 10_000),
     rate=st.sampled_from([1.0, 9.862, 100.0, 1000.0]),

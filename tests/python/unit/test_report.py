@@ -19,6 +19,8 @@ from allanite.report import make_report
 from allanite.report.svg import _path, inline
 from allanite.report.words import COMPLETED, data_sheet_value, resolved
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("matplotlib")
 
 HIDDEN = "N(N=0.01)+K(K=1e-4)+SIN(frequency=3.1,amplitude=0.004)"

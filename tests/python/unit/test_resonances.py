@@ -28,6 +28,7 @@ def recording(seed, frequency, damping):
 BROAD = (0.22, 0.3, 0.4, 0.5, 0.6)
 
 
+@pytest.mark.slow
 def test_a_broad_one_has_its_own_width():
     inside = 0
     for seed, damping in enumerate(BROAD):
@@ -65,6 +66,7 @@ def test_started_at_the_truth_a_fit_stays_there():
         assert found["RES.damping"] == pytest.approx(best["RES.damping"], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_one_without_a_peak_is_at_its_limit():
     record, _ = recording(5, 1.0, 0.9)
     fit = al.fit_model(record, "N+RES")

@@ -350,6 +350,7 @@ def test_a_line_and_a_lag_are_found():
         assert alarm.ratio > 1.2
 
 
+@pytest.mark.slow
 def test_a_watch_survives_a_restart(tmp_path):
     model = al.parse_model(MODEL)
     x = np.asarray(model.simulate(rate=RATE, duration=300.0, seed=8).samples)
@@ -446,6 +447,7 @@ def test_one_log_is_a_fleet_of_one(tmp_path):
     assert logs_of(names) == [log, tmp_path / "gone.csv"]
 
 
+@pytest.mark.slow
 def test_logs_in_motion_have_a_row_with_the_reason(tmp_path):
     moving = hand(1, rate=50, seconds=120, only=("gyro_x",))
     np.savetxt(tmp_path / "moving.csv", moving.samples, header="gx [deg/s]", comments="")

@@ -29,6 +29,7 @@ def test_columns_are_taken_by_name(log):
             log[wrong]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimator", ["oadev", "mdev", "totdev"])
 def test_deviations_of_all_columns(log, estimator, tmp_path):
     compute = getattr(al, estimator)
@@ -45,6 +46,7 @@ def test_deviations_of_all_columns(log, estimator, tmp_path):
     assert len(found.plot(tmp_path / "all.svg").panels) == 2
 
 
+@pytest.mark.slow
 def test_fits_of_all_columns(log, tmp_path):
     fits = al.fit_columns(log, "N")
     assert tuple(fits) == NAMES
@@ -65,6 +67,7 @@ def test_fits_of_all_columns(log, tmp_path):
     assert checks[0].to_dict() == checks[1].to_dict()
 
 
+@pytest.mark.slow
 def test_improve_of_two_columns(log):
     two = log[["gyro_x", "acc_x"]]
     studies = al.improve_columns(two, "N")
@@ -107,6 +110,7 @@ def test_an_estimate_of_several_columns_says_how_to_ask_for_it():
     assert "gyro_w" not in fit
 
 
+@pytest.mark.slow
 def test_a_channel_with_three_codes_is_never_simply_adequate():
     x = np.round(np.random.default_rng(4).standard_normal(6000) * 0.33)
     assert np.unique(x).size == 3

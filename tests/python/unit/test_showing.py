@@ -10,6 +10,8 @@ import pytest
 import allanite as al
 from allanite.common.showing import brief, html_table, numbers
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def results():

@@ -44,6 +44,7 @@ def test_each_effect_has_what_is_its_own(recording):
     np.testing.assert_allclose(solution.spectrum, expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", list(permutations(range(4)))[5::6])
 def test_the_order_of_a_model_changes_no_number(recording, order):
     parts = [*PARTS[:4], PARTS[4]]

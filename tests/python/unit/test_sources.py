@@ -53,6 +53,7 @@ def run(capsys, *arguments):
     return ended.value.code or 0, out, err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHEETS)
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_data_sheet_is_written_for_every_target(name, target, tmp_path):
@@ -177,6 +178,7 @@ def table_of_deviations(path, seed, N=0.01, K=2e-4, fs=10.0, n=20_000):
     np.savetxt(path, np.c_[curve.tau, curve.deviation], delimiter=",", header="tau,adev")
 
 
+@pytest.mark.slow
 def test_intervals_of_a_table_of_deviations_cover(tmp_path):
     path = tmp_path / "adev.csv"
     inside = {"N": 0, "K": 0}

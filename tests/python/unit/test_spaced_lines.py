@@ -18,6 +18,7 @@ def _lines(frequencies, amplitude, seed):
     return al.Recording(x, RATE, unit="deg/s")
 
 
+@pytest.mark.slow
 def test_a_comb_is_one_effect():
     """Nine lines, 2.13 Hz apart from 3.37 Hz, one of them missing."""
     frequencies = [3.37 + 2.13 * k for k in range(10) if k != 4]
@@ -32,6 +33,7 @@ def test_a_comb_is_one_effect():
     assert "8 further lines 2.13 Hz apart, up to 22.54 Hz" in str(study)
 
 
+@pytest.mark.slow
 def test_unrelated_lines_are_no_comb():
     study = al.improve(_lines([3.3, 4.7, 8.9, 16.9, 23.2, 31.8], 0.012, 2), "N")
     assert [len(e.lines) for e in study.fit.model if e.kind == "sinusoid"] == [1] * 6

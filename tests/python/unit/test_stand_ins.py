@@ -67,6 +67,7 @@ def test_shapes_are_looked_for_again_once_the_functions_of_time_are_known():
     assert fit.estimates[-1]["q_c"].detected
 
 
+@pytest.mark.slow
 def test_a_slow_function_is_looked_for_with_the_amplitudes_of_the_others_free():
     """A warm-up beside a temperature that warms up too: the coefficient had halved for it, and it was not looked at."""
     rng = np.random.default_rng(5)
@@ -112,6 +113,7 @@ def test_a_power_law_gives_way_to_a_walk_and_a_lag():
     assert study.adequate
 
 
+@pytest.mark.slow
 def test_the_filter_of_the_model_is_designed_anew_beside_what_was_missing():
     """Flicker that shows through the stop band had given the filter another design; a resonance mended it, or two."""
     rng = np.random.default_rng([0, 11])

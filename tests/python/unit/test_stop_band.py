@@ -49,6 +49,7 @@ def test_a_filter_of_the_whole_record_is_found_and_hardly_more(name):
     assert study.fit["N"].value == pytest.approx(N, rel=0.03)
 
 
+@pytest.mark.slow
 def test_what_is_not_judged_is_said():
     samples = FILTERED["butterworth 4, 10 Hz"](1)
     fit = al.fit_model(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K+BW")
@@ -90,6 +91,7 @@ def test_few_samples_are_not_empty_by_chance():
         assert all(_seen(rng.standard_normal(size)) == [] for _ in range(20))
 
 
+@pytest.mark.slow
 def test_the_border_of_an_empty_band_hides_no_line():
     samples = FILTERED["butterworth 4, 10 Hz"](5) + 0.01 * np.sin(2 * np.pi * 4.0 * _time())
     behind = "N+B+K+BW(cutoff=10, order=4, design=digital)"

@@ -77,6 +77,7 @@ MODELS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", MODELS)
 def test_a_fit_of_the_summary_is_that_of_the_record(short, asked):
     r = simulated(MODELS[asked], seed=3)
@@ -109,6 +110,7 @@ def test_checks_and_ladders_are_those_of_the_record(short):
     assert ours.to_dict()["recording"]["n"] == r.n
 
 
+@pytest.mark.slow
 def test_a_change_of_level_is_seen_over_time(short):
     r = simulated("N(N=1)+LEVEL(start=1000,end=2000,factor=1.1)", seed=6)
     check = al.parse_model("N").fit(al.summarise(r)).check()
@@ -120,6 +122,7 @@ def test_a_change_of_level_is_seen_over_time(short):
     assert float(found.factor) == pytest.approx(1.1, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_temperature_explains_its_part(short):
     t = np.arange(int(RATE * SECONDS)) / RATE
     warm = {"temperature": 20.0 + 5.0 * np.sin(2 * np.pi * t / 1000.0) + t / 1000.0}
@@ -131,6 +134,7 @@ def test_a_temperature_explains_its_part(short):
     assert abs(float(ours["COV"]["coefficient"]) - float(value)) < 0.1 * value.std_error
 
 
+@pytest.mark.slow
 def test_a_short_record_is_kept_whole():
     r = simulated("N(N=1)+K(K=0.01)").trim(0.0, 2000.0)
     s = al.summarise([r.trim(0.0, 1000.0), r.trim(1000.0)])
@@ -157,6 +161,7 @@ def test_saved_pickled_and_columns(short, tmp_path):
     assert s.n == 100_000
 
 
+@pytest.mark.slow
 def test_a_mapped_file_is_let_go_as_it_is_read(tmp_path):
     status = Path("/proc/self/status")
     if not status.is_file() or "RssFile" not in status.read_text():

@@ -38,6 +38,7 @@ def _kinds(study):
     return [effect.kind for effect in study.fit.model]
 
 
+@pytest.mark.slow
 def test_a_band_within_a_bin_is_that_of_the_record():
     rng, x = _white(1)
     x += g.resonance(rng, LENGTH, RATE, 1.3, 0.002, 0.02)
@@ -105,6 +106,7 @@ def test_neither_where_nothing_is_kept_nor_where_much_is_missing():
     assert data.most_sections((17.0, 18.0), 64, 8.0) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_level_that_changes_is_put_into_the_model(seed):
     x = g.louder(_white(seed)[1], RATE, 1000.0, 2000.0, 1.2)
@@ -121,6 +123,7 @@ def test_a_level_that_changes_is_put_into_the_model(seed):
     assert study.fit["N"].value == pytest.approx(0.0126, rel=0.02)
 
 
+@pytest.mark.slow
 def test_several_levels_are_put_into_the_model():
     x = g.louder(_white(7)[1], RATE, 800.0, 1300.0, 1.4)
     x = g.louder(x, RATE, 2100.0, 3000.0, 0.7)

@@ -49,6 +49,7 @@ def _lost(kind, rng, n=LENGTH):
     return bad
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", ["single samples", "dropouts", "pauses", "a tenth at once", "end"])
 @pytest.mark.parametrize("noise", ["N", "N+K", "N+GM", "N+RES"])
 def test_gaps_invent_nothing(short, noise, lost):
@@ -70,6 +71,7 @@ def test_gaps_invent_nothing(short, noise, lost):
                 assert abs(float(found[name]) - float(value)) < allowed * value.std_error, name
 
 
+@pytest.mark.slow
 def test_a_step_beside_a_gap_is_still_found(short):
     rng = np.random.default_rng(5)
     x = _noise("N", rng) + g.step(LENGTH, RATE, 1200.0, 0.2)

@@ -45,6 +45,7 @@ TRUTH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMS)
 def test_each_form_is_named_and_measured(kind):
     rng = np.random.default_rng([5, *kind.encode()])

@@ -85,6 +85,7 @@ FOUND = {
 }
 
 
+@pytest.mark.slow
 @given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from("Dd"), st.integers(0, 17))
 def test_exponents_of_fortran_are_those_of_c(tmp_path_factory, value, mark, digits):
     cell = f"{value:.{digits}e}"
@@ -187,6 +188,7 @@ def test_no_file_a_directory_no_column(tmp_path, log):
         _core.read_text(log("1,2\n"), "ab")
 
 
+@pytest.mark.slow
 def test_large_file_in_pieces(log):
     # Several chunks, each in several pieces; the bad cell is named by its line of the whole file.
     x = np.random.default_rng(0).normal(size=(200_000, 4))
@@ -237,6 +239,7 @@ cell = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(
     data=st.data(),

@@ -16,6 +16,8 @@ from allanite.effects import Covariate
 from allanite.effects._follower import lagged
 from documents import valid
 
+pytestmark = pytest.mark.slow
+
 
 def recording(columns, temperature, unit="deg/s", rate=1.0):
     names = list(columns)

@@ -113,6 +113,7 @@ def test_a_day_and_a_time_of_the_day_past_midnight(tmp_path):
 UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     st.sampled_from([1.0, 5.0, 10.0, 100.0, 200.0, 1000.0]),

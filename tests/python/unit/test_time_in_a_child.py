@@ -74,6 +74,7 @@ def _rows(stamps, name):
     return "\n".join(lines + [f"{t},{x:.6f}" for t, x in zip(stamps, noise, strict=True)]) + "\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_rate_and_the_gaps_or_one_line(case, tmp_path):
     stamps, name, rate, gap = CASES[case]
@@ -93,6 +94,7 @@ START = np.datetime64("2026-01-31T12:00:00.000")
 DATES = START + np.arange(2000) * np.timedelta64(10, "ms")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("packed", [False, True])
 def test_date_times_behind_a_preamble(packed, tmp_path):
     text = "# logger 7\n# serial 12\n" + _rows(DATES.astype(str), "time")
@@ -101,6 +103,7 @@ def test_date_times_behind_a_preamble(packed, tmp_path):
     assert _read(path)["rate"] == pytest.approx(100.0)
 
 
+@pytest.mark.slow
 def test_dates_that_begin_with_the_day(tmp_path):
     """31.01.2026 12:00:00.010: read, or refused in one line."""
     path = tmp_path / "log.csv"

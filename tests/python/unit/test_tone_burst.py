@@ -104,6 +104,7 @@ def test_its_intervals_hold_the_truth():
     assert max(missed.values()) <= 5, missed
 
 
+@pytest.mark.slow
 def test_a_line_and_a_resonance_that_are_always_there_are_none():
     rng = np.random.default_rng(6)
     line = _recording(_noise(rng) + g.sinusoid(LENGTH, RATE, 12.3, 0.012))
@@ -122,6 +123,7 @@ def test_without_values_it_is_looked_for():
     assert fit["TONE.start"].value == pytest.approx(400.0, abs=20.0)
 
 
+@pytest.mark.slow
 def test_what_fades_is_one_narrow_band():
     rng = np.random.default_rng(8)
     t = np.arange(LENGTH) / RATE

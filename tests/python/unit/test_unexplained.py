@@ -57,6 +57,7 @@ def test_it_is_simulated_and_saved(record, tmp_path):
     np.testing.assert_allclose(again.model.psd(f, RATE), fit.model.psd(f, RATE), rtol=0.1)
 
 
+@pytest.mark.slow
 def test_white_noise_has_none():
     record = shaped(np.ones(FREQUENCY.size), 3)
     fit = al.fit_model(record, "N+X")
@@ -120,6 +121,7 @@ def test_two_lines_at_one_frequency_are_both_put_back():
     )
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_grouped_by_the_misfit_it_explains():
     truth = al.parse_model("N(N=0.01)+SIN(f=2.5,A=0.01)+STEP(time=200,height=0.02)")
     record = truth.simulate(duration=600, rate=10, seed=1, unit="deg/s")

@@ -164,6 +164,7 @@ TERMS = st.lists(
 )
 
 
+@pytest.mark.slow
 @given(TERMS, st.sampled_from(["·", "*", " "]))
 def test_conversions_are_reciprocal_and_spelling_does_not_matter(terms, times):
     first = times.join(f"{u}^({p})" for u, p in terms)

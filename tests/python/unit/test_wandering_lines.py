@@ -10,6 +10,7 @@ RATE, LENGTH = 50.0, 25_000
 DURATION = LENGTH / RATE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "half_width"), [(0, 3e-4), (2, 1e-3), (9, 3e-4), (18, 3e-4), (20, 1e-3), (23, 1e-3)]
 )
@@ -23,6 +24,7 @@ def test_a_line_that_wanders_is_no_pair_that_cancels(seed, half_width):
     assert study.adequate, study
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apart", [1.5, 2.5, 6.0])
 def test_two_that_beat_stay_two(apart):
     rng = np.random.default_rng(7)
@@ -35,6 +37,7 @@ def test_two_that_beat_stay_two(apart):
     assert study.adequate, study
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_side_lobes_of_a_strong_line_are_no_line(seed):
     """Of a line twice the noise they had been a second one, which was said to wander."""

@@ -48,6 +48,7 @@ def test_a_high_pass_near_half_of_the_nyquist_frequency_forgets_at_once():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "source"),
     [
@@ -109,6 +110,7 @@ def test_a_low_pass_of_all_that_is_none_is_refused(name, said):
         al.parse_model(f"N(N=1)+{name}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("order", "cutoff"), [(1, 20.0), (2, 20.0), (4, 30.0)])
 def test_a_low_pass_behind_the_sensor_leaves_b_what_it_is(order, cutoff):
     """Flicker of a corner at 0.1 Hz passes it like white noise; B had been "not detected (< 0.00027)", or a lag."""
@@ -164,6 +166,7 @@ def test_pieces_of_a_filtered_record_are_the_record():
     assert np.std(np.array(starts)[:, :5]) == pytest.approx(np.std(whole.samples), rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["HP(f=0.5,order=1)", "HP(f=0.5,order=2)", "NOTCH(f=20,Q=3)", LOW_PASSES[2]]
 )
@@ -205,6 +208,7 @@ def test_a_hidden_notch_is_named_first():
     assert study.adequate, study
 
 
+@pytest.mark.slow
 def test_a_hidden_high_pass_is_named_first():
     study = al.improve(_behind(2, *signal.butter(1, 0.2, "high", fs=RATE)), "N+B+K")
     first = study.ladder[1].added
@@ -234,6 +238,7 @@ def test_no_drift_takes_the_place_of_a_process_behind_a_high_pass():
     assert not drifts & {kind for pair in fit.together(1) for kind in pair.kinds}
 
 
+@pytest.mark.slow
 def test_a_lag_is_no_high_pass():
     """K behind a high-pass has the spectrum of a lag: where nothing falls below N it is called a lag."""
     rng = np.random.default_rng(3)
@@ -244,6 +249,7 @@ def test_a_lag_is_no_high_pass():
     assert "high_pass" not in kinds
 
 
+@pytest.mark.slow
 def test_a_notch_that_leaves_nothing_is_where_it_is():
     """At the end of the range of one shape the others stay: a second search was 1500 of logL lower, in 5 of 12 records."""
     rng = np.random.default_rng(3)

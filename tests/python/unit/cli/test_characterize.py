@@ -118,6 +118,7 @@ def test_several_columns_in_every_command(run, six, tmp_path):
         assert [d["recording"]["column"] for d in strict(out)["columns"]] == ["gyro_x", "acc_x"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_an_interrupt_ends_it_at_once(tmp_path):
     # Long enough that the first steps of both columns take seconds.

@@ -64,6 +64,7 @@ def test_adev(run, log, tmp_path):
     assert ratio == pytest.approx(np.pi / 180)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "schema"), [("fit", "fit/1"), ("check", "check/2"), ("improve", "improve/2")]
 )
@@ -122,6 +123,7 @@ def test_a_saved_fit_goes_everywhere(run, log, tmp_path):
     assert run("fit", log, "--model", model)[0] == 0
 
 
+@pytest.mark.slow
 def test_a_model_that_is_not_adequate_is_said_by_fit_and_export(run, tmp_path):
     white = RNG.standard_normal(20_000)
     log, model = tmp_path / "filtered.npz", tmp_path / "model.json"
@@ -144,6 +146,7 @@ def test_a_model_that_is_not_adequate_is_said_by_fit_and_export(run, tmp_path):
     assert "the fit is not adequate" in first
 
 
+@pytest.mark.slow
 def test_check_strict(run, tmp_path):
     needs("deviation")
     t = np.arange(20_000) / 100
@@ -177,6 +180,7 @@ def test_notes_of_the_audit_are_shown_unless_quiet(run, tmp_path):
     assert document["recording"]["audit"][0]["kind"] == "clipping"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ESTIMATORS)
 def test_every_kind_of_deviation(run, tmp_path, kind):
     needs("deviation")

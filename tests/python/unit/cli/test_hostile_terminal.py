@@ -22,6 +22,7 @@ def log(tmp_path):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["text", "json"])
 @pytest.mark.parametrize("command", COMMANDS)
 def test_nothing_speaks_to_the_terminal(run, log, command, form):
@@ -44,6 +45,7 @@ def quiet(run, *words):
     return out + err
 
 
+@pytest.mark.slow
 def test_files_that_are_written_are_named_in_letters(run, log):
     folder, name = log.parent, log.stem
     model, sent = folder / f"{name}.json", folder / f"{name}.yaml"
@@ -62,6 +64,7 @@ def test_models_whose_columns_speak_to_terminals(run, log):
     assert "gx" in quiet(run, "export", model, "--format", "kalibr", "-o", log.parent / "x.yaml")
 
 
+@pytest.mark.slow
 def test_a_fleet_of_logs_with_such_names(run, log):
     (log.parent / "fleet").mkdir()
     log = log.rename(log.parent / "fleet" / log.name)

@@ -12,6 +12,8 @@ from allanite.cli.output import save_fits
 from allanite.common.errors import InputError
 from allanite.effects.files import model_to_dict, parse_model
 
+pytestmark = pytest.mark.slow
+
 
 def run(*arguments):
     result = CliRunner().invoke(cli, ["predict", *arguments], catch_exceptions=True)

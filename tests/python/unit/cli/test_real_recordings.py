@@ -6,6 +6,7 @@ import pytest
 from command_line import strict
 
 
+@pytest.mark.slow
 @pytest.mark.data
 def test_adev_agrees_with_the_published_curve_of_an_adis16405(run, data):
     with np.load(data("avar_curves.npz")) as curves:

@@ -36,6 +36,7 @@ def test_a_model_file_is_no_log(run, log, tmp_path):
     assert "model file" not in run("fit", text, "--rate", 1)[2]
 
 
+@pytest.mark.slow
 def test_progress_of_a_fleet_is_for_a_terminal(run, log, tmp_path):
     code, _, err = run("fleet", log, "--out", tmp_path / "fleet.csv", "--model", "N")
     assert (code, err) == (0, "")

@@ -66,6 +66,7 @@ def test_a_field_that_no_schema_knows_is_found():
         valid({"schema": "allanite/adev/1", "version": "", **document})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", [["gyro_x"], ["gyro_x", "gyro_y"]], ids=["one", "two"])
 @pytest.mark.parametrize("command", ["fit", "check", "adev", "improve"])
 def test_commands_that_read_a_log(said, folder, command, columns):
@@ -90,6 +91,7 @@ def test_inspect(said, folder):
     said("inspect", folder / "two.csv", "--json")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [("--find=GM(T=3,q_c=0.02)",), ("--know=K",)])
 @pytest.mark.parametrize("length", [("--rate=10",), ("--duration=120", "--rate=50")])
 def test_plan(said, asked, length):
@@ -119,6 +121,7 @@ def test_watch(said, folder):
     said("watch", folder / "bare.csv", "--model=N(N=0.0126)", *READ[:4])
 
 
+@pytest.mark.slow
 def test_fleet(said, folder, tmp_path):
     said("fleet", folder / "units", "--out", tmp_path / "fleet.csv", "--model=N", *READ)
 
@@ -151,6 +154,7 @@ def test_simulate(said, tmp_path):
     assert document["recording"]["n"] == 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", [["gyro_x"], ["gyro_x", "gyro_y"]], ids=["one", "two"])
 def test_report(said, folder, columns):
     chosen = [f"--column={name}" for name in columns]

@@ -10,6 +10,7 @@ from command_line import needs, piped, refused, strict
 RNG = np.random.default_rng(7)
 
 
+@pytest.mark.slow
 def test_a_log_from_a_pipe(run, log, tmp_path):
     needs("deviation")
     code, out, err = piped(log.read_bytes(), "fit", "-", "--model", "N", "--json")
@@ -129,6 +130,7 @@ def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path):
     refused(piped(text, "adev", "-"), 2, "time column", "row 100")
 
 
+@pytest.mark.slow
 def test_a_stream_reads_the_unit_in_a_name(run, tmp_path):
     path = tmp_path / "dps.csv"
     x = np.random.default_rng(3).standard_normal(60)
@@ -138,6 +140,7 @@ def test_a_stream_reads_the_unit_in_a_name(run, tmp_path):
     assert not stream["recording"]["audit"]
 
 
+@pytest.mark.slow
 def test_what_a_stream_does_not_need_may_be_text(run, tmp_path):
     path = tmp_path / "notes.csv"
     x = np.random.default_rng(3).standard_normal(60)
@@ -168,12 +171,14 @@ def test_large_integers_in_chunks(run, tmp_path, monkeypatch):
         assert chunked["points"][0]["deviation"] == pytest.approx(expected)
 
 
+@pytest.mark.slow
 def test_averaging_times_that_a_stream_does_not_have():
     text = b"x\n" + b"1\n2\n" * 50
     for taus in ("0", "1000"):
         refused(piped(text, "adev", "-", "--rate", 1, "--taus", taus), 2, f"--taus {taus}")
 
 
+@pytest.mark.slow
 def test_bad_pipes():
     refused(piped(b"x\n1\n2\nthree\n", "fit", "-", "--rate", 1), 2, "standard input", "three")
     refused(piped(b"", "fit", "-", "--rate", 1), 2, "standard input", "empty")
@@ -235,6 +240,7 @@ def test_a_link_stays_a_link_and_a_pipe_a_pipe(tmp_path):
     assert pipe.is_fifo()
 
 
+@pytest.mark.slow
 def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypatch):
     rows = [f"{k},{k % 7}" for k in range(60)]
     rows[7] = "7,inf"
@@ -261,6 +267,7 @@ def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypat
     refused(run("adev", path, "--rate", 1), 2, "x.npy", words)
 
 
+@pytest.mark.slow
 def test_no_row_of_a_pipe_is_lost_to_a_comment():
     rows = [f"{0.1257 + k % 7:.4f}" for k in range(40)]
     rows[0] += " # note"

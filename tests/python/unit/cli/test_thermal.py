@@ -23,6 +23,7 @@ def warm_up(tmp_path):
 READ = ("--rate", 1, "--unit", "deg/s", "--quiet")
 
 
+@pytest.mark.slow
 def test_text_json_figure_and_parameters(run, warm_up, tmp_path):
     figure, parameters = tmp_path / "law.svg", tmp_path / "tc.params"
     code, out, err = run(
@@ -40,6 +41,7 @@ def test_text_json_figure_and_parameters(run, warm_up, tmp_path):
     assert low < 0.004 < high
 
 
+@pytest.mark.slow
 def test_the_parameters_alone_on_standard_output(run, warm_up):
     code, out, err = run("thermal", warm_up, *READ, "--export", "ardupilot")
     assert code == 0, err

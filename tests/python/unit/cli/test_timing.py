@@ -12,6 +12,8 @@ from allanite.clocks.noise import thinned
 from allanite.clocks.verdicts import averages, low_passed, verdicts
 from documents import valid
 
+pytestmark = pytest.mark.slow
+
 
 def phase_of(model, n, seed, rate=1.0):
     clock = al.parse_model(model).simulate(n=n - 1, rate=rate, seed=seed, unit="1")

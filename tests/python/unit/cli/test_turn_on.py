@@ -36,6 +36,7 @@ def found(given):
     return turn_on_biases(given[:1], [[log] for log in given[1:]])["gx"]
 
 
+@pytest.mark.slow
 def test_the_interval_of_the_spread_covers():
     """95 % of 400: between 92 and 98 % but once in 300 (three deviations of 1.1 %)."""
     inside = [

@@ -91,6 +91,7 @@ def test_rounding_behind_a_filter_is_not_added_twice():
         np.testing.assert_allclose(curves[1] / curves[0], 1.0, atol=4 * 0.011)
 
 
+@pytest.mark.slow
 def test_the_same_seed_is_the_same_twin_and_axes_are_independent():
     found = al.characterize(six_axes(2000, models=("N(N=0.01)",) * 3 + ("N(N=0.001)",) * 3), "N")
     one, same, other = (found.simulate(seed=s) for s in (1, 1, 2))

@@ -41,6 +41,7 @@ def last(out):
     return json.loads(out.splitlines()[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("header", "factors", "options", "holds"),
     [
@@ -63,6 +64,7 @@ def test_the_column_that_is_meant_is_watched(run, tmp_path, model, header, facto
     assert (code, last(out)["samples"], last(out)["holds"]) == (0, 3000, holds), err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("header", "column", "words"),
     [
@@ -127,6 +129,7 @@ def test_a_binary_log_is_refused(run, tmp_path, model):
     assert "log.npz" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("louder", [1, 3])
 def test_a_phase_is_watched_by_its_differences(run, tmp_path, louder):
     model = tmp_path / "clock.json"

@@ -208,6 +208,7 @@ def test_a_working_log_that_does_not_fit_is_refused(run, tmp_path):
     refused(run("characterize", rest, "--inflate", "0"), 2, "--inflate")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["kalibr", "gtsam", "kfgins", "gazebo", "json", "statespace"])
 def test_inflation_multiplies_every_number_and_is_recorded(target):
     fit = al.fit_model(logs(5, None)[0], "N+K").to_dict()

@@ -101,6 +101,7 @@ def one_line(code, said):
     assert re.search(r"/faulty[^/]*/x[._]", said), said
 
 
+@pytest.mark.slow
 def test_everything_that_writes_is_whole():
     """Files are opened for writing by `whole_file` alone; the others are temporary or say themselves what is lost."""
     known = {
@@ -130,6 +131,7 @@ def _writes(call):
     return call.func.attr == "open" and bool(modes) and str(modes[0])[:1] in "wax"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="Windows does not let a mapped file be cut")
 @pytest.mark.parametrize("command", ["adev", "fit"])
 def test_a_file_that_is_cut_under_its_memory_map_is_one_line(tmp_path, command):

@@ -210,6 +210,7 @@ def test_a_log_is_not_replaced_by_the_table(tmp_path):
     assert (folder / "unit0.csv").read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_an_interrupt_keeps_finished_logs_and_ends_the_run(faults, tmp_path):
     folder = write_logs(tmp_path / "logs", ["a", "hangs"])

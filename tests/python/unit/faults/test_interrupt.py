@@ -40,6 +40,7 @@ def interrupted(process):
     assert err.strip() == b"allanite: interrupted", err
 
 
+@pytest.mark.slow
 def test_while_a_file_is_written(tmp_path):
     needs("simulate")
     with started(*LONG, tmp_path / "x.csv") as process:
@@ -49,6 +50,7 @@ def test_while_a_file_is_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("swallowed", ["swallowed", "heard"])
 @pytest.mark.parametrize("number", [1, 2, 5, 12, 30])
 def test_while_modules_are_imported(tmp_path, number, swallowed):
@@ -81,6 +83,7 @@ main()
     assert err.endswith(b"allanite: interrupted\n")
 
 
+@pytest.mark.slow
 def test_twice_is_once(tmp_path):
     with started(*LONG, tmp_path / "x.csv") as process:
         until(lambda: any(tmp_path.iterdir()) or process.poll() is not None)

@@ -79,6 +79,7 @@ def test_a_crash_is_one_line(call):
         call("crash")
 
 
+@pytest.mark.slow
 @posix
 def test_a_function_that_never_ends_is_stopped(call):
     before = time.monotonic()
@@ -89,6 +90,7 @@ def test_a_function_that_never_ends_is_stopped(call):
     assert time.monotonic() - before < 60
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="macOS does not limit the address space")
 def test_the_memory_is_limited(call, monkeypatch):
     with pytest.raises(InputError, match="needs more memory than"):
@@ -98,6 +100,7 @@ def test_the_memory_is_limited(call, monkeypatch):
         call("fill", Limits(cpu=20, wall=300))
 
 
+@pytest.mark.slow
 def test_errors_come_back(call):
     with pytest.raises(InputError, match="no rate: give rate=") as caught:
         call("refuse")
@@ -150,6 +153,7 @@ def test_modules_of_the_working_folder_are_not_executed(call, tmp_path, monkeypa
     assert Path(module).parent != poisoned
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.skipif(sys.platform != "linux", reason="ulimit -v is Linux's")
 def test_a_limit_of_the_shell_stays_and_no_abort_follows(tmp_path):

@@ -28,6 +28,7 @@ def temporary(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_uploads_of_a_killed_page_go_with_the_next_start(temporary):
     pytest.importorskip("starlette")
     from allanite.page.source import Uploads

@@ -47,6 +47,7 @@ def words(tmp_path):
     return lambda arguments: [word.format(**names) for word in arguments]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITING)
 def test_a_file_that_cannot_grow_leaves_the_old_one(run, words, tmp_path, name):
     """Nothing is written half: neither a draft nor a part of the file is left."""

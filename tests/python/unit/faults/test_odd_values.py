@@ -25,6 +25,7 @@ def test_a_fit_refuses_samples_whose_fourth_power_is_no_double(scale):
         al.fit_model(recording, "N")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-70, 1e70])
 def test_a_fit_of_very_small_or_large_samples_is_scaled(scale):
     one, other = (
@@ -130,6 +131,7 @@ def test_a_record_that_stands_still_but_for_a_few_changes_has_no_noise(events, m
         al.improve(recording, model)
 
 
+@pytest.mark.slow
 def test_a_deviation_of_zero_is_no_error_in_per_cent(tmp_path):
     """Every seventh sample of the Allan variance of a sawtooth is exactly 0."""
     recording = al.Recording(np.arange(4000) % 7 * 1.0, rate=10.0, unit="deg/s")

@@ -21,6 +21,8 @@ from allanite.cli import COMMANDS
 from command_line import until
 from every_command import LOG, RUNS, write_logs
 
+pytestmark = pytest.mark.slow
+
 SCRIPT = """
 from allanite.cli import main
 

@@ -64,6 +64,7 @@ main()
     assert [p.name for p in tmp_path.iterdir()] == ["x.npy"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lines", "arguments"),
     [
@@ -84,6 +85,7 @@ def test_a_command_ends_with_0_when_the_reader_of_its_pipe_ends(lines, arguments
         assert (process.wait(60), said) == (0, b"")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shell", [">&-", "<&-", "2>&-", "<&- >&- 2>&-"])
 def test_closed_streams(log, shell):
     code, _, err = command("adev", log, "--rate", 1, shell=shell)
@@ -94,6 +96,7 @@ def test_closed_streams(log, shell):
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_bare_environments(log, tmp_path):
     bare = {
         k: v for k, v in os.environ.items() if k not in ("HOME", "LANG", "LC_ALL", "PYTHONUTF8")
@@ -109,6 +112,7 @@ def test_bare_environments(log, tmp_path):
     one_line(command("adev", "gyro\udcff\x1b[31m.csv", env=bare), 2, "no such file", r"\x1b")
 
 
+@pytest.mark.slow
 def test_a_folder_that_may_not_be_written():
     """Root writes everywhere: it becomes another user, who may not read the library any more.
 
@@ -133,6 +137,7 @@ main()
         folder.chmod(stat.S_IRWXU)
 
 
+@pytest.mark.slow
 def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path):
     target = tmp_path / "x.csv"
     with started(*SIMULATE[:-1], 30_000_000, "-o", target) as process:

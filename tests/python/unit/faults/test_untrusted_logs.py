@@ -186,6 +186,7 @@ def test_text_that_needs_more_than_the_budget(tmp_path, monkeypatch):
     refused(tmp_path / "x.csv", r"2 columns needs 3\.84 MB of memory, more than 2 MB")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["parquet", "feather"])
 def test_columns_of_text_and_lists_are_not_read(tmp_path, forked, monkeypatch, kind):
     """750 bytes once grew beyond 3 GB, for a column that nobody asked for."""
@@ -215,6 +216,7 @@ def test_arrays_of_matlab_that_are_too_large_together(tmp_path, monkeypatch):
 # -- readers that never end ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".ulg", ".bin", ".h5"])
 def test_every_reader_of_a_foreign_library_has_a_deadline(tmp_path, forked, monkeypatch, suffix):
     from allanite.readers import FORMATS, _isolated
@@ -244,6 +246,7 @@ def test_every_reader_of_a_foreign_library_is_isolated():
     assert all(hasattr(read, "__wrapped__") for read in others)
 
 
+@pytest.mark.slow
 def test_a_lack_of_memory_is_no_damage(tmp_path, forked, monkeypatch):
     from allanite.readers import FORMATS
 

@@ -35,6 +35,7 @@ def last(out):
 # -- odd samples -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1e20, 1e155, 1e308, -1e308])
 def test_a_huge_sample_leaves_numbers_and_later_changes_are_found(tmp_path, size):
     watch, x = Watch(al.parse_model("N(N=0.1)"), 100.0), noise(20_000)
@@ -99,6 +100,7 @@ def test_a_line_without_end_is_refused_in_little_memory(monkeypatch, tmp_path):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.slow
 def test_a_long_line_on_a_pipe_is_one_line_of_complaint():
     refused(piped(b"1" * (3 * MAX_LINE), "watch", "-", *MODEL), 2, "standard input", "longer than")
 
@@ -120,6 +122,7 @@ def test_an_address_in_use_is_said(run):
 ENDS = {signal.SIGTERM: 143, signal.SIGINT: 130}
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("number", ENDS)
 def test_a_signal_loses_no_row_of_a_pipe(tmp_path, number):
@@ -137,6 +140,7 @@ def test_a_signal_loses_no_row_of_a_pipe(tmp_path, number):
     assert json.loads(state.read_text())["taken"] == 227
 
 
+@pytest.mark.slow
 @posix
 def test_a_signal_loses_no_datagram(tmp_path):
     state = tmp_path / "state"

@@ -15,6 +15,8 @@ from allanite.plots.spec import Bars, HeatMap, Line, Note, Points, Rule, Span
 from allanite.study import Rung, Study
 from allanite.suggestion import Check
 
+pytestmark = pytest.mark.slow
+
 
 def test_check_shades_what_fails_and_names_the_first_suggestion(check):
     figure = plot_check(check)

@@ -57,6 +57,7 @@ def everything():
     return Figure("title", "first line\nsecond line", panels, widths=(2.0, 1.0, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "start"), [("svg", b"<?xml"), ("PNG", b"\x89PNG"), ("pdf", b"%PDF")]
 )
@@ -81,6 +82,7 @@ def test_nothing_global_is_touched(everything):
     assert dict(mpl.rcParams) == before
 
 
+@pytest.mark.slow
 def test_pyplot_is_not_imported():
     code = (
         "import sys, numpy as np, allanite as al\n"

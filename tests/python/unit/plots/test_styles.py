@@ -27,6 +27,7 @@ def texts(canvas):
     return [t for t in canvas.findobj(Text) if t.get_text()]
 
 
+@pytest.mark.slow
 def test_paper_is_one_column_of_8_points_without_a_title(fits):
     figure = fits[0].plot()
     canvas = drawn(figure, "paper")
