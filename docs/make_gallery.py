@@ -29,9 +29,11 @@ PAGE = FOLDER / "README.md"
 WITHIN = 5.0
 HEAD = """# Real sensors
 
-What the loop does on recordings that other people made, at rest, and that nobody prepared for it. Every section is written
-by `make gallery` from what the program finds. What was expected of it was written down before, and stands beside what was
-found, also where it was not found. The recordings are not part of this project; their sources are named.
+Other people made these recordings of sensors at rest, and nobody prepared them for allanite. `make gallery` writes each
+section from the results of the program. The expectations were written down before the program saw a recording. The page
+also shows expectations that were not met. The recordings are not part of this project; their sources are named.
+
+[Reading the numbers](../reading-the-numbers.md) explains the columns of the tables.
 """
 
 
@@ -74,7 +76,7 @@ def write(sections: dict[str, str]) -> None:
 
 
 def share(sections: list[str]) -> str:
-    """How many records end well, and how many of the expectations hold."""
+    """Count of adequate models and of expectations that were met."""
     adequate = sum("Nothing significant is left." in text for text in sections)
     near = 0
     for text in sections:
@@ -84,8 +86,8 @@ def share(sections: list[str]) -> str:
     hold, fail = (sum(text.count(word) for text in sections) for word in ("| yes |", "| **no** |"))
     believed = sum("| **no** |" not in text for text in sections)
     return (
-        f"Of {len(sections)} records {adequate} end adequate and {near} more within {WITHIN:g} % of the spectrum. Of the"
-        f" {hold + fail} things that were expected {hold} were found; in {believed} records all of them."
+        f"Of {len(sections)} records, {adequate} end with an adequate model, and {near} more within {WITHIN:g} % of the"
+        f" spectrum. Of {hold + fail} expectations, {hold} were met; in {believed} records all of them."
     )
 
 
@@ -115,8 +117,10 @@ def section(record: Record, path: Path) -> str:
             [(e.claim, e.found, "yes" if e.holds else "**no**") for e in expected],
         ),
         f"![Where {record.model} fails]({first_png})",
-        "Missing first, by evidence: " + (suggestions(first) or "nothing significant") + ".",
-        f"![The ladder]({ladder_png})",
+        "Missing in the first model, best evidence first: "
+        + (suggestions(first) or "nothing significant")
+        + ".",
+        f"![The steps of model building]({ladder_png})",
         ladder(study),
         left(study),
     ]
@@ -127,10 +131,10 @@ def section(record: Record, path: Path) -> str:
 
 
 def suggestions(check: al.Check) -> str:
-    """The first three with their numbers and rivals."""
+    """The first three suggestions with their parameters and alternatives."""
     told = []
     for s in check.significant[:3]:
-        rivals = f"; rivals {', '.join(s.rivals)}" if s.rivals else ""
+        rivals = f"; alternatives {', '.join(s.rivals)}" if s.rivals else ""
         numbers = values_text(s.effect, s.estimates)
         told.append(
             f"{check.fit.display_name(s.effect)} ({numbers}; ΔlogL {number(s.delta_log_likelihood)}{rivals})"
@@ -139,7 +143,7 @@ def suggestions(check: al.Check) -> str:
 
 
 def ladder(study: al.Study) -> str:
-    """The rungs as a table."""
+    """The steps as a table."""
     rows = []
     for rung, misfit in zip(study.ladder, study.misfit_left, strict=True):
         fit, e = rung.fit, rung.fit.error
@@ -151,10 +155,10 @@ def ladder(study: al.Study) -> str:
         left_over, discrepancy, rms, score = ("–" if v is None else number(v) for v in values)
         rows.append((added, fit.model.name, left_over, discrepancy, rms, worst, score))
     head = (
-        "rung",
+        "step",
         "model",
-        "misfit left, %",
-        "discrepancy, %",
+        "unexplained misfit, %",
+        "model discrepancy, %",
         "Allan error, % rms",
         "worst ratio",
         "predictive score",
@@ -168,8 +172,8 @@ def left(study: al.Study) -> str:
         return "Nothing significant is left."
     sentences = study.check.left
     why = {
-        "nothing helps": "no further effect of the catalogue lowers the error",
-        "limit": "the ladder was stopped at its longest",
+        "nothing helps": "no further effect of the catalog lowers the error",
+        "limit": "the search reached its limit of steps",
     }.get(study.stopped_because, study.stopped_because)
     text = f"Left unexplained ({why})"
     if not sentences:
