@@ -1,6 +1,7 @@
 """The benchmark of the decision layer: one command, one result file.
 
-    python benches/decisions/benchmark.py RESULT.json [--full] [--part effects|sets|nulls|speed] [--against OLD.json]
+    python benches/decisions/benchmark.py RESULT.json [--full] [--part effects|sets|nulls|speed]
+        [--against OLD.json] [--workers 2]
 
 It hides each effect of the catalogue alone in records (confusion matrix), hides sets of two and three, searches records
 that lack nothing (false additions over the whole search), and measures the CPU time of a search. All records come from
@@ -19,7 +20,7 @@ import os
 import subprocess
 import sys
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -160,20 +161,48 @@ def _jobs(part: str, full: bool) -> list[tuple[Any, ...]]:
     return [(one_null, name, seed) for seed in range(size) for name in CASES]
 
 
-def measure(parts: list[str], full: bool) -> dict[str, Any]:
-    """Results of all parts, as they go into the file."""
+def measure(path: Path, parts: list[str], full: bool, workers: int) -> dict[str, Any]:
+    """Results of all parts. Each search is written to the file when it ends; a repeated run of the same commit continues."""
     commit = subprocess.run(
         ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
     )
     result: dict[str, Any] = {"commit": commit.stdout.strip(), "full": full}
-    with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
+    if path.exists():
+        earlier = json.loads(path.read_text("utf-8"))
+        if all(earlier.get(name) == value for name, value in result.items()):
+            result = earlier
+    with ProcessPoolExecutor(max_workers=workers) as pool:
+        futures = {}
         for part in ("effects", "sets", "nulls"):
             if part in parts:
-                futures = [pool.submit(*job) for job in _jobs(part, full)]
-                result[part] = [future.result() for future in futures]
+                done = {_name(one) for one in result.setdefault(part, [])}
+                jobs = [job for job in _jobs(part, full) if _name_of_job(job) not in done]
+                futures.update({pool.submit(*job): part for job in jobs})
+        for future in as_completed(futures):
+            result[futures[future]].append(future.result())
+            _write(path, result)
     if "speed" in parts:
         result["speed"] = speed()
+        _write(path, result)
     return result
+
+
+def _name(one: dict[str, Any]) -> tuple[str, int]:
+    """Name and seed of the record of a result."""
+    return one.get("null") or one.get("set") or one["hidden"], one["seed"]
+
+
+def _name_of_job(job: tuple[Any, ...]) -> tuple[str, int]:
+    """Name and seed of the record that a job searches."""
+    _, *names, seed = job
+    return names[0] if len(names) == 1 else f"{names[0]} from {names[1]}", seed
+
+
+def _write(path: Path, result: dict[str, Any]) -> None:
+    """Replace the result file as a whole."""
+    new = path.with_suffix(".new")
+    new.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    new.replace(path)
 
 
 def shares(result: dict[str, Any]) -> dict[str, tuple[int, int]]:
@@ -240,9 +269,10 @@ def main() -> None:
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--part", action="append", choices=("effects", "sets", "nulls", "speed"))
     parser.add_argument("--against", type=Path)
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
     asked = parser.parse_args()
-    result = measure(asked.part or ["effects", "sets", "nulls", "speed"], asked.full)
-    asked.result.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    parts = asked.part or ["effects", "sets", "nulls", "speed"]
+    result = measure(asked.result, parts, asked.full, asked.workers)
     old = None if asked.against is None else json.loads(asked.against.read_text("utf-8"))
     print(told(result, old))
 
