@@ -1,14 +1,14 @@
 """One function for accelerometers and gyroscopes: five slopes and the Markov peak.
 
-A Julia package of a student of navigation asks for "the same function" for both sensors: samples in m/s², g, deg/h or deg/s
-go in, the curve and the coefficients come out in the same unit, each read where the IEEE standard says:
+A Julia package asks for "the same function" for both sensors. The function takes samples in m/s², g, deg/h or deg/s
+and returns the curve and the coefficients in the same unit. It reads each coefficient where the IEEE standard says:
 
     Q at τ = √3 (slope −1), N at 1 (−½), B ≫ 1/f_c (0), K at 3 (+½), R at √2 (+1),
     Gauss-Markov: a peak of 0.437 q_c √T at τ = 1.89 T.
 
-Here the readings are first checked on the exact curve of each effect alone, then made on records of both sensors beside a
-fit. Lines have a limit that the second sensor shows: the flat top of a Markov peak passes for a plateau, and is read as a B
-that the sensor does not have.
+First the readings are checked on the exact curve of each effect. Then they are compared with a fit on records of both
+sensors. The second sensor shows a limit of the slope method: the flat top of a Markov peak looks like a plateau. It
+is read as a B that the sensor does not have.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def markov_peak(correlation_time: float = 60.0, q_c: float = 1.0) -> tuple[float
 
 
 def analyse(samples: np.ndarray, rate: float, unit: str, model: str) -> dict[str, float | None]:
-    """The one function: samples in any unit in, readings and fit in the same unit out."""
+    """Readings and fit of samples, in the unit of the samples."""
     print(f"{unit}:")
     recording = al.Recording(samples, rate=rate, unit=unit)
     curve = recording.oadev(taus=8)

@@ -1,4 +1,4 @@
-"""A cesium clock against a maser: does it meet the mask of a primary reference clock, and where is it an hour later?
+"""A cesium clock against a maser: the mask of a primary reference clock, and holdover over one hour.
 
 The phase of a 5071A at 1 Hz is a file of allantools (aewallin/allantools, tests/Cs5071A/5071A_phase.txt.gz). The example
 looks for it as clock_cs5071a_phase.npz (arrays data and rate_hz) in the folder named by ALLANITE_DATA.
@@ -20,7 +20,7 @@ NAME = "clock_cs5071a_phase.npz"
 
 
 def main(seconds: int = 86_400) -> dict[str, object] | None:
-    """Run the example on so many seconds; returns the result, or None without the recording."""
+    """Run the example on part of the recording; returns the result, or None without the recording."""
     path = Path(os.environ.get("ALLANITE_DATA", ".")) / NAME
     if not path.exists():
         print(

@@ -1,13 +1,13 @@
 """A gyroscope simulator: the five terms of IEEE 952 one by one and together, then two data sheets.
 
-A student project of 2019 ("Simulador de giróscopo y Allan variance") simulates each term from its coefficient (its Table
-2), looks at its density and its Allan curve, adds them up, and then tries the data sheets of a MEMS gyroscope and of a ring
-laser gyroscope. It ends with two puzzles, which are solved here:
+A student project of 2019 ("Simulador de giróscopo y Allan variance") simulates each term from its coefficient (its
+Table 2). It shows the density and the Allan curve of each term and of the sum. Then it uses the data sheets of a MEMS
+gyroscope and of a ring laser gyroscope. Two of its questions are answered here:
 
-* A data sheet's noise density of 0.03 deg/s/√Hz was used as an angle random walk of 0.03 deg/√h, "completely wrong" in its
-  own words: three recordings gave 1.4, 1.17 and 1.33 deg/√h. Units that are carried along say 1.27.
-* A linear grid of averaging times read other coefficients than a logarithmic one: on the MEMS gyroscope it reads an N that
-  is 10 to 25 times too large.
+* A data sheet's noise density of 0.03 deg/s/√Hz was used as an angle random walk of 0.03 deg/√h. The project calls
+  this "completely wrong": three recordings gave 1.4, 1.17 and 1.33 deg/√h. A conversion of units gives 1.27.
+* A linear grid of averaging times gives other coefficients than a logarithmic one. On the MEMS gyroscope its N is 10
+  to 25 times too large.
 
 Run it with a folder to get the figures: python examples/gyro_simulator.py figures
 """
@@ -42,7 +42,7 @@ READ_AT = {"Q": (3**0.5, 1.0), "N": (1.0, 1.0), "B": (100.0, FLICKER), "K": (3.0
 
 @dataclass
 class Term:
-    """One term: its effect, a simulated record, and what the record gives back, in the unit of Table 2."""
+    """One term: its effect, a simulated record, and the coefficients read and fitted, in the unit of Table 2."""
 
     effect: al.Effect
     recording: al.Recording
@@ -74,7 +74,7 @@ def term(name: str, hours: float, seed: int) -> Term:
 
 
 def fit_alone(effect: al.Effect, recording: al.Recording) -> al.Fit:
-    """A record of one term; a ramp without noise has nothing to be fitted against, so it gets some."""
+    """Fit of one term to its record. A ramp needs noise for a fit, so white noise is added."""
     if effect.kind != "rate_ramp":
         return effect.fit(recording)
     noise = al.AngleRandomWalk(N=si("N", 8e-3)).simulate(
@@ -128,7 +128,7 @@ def figure(terms: dict[str, Term], whole: al.Recording, model: al.Model) -> Figu
 
 
 def data_sheets() -> dict[str, float]:
-    """What the two data sheets really say."""
+    """Coefficients and crossing times of the two data sheets."""
     density = 0.03 * conversion("deg/s/√Hz one-sided", "deg/sqrt(h)")
     mems_b, mems_n = 18 * conversion("deg/h", "deg/s"), density * conversion("deg/sqrt(h)", "deg/s·s^½")  # fmt: skip
     rlg_n = 0.015 * conversion("deg/sqrt(h)", "deg/s·s^½")

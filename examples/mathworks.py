@@ -1,12 +1,12 @@
-"""The analysis of "Inertial Sensor Noise Analysis Using Allan Variance", end to end, and what it cannot show.
+"""The analysis of "Inertial Sensor Noise Analysis Using Allan Variance", and the effect that it misses.
 
-Its recording cannot be had, so a six-hour record with its N, K and B is simulated, with the two things added that its last
-paragraph says were left out: quantization and something thermal (here a lag of 10 minutes).
+The recording of that article is not available. Therefore a six-hour record with its N, K and B is simulated. Its last
+paragraph names two omitted effects, and both are added: quantization and a thermal effect (a lag of 10 minutes).
 
-1. The published recipe, as it is: nearest-slope points read at τ = 1, 3 and on the plateau.
-2. Lines that are judged: where each slope really holds, and "not present" where it does not.
-3. Our fit, a simulated twin of the fitted model, and the comparison: where the twin differs.
-4. The effects that are missing, found and added, and the twin of that model, which no longer differs.
+1. The published recipe: the points nearest to three slopes are read at τ = 1, 3 and on the plateau.
+2. Slope lines with the range of τ in which each slope holds, or "not present".
+3. A fit of N+B+K, and a simulation of the fitted model, which differs from the sensor at short times.
+4. Stepwise model building, and a simulation of its last model, which agrees with the sensor.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ RATE, HOURS = 100.0, 6.0
 
 
 def main(hours: float = HOURS) -> al.Study:
-    """Run the example on a record of so many hours; returns the study."""
+    """Run the example on a record of `hours` hours; returns the study."""
     sensor = al.parse_model(
         "N(N=0.0126)+B(B=0.0020)+K(K=9.0679e-5)+Q(Q=1.5e-4)+GM(correlation_time=600,q_c=8e-4)"
     )
@@ -41,23 +41,25 @@ def main(hours: float = HOURS) -> al.Study:
 
     fit = al.fit_model(recording, "N+B+K")
     print(f"\n{fit}\n")
-    tau, ratio = against_twin(curve, fit)
-    print(f"the sensor against its twin: {100 * (ratio - 1):+.0f} % at τ = {tau:.3g} s\n")
+    tau, ratio = against_simulation(curve, fit)
+    print(
+        f"the sensor against the simulation of N+B+K: {100 * (ratio - 1):+.0f} % at τ = {tau:.3g} s\n"
+    )
 
     study = al.improve(recording, "N+B+K")
     print(study)
-    tau, ratio = against_twin(curve, study.fit)
+    tau, ratio = against_simulation(curve, study.fit)
     print(
-        f"\nand against the twin of the last model: {100 * (ratio - 1):+.1f} % at τ = {tau:.3g} s"
+        f"\nagainst the simulation of the last model: {100 * (ratio - 1):+.1f} % at τ = {tau:.3g} s"
     )
     return study
 
 
-def against_twin(curve: al.Deviation, fit: al.Fit, seed: int = 8) -> tuple[float, float]:
-    """Where (s) below a second the sensor differs most from a simulation of the fitted model, and by what factor."""
-    twin = fit.simulate(duration=fit.recording.duration, seed=seed)
-    again = al.oadev(twin.samples, rate=RATE, factors=curve.factors)
-    short = curve.tau <= 1.0  # beyond, chance alone gives per cents
+def against_simulation(curve: al.Deviation, fit: al.Fit, seed: int = 8) -> tuple[float, float]:
+    """τ (s) of the largest ratio of the sensor to a simulation of the fitted model, up to 1 s, and this ratio."""
+    simulated = fit.simulate(duration=fit.recording.duration, seed=seed)
+    again = al.oadev(simulated.samples, rate=RATE, factors=curve.factors)
+    short = curve.tau <= 1.0  # at longer τ, both curves scatter by several per cent
     ratio = (curve.deviation / again.deviation)[short]
     worst = int(abs(ratio - 1).argmax())
     return float(curve.tau[worst]), float(ratio[worst])

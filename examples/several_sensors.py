@@ -1,4 +1,4 @@
-"""Three ADIS16405 inertial sensors as one: what averaging gains, with which weights, and whether one deviates.
+"""Three ADIS16405 inertial sensors combined: gain of averaging, weights, and a unit that deviates.
 
     python examples/several_sensors.py FOLDER
 

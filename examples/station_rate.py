@@ -1,4 +1,4 @@
-"""How fast a GNSS station moves: east, north and up with the uncertainty that correlated noise leaves.
+"""Velocity of a GNSS station in east, north and up, with the uncertainty under correlated noise.
 
 Daily positions of a station are files of the Nevada Geodetic Laboratory (geodesy.unr.edu, .tenv and .tenv3). The example
 takes the file given on the command line, or field/station_tenv.txt in the folder named by ALLANITE_DATA.
@@ -14,7 +14,7 @@ import allanite as al
 
 
 def main(path: str | None = None) -> al.Trends | None:
-    """Print the rates with white noise alone and with the noise that fits; returns the latter, or None without a file."""
+    """Print the rates under white noise and under the fitted noise; returns the latter, or None without a file."""
     file = Path(path or Path(os.environ.get("ALLANITE_DATA", ".")) / "field" / "station_tenv.txt")
     if not file.exists():
         print(f"no {file}: give a .tenv or .tenv3 file of geodesy.unr.edu")

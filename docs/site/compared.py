@@ -1,4 +1,4 @@
-"""Known mistakes in reading Allan deviations, made on purpose beside what allanite says: python docs/site/compared.py."""
+"""Common mistakes in reading Allan deviations, compared with results of allanite: python docs/site/compared.py."""
 
 from __future__ import annotations
 
@@ -65,26 +65,26 @@ def page() -> str:
     one_sided = float(sheet.to("deg/√h").value)
     return f"""# Compared with
 
-Mistakes that are common in scripts and programs that read Allan deviations. Each is made on purpose here and set beside what allanite says of the same samples. The
-numbers are those of `docs/site/compared.py`, which runs whenever this site is built.
+Scripts and programs that read Allan deviations often make these mistakes. Each mistake is made here on purpose, and compared with
+the result of allanite on the same samples. `docs/site/compared.py` computes the numbers whenever this site is built.
 
 | mistake | truth | with the mistake | allanite |
 |---|---|---|---|
 | A 400 Hz log brought to 100 Hz by keeping every fourth sample: N | 1 | {thinned:.3f} | {averaged:.3f} (`recording.decimate(4)` averages) |
-| A line of slope +½ laid over the whole curve of white noise: K | 0 | {forced_line(curve):.2g} {fit["K"].unit} | {fit["K"]} |
-| The lowest point of the curve, over 0.664, called B; {HOURS:g} h of white noise | 0 | {bottom[1]:.3g} deg/s | {fit["B"]} |
+| A line of slope +½ fitted to the whole curve of white noise: K | 0 | {forced_line(curve):.2g} {fit["K"].unit} | {fit["K"]} |
+| The lowest point of the curve, divided by 0.664, taken for B; {HOURS:g} h of white noise | 0 | {bottom[1]:.3g} deg/s | {fit["B"]} |
 | The same on a ninth of the record | 0 | {bottom[0]:.3g} deg/s | |
 | Error bars of deviation/√n, white noise, n = 1000, m = 100 | ± {scatter:.0f} % | ± {naive:.1f} % (allantools) | ± {ours:.0f} % |
 | One NaN in 10 000 samples: averaging times with a value | {ours_nan} | {theirs_nan} (allantools `oadev`) | {ours_nan} |
 | A data sheet's 0.03 °/s/√Hz (one-sided) taken for N in °/√h | {one_sided:.3g} | 0.03 or 1.8 | {one_sided:.3g} (units say `one-sided`) |
 
 * **Skipping samples** folds the noise of the whole band below the new Nyquist frequency: N rises by √4 = 2. Averages keep it.
-* **A forced line** finds whatever coefficient it is asked for. A coefficient that the record cannot tell from zero is reported as not detected, with a 95 % upper limit.
-* **The lowest point** of white noise is where the record ends: lower, the longer the record (for nine times the length by √9 on average; {bottom[0] / bottom[1]:.1f} in this run). It says nothing of flicker noise.
+* **A forced line** finds a coefficient in any curve. allanite reports a coefficient that agrees with zero as not detected, with a 95 % limit.
+* **The lowest point** of white noise lies at the end of the record. A record nine times as long lowers it by √9 on average ({bottom[0] / bottom[1]:.1f} in this run). It contains no information on flicker noise.
 * **deviation/√n** treats overlapping averages as independent. The truth here is the scatter of 2000 simulated records.
-* **One missing sample** spoils every later point of a running sum. Here it costs the terms that touch it; the result counts them.
+* **One missing sample** spoils every later point of a running sum. allanite leaves out only the differences that touch it, and counts them.
 
-What is measured for speed and accuracy beside other programs is in `benches/record`; whether intervals hold is in [Methods](methods.md).
+[Speed](speed.md) compares computing times, and [validation](validation.md) lists the coverage of intervals.
 """
 
 

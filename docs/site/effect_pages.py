@@ -170,11 +170,11 @@ Simulated: `N(N=1) + {effect}` at {RATE:g} Hz, {LENGTH} samples.
 
 **How to confirm it.** {sentence(kind.check_by)}
 
-**What a short record cannot tell it from.** {rivals or "Nothing in the catalogue."}
+**Alternative explanations on a short record.** {rivals or "None in the catalog."}
 
 ## Parameters
 
-U is the unit of the samples. Values of `coefficient`s are fitted by likelihood, `shape`s are found by a scan and then fitted.
+U is the unit of the samples. A `coefficient` is fitted by likelihood. A `shape` is found by a scan and then fitted.
 
 {parameters(effect)}
 
@@ -198,5 +198,5 @@ def write(folder: Path) -> None:
         page(kind, folder)
         physics = kind.physics.replace("|", "\\|")
         rows.append(f"| `{kind.short}` | [{kind.title}]({kind.kind}.md) | {physics} |")
-    head = "# Effects\n\nWhat a model is a sum of. Each page is made from the class that the program uses.\n\n"
+    head = "# Effects\n\nA model is a sum of effects. Each page is generated from the class of the effect.\n\n"
     (folder / "index.md").write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
