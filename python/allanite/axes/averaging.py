@@ -21,13 +21,13 @@ __all__ = ["Averaged", "averaged"]
 
 #: Averages in a record at the longest averaging time that is compared: a ratio of two deviations is then known to 10 %.
 MIN_AVERAGES = 50
-#: A name by its place alone, which readers give: its number is no number of a sensor.
-NAMELESS = re.compile(r"x\d+")
+#: Names that readers give to columns without one. Their number is a position, not the number of a sensor.
+POSITION_NAME = re.compile(r"x\d+")
 
 
 @dataclass(frozen=True, slots=True)
 class Averaged:
-    """The weighted mean of several sensors of one axis.
+    """Weighted mean of several sensors of one axis, and its Allan deviation.
 
     Attributes
     ----------
@@ -66,23 +66,26 @@ class Averaged:
 
 
 def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> tuple[Averaged, ...]:
-    """Return what averaging gains for each group of columns whose names differ in the number of the sensor alone."""
+    """Averages for each group of columns whose names differ only in the number of the sensor."""
     found = []
     for recording in recordings:
         groups: dict[tuple[str, str], list[str]] = {}
         for name, unit in zip(recording.columns, recording.units, strict=True):
             own = studies.get(name)
-            if own is None or letter_of(name) is None or NAMELESS.fullmatch(name):
+            if own is None or letter_of(name) is None or POSITION_NAME.fullmatch(name):
                 continue
             if any(effect.short == "N" for effect in own.fit.model):
                 groups.setdefault((re.sub(r"\d+", "#", name), unit), []).append(name)
-        found += [_of(recording, names, studies) for names in groups.values() if len(names) > 1]
+        found += [
+            _average_of(recording, names, studies) for names in groups.values() if len(names) > 1
+        ]
     return tuple(one for one in found if one is not None)
 
 
-def _of(
+def _average_of(
     recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
 ) -> Averaged | None:
+    """Average of some columns; None if a column has no white noise, or if the record is too short."""
     noise = np.array([float(studies[name].fit["N"]) for name in names])
     most = recording.n // MIN_AVERAGES
     if not (noise > 0.0).all() or recording.quantity == "angle" or most < 1:

@@ -1,4 +1,4 @@
-"""Every axis of a sensor, side by side, and what the axes have in common."""
+"""Result of `characterize`: the models of all axes side by side, and what the axes have in common."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_lines
 from allanite.axes.shared import SharedNoise, shared_noise
-from allanite.axes.triads import NAMES, triads
+from allanite.axes.triads import NAMES, columns_by_sensor
 from allanite.axes.twin import samples_of, twin
 from allanite.common.errors import CALL
 from allanite.common.files import whole_file
@@ -39,7 +39,7 @@ __all__ = ["Characterization", "Common", "Sensor", "common_of"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensor:
-    """The axes of one gyroscope, accelerometer or clock.
+    """Axes of one gyroscope, accelerometer or clock.
 
     Attributes
     ----------
@@ -47,9 +47,9 @@ class Sensor:
         ``gyroscope``, ``accelerometer`` or ``clock``.
     columns : tuple of str
     form : Form or None
-        What holds for all of them; None where nothing does, or there is one axis.
+        Model form that holds for all axes; None if there is none, or only one axis.
     cross : tuple of CrossSpectrum
-        Of every pair of them.
+        Cross-spectra of all pairs of these axes.
     """
 
     name: str
@@ -69,19 +69,19 @@ class Sensor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Common:
-    """What the axes have in common.
+    """What the axes have in common: model forms, lines, events and noise.
 
     Attributes
     ----------
     sensors : tuple of Sensor
     lines : tuple of CommonLine
-        Lines and resonances that several axes see, of any sensor.
+        Lines and resonances that several axes of any sensor have.
     events : tuple of CommonEvent
-        What happened to the bias of several axes at one time.
+        Changes of the bias of several axes at one time.
     cross : tuple of CrossSpectrum
-        Of every pair of axes of two sensors.
+        Cross-spectra of all pairs of axes of different sensors.
     shared : tuple of SharedNoise
-        What is significant in cross-spectra, of one sensor or of several, each once.
+        Significant coherent noise, each source once.
     """
 
     sensors: tuple[Sensor, ...]
@@ -91,7 +91,7 @@ class Common:
     shared: tuple[SharedNoise, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """``common`` of the contract."""
+        """JSON record ``common``."""
         return {
             "sensors": [s.to_dict() for s in self.sensors],
             "lines": [line.to_dict() for line in self.lines],
@@ -103,21 +103,21 @@ class Common:
 
 @dataclass(frozen=True, eq=False)
 class Characterization:
-    """Every axis of a device, characterized.
+    """Models of every axis of a device.
 
     Attributes
     ----------
     recordings : tuple of Recording
-        All columns: one recording, or one for each sensor where the sensors have rates of their own.
+        One recording of all columns, or one for each sensor if their rates differ.
     studies : mapping of str to Study
-        The ladder of each column, by its name.
+        Study of each column, by its name.
     failed : mapping of str to str
-        Why there is none, of columns that are too short or constant.
+        Reason for each column that has no study: too short, or constant.
     common : Common
     working : mapping of str to Working
-        Noise at work of each column, where a working log was given: files for filters follow it.
+        Noise at work of each column, if a working log was given; exported files use it.
     turn_on : mapping of str to TurnOn
-        Bias at switch-on of each column, where further logs were given.
+        Bias at switch-on of each column, if further logs were given.
 
     Examples
     --------
@@ -157,11 +157,11 @@ class Characterization:
 
     @property
     def adequate(self) -> bool:
-        """Whether every column was characterised, and no model leaves anything unexplained."""
+        """True if every column was characterized and every model is adequate."""
         return not self.failed and all(study.adequate for study in self.studies.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/characterize/1`` of the contract; its JSON Schema is in ``allanite/schemas``."""
+        """JSON record, schema ``allanite/characterize/1``; its JSON Schema is in ``allanite/schemas``."""
         working = {name: state.to_dict() for name, state in self.working.items()}
         turn_on = {name: bias.to_dict() for name, bias in self.turn_on.items()}
         return {
@@ -193,24 +193,25 @@ class Characterization:
         seed: int = 0,
         covariates: Mapping[str, ArrayLike] | None = None,
     ) -> Recording:
-        """A simulated sensor of the same axes.
+        """Simulated recording of the same axes.
 
         Parameters
         ----------
         duration, n : float, int, optional
-            Seconds, or samples; as long as the measured record if neither is given.
+            Length in s, or number of samples; by default that of the measured record.
         rate : float, optional
-            Hz; that of the measured record if left out.
+            Sampling rate, Hz; by default that of the measured record.
         seed : int
         covariates : mapping of str to array_like of shape (n,), optional
-            Columns that the models follow. Without one its effect is left out; `allanite.axes.twin` says which.
+            Columns that the models follow. Effects of columns that are not given are omitted; `allanite.axes.twin` lists
+            them.
         """
         return twin(
             self.to_dict(), duration=duration, n=n, rate=rate, seed=seed, covariates=covariates
         ).recording
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Measured and modelled Allan deviation of every axis in one figure, a panel a kind of sensor.
+        """Figure of the measured and modeled Allan deviation of every axis, one panel for each kind of sensor.
 
         Parameters
         ----------
@@ -224,7 +225,7 @@ class Characterization:
         return plot_compare(of_studies(self.studies), path, theme, "All axes")
 
     def report(self) -> Report:
-        """One report on all axes: the table, what they have in common, then each by itself."""
+        """Report on all axes: the table, what they have in common, then each axis by itself."""
         from allanite.report.document import report_of
 
         return report_of(self)
@@ -240,7 +241,7 @@ class Characterization:
         until: float | None = None,
         inflate: float = 1.0,
     ) -> str:
-        """Text of a parameter file for a filter or simulator with every axis in it.
+        """Text of a parameter file for a filter or simulator, with every axis in it.
 
         Parameters
         ----------
@@ -279,7 +280,7 @@ class Characterization:
         )
 
     def export_axes(self) -> list[Axis]:
-        """What a parameter file needs of each axis: its last model, noise at work and bias at switch-on."""
+        """Axes for an exported file: last model, noise at work and bias at switch-on of each."""
         from allanite.export._axis import axes_of
 
         documents = (
@@ -296,7 +297,7 @@ class Characterization:
         return axes_of(documents, source="recording")
 
     def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
-        """One table of all axes, no line longer than `width`: what ``print`` shows; remedies in `words`."""
+        """Text table of all axes, as ``print`` shows it; no line is longer than `width`. `words` names parameters."""
         from allanite.axes.table import table
 
         return table(self, width, words)
@@ -315,15 +316,15 @@ class Characterization:
 
 
 def common_of(studies: Mapping[str, Study]) -> Common:
-    """What several characterised columns have in common.
+    """What several characterized columns have in common.
 
     Parameters
     ----------
     studies : mapping of str to Study
-        By the name of the column; all of one recording.
+        Studies of the columns of one recording, by name.
     """
     fits = {name: study.fit for name, study in studies.items()}
-    groups = triads(fit.recording for fit in fits.values())
+    groups = columns_by_sensor(fit.recording for fit in fits.values())
     cross = cross_spectra(fits)
 
     def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:

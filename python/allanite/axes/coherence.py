@@ -1,8 +1,8 @@
-"""Cross-spectra of what the models leave: do axes, of one sensor or of several, share noise?
+"""Cross-spectra of the residuals: do axes share noise?
 
-Residuals are whitened by their own models, so that the ordinates of a band are alike and nothing leaks. If two axes are
-independent, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly, whatever one of the two is (Bendat &
-Piersol, Random Data, 4th ed., 9.2.3).
+Residuals are whitened by their own models, so that the ordinates of a band are alike and nothing leaks. For independent
+axes, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly (Bendat & Piersol, Random Data, 4th ed.,
+9.2.3).
 """
 
 from __future__ import annotations
@@ -29,30 +29,30 @@ if TYPE_CHECKING:
 
 __all__ = ["CrossBand", "CrossSpectrum", "cross_spectra"]
 
-#: Fewest ordinates of a band; octaves from half of the rate down.
-FEWEST = 16
-#: False alarms of all bands of all pairs together.
-LEVEL = 0.01
+#: Fewest ordinates of a band; bands are octaves from half of the rate down. Chosen by judgment; not measured.
+MIN_BAND_ORDINATES = 16
+#: False-alarm probability of all bands of all pairs together.
+FALSE_ALARM_LEVEL = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class CrossBand:
-    """One octave of a pair of axes.
+    """Coherence of two axes in one octave.
 
     Attributes
     ----------
     low, high : float
-        Hz.
+        Ends of the octave, Hz.
     coherence, chance : float
-        Squared coherence, and what chance stays below with 95 %.
+        Squared coherence, and its 95 % quantile for independent axes.
     phase : float
-        Of the second axis against the first, rad.
+        Phase of the second axis relative to the first, rad.
     correlation, interval
-        In phase: correlation coefficient and its 95 % interval.
+        Correlation coefficient (in phase) and its 95 % interval.
     p_value : float
-        Of a coherence as large by chance, in this band alone.
+        Probability of a coherence as large by chance, in this band alone.
     significant : bool
-        Whether it exceeds the expected scatter, counting every band of every pair.
+        True if the coherence is significant, counting every band of every pair.
     """
 
     low: float
@@ -82,14 +82,14 @@ class CrossBand:
 
 @dataclass(frozen=True, slots=True)
 class CrossSpectrum:
-    """Coherence of two columns in octaves, the lowest first."""
+    """Coherence of two columns in octaves, lowest first."""
 
     columns: tuple[str, str]
     bands: tuple[CrossBand, ...]
 
     @property
     def significant(self) -> tuple[CrossBand, ...]:
-        """Significant bands, the most coherent first."""
+        """Significant bands, most coherent first."""
         return tuple(sorted((b for b in self.bands if b.significant), key=lambda b: -b.coherence))
 
     def to_dict(self) -> dict[str, Any]:
@@ -98,62 +98,64 @@ class CrossSpectrum:
 
 
 def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
-    """Coherence of the residuals of every pair of columns of one length and rate."""
+    """Coherence of the residuals of every pair of columns with the same length and rate."""
     pairs = {}
     for a, b in combinations(fits, 2):
         one, other = fits[a].data, fits[b].data
         if (one.n, one.rate) == (other.n, other.rate):
-            # Ordinate k of a period is 2k of the half periods.
+            # Ordinate k of the Fourier transform is ordinate 2k of the cosine transform.
             pairs[a, b] = [
                 e
                 for e in _octaves(one.n // 2)
                 if not any(is_mostly_empty(data.bins, 2 * e[0], 2 * e[1]) for data in (one, other))
             ]
     names = [name for name in fits if any(name in pair for pair in pairs)]
-    tasks = [partial(_white, fits[name]) for name in names]
+    tasks = [partial(_whitened_transform, fits[name]) for name in names]
     white = dict(zip(names, results_or_raise(side_by_side(tasks)), strict=True))
-    level = LEVEL / max(1, sum(map(len, pairs.values())))
+    level = FALSE_ALARM_LEVEL / max(1, sum(map(len, pairs.values())))
     out = []
     for (a, b), edges in pairs.items():
         step = fits[a].data.rate / fits[a].data.n
-        bands = tuple(_band(white[a], white[b], e, step, level) for e in edges)
+        bands = tuple(_cross_band(white[a], white[b], e, step, level) for e in edges)
         out.append(CrossSpectrum((a, b), bands))
     return tuple(out)
 
 
-def _white(fit: Fit) -> NDArray[np.complex128]:
+def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
+    """Fourier transform of the whitened residual of a fit, with its ends set to zero."""
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
-    # Behind a deep stop band the ends of the transform stand out, on every axis alike.
+    # Behind a deep stop band the ends of the transform stand out on every axis, which would look coherent.
     ends = end_samples(samples.size)
     samples[:ends] = samples[samples.size - ends :] = 0.0
     return np.fft.rfft(samples)
 
 
 def _octaves(last: int) -> list[tuple[int, int]]:
-    """(first ordinate, end) of each octave, the lowest first; 0 and half of the rate are left out."""
+    """First ordinate and end (exclusive) of each octave, lowest first, without 0 and half of the rate."""
     out = []
     high = last
-    while high - (low := high // 2) >= FEWEST:
+    while high - (low := high // 2) >= MIN_BAND_ORDINATES:
         out.append((max(low, 1), high))
         high = low
     return out[::-1]
 
 
-def _band(
+def _cross_band(
     x: NDArray[np.complex128],
     y: NDArray[np.complex128],
     edge: tuple[int, int],
     step: float,
     level: float,
 ) -> CrossBand:
+    """Coherence of two whitened transforms in one band."""
     a, b = x[slice(*edge)], y[slice(*edge)]
     count = a.size
     size = float(np.sqrt(np.vdot(a, a).real * np.vdot(b, b).real)) or 1.0
     shared = complex(np.vdot(a, b)) / size
     coherence = min(abs(shared) ** 2, 1.0)
     p = float((1.0 - coherence) ** (count - 1))
-    # In phase there are two real numbers an ordinate: Fisher's z.
+    # Fisher's z with two real values per ordinate.
     r = float(np.clip(shared.real, -0.999999, 0.999999))
     half = NORMAL / float(np.sqrt(2 * count - 3))
     low, high = (float(np.tanh(np.arctanh(r) + s * half)) for s in (-1.0, 1.0))

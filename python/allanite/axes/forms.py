@@ -1,4 +1,4 @@
-"""What the models of the axes of a sensor share, and whether its coefficients agree between them."""
+"""Model form that the axes of a sensor share, and whether their coefficients agree."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from allanite.effects import Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
+from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL
 from allanite.fit.several.many import pooled_by_errors
 
 if TYPE_CHECKING:
@@ -26,24 +27,23 @@ if TYPE_CHECKING:
 
 __all__ = ["Agreement", "Form", "common_form", "labels_of"]
 
-DIFFER = 0.05
-#: Loss of logL that no polish of the other effects makes good.
-FAR = 25.0
+#: p-value, divided by the number of parameters, below which axes differ.
+DIFFERENCE_LEVEL = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
-    """A number of the form, over the axes that have a value of it.
+    """A parameter of the form over the axes that have a value of it.
 
     Attributes
     ----------
     pooled : Pooled
-        The common value, in the unit of the first of the columns, and the probability that they are one.
+        Common value in the unit of the first of the columns, and the p-value of equality.
     columns : tuple of str
     parameter : Parameter
-        As the effect declares it.
+        Declaration of the parameter by its effect.
     sample_unit : str
-        Of the first of the columns.
+        Unit of the samples of the first of the columns.
     """
 
     pooled: Pooled
@@ -58,16 +58,16 @@ class Agreement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Form:
-    """The random effects that every axis of a sensor has, or may have as the others have them.
+    """Random effects that every axis of a sensor has, or may have with the values of the others.
 
     Attributes
     ----------
     model : str
-        Sum of short names.
+        Sum of the short names.
     besides : mapping of str to tuple of str
-        What a column shows of its own beside the form, by short names; lines, drifts and outliers always are.
+        Short names of further effects of each column; lines, drifts and outliers always count as such.
     numbers : tuple of Agreement
-        Numbers that two axes or more show.
+        Parameters that two or more axes show.
     """
 
     model: str
@@ -76,9 +76,9 @@ class Form:
 
     @property
     def agree(self) -> bool:
-        """Whether no number differs between axes at 5 %, divided by how many there are."""
+        """True if no parameter differs between axes at 5 %, divided by the number of parameters."""
         least = min((n.pooled.p_value for n in self.numbers), default=1.0)
-        return least * len(self.numbers) >= DIFFER
+        return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form."""
@@ -90,29 +90,32 @@ class Form:
 
 
 def common_form(fits: Mapping[str, Fit]) -> Form | None:
-    """What holds for every axis.
+    """Model form that holds for every axis, or None if there is none, or only one axis.
 
-    An effect is part of it if every axis shows it, or if those that do not cannot exclude it as one of the others has it: a
-    weak axis does not contradict. What no axis shows is part of it if every model has it.
+    An effect belongs to the form if every axis shows it, or if the axes that do not cannot exclude it with the values of
+    another axis: a weak axis does not contradict. An effect that no axis shows belongs to the form if every model has it.
 
     Parameters
     ----------
     fits : mapping of str to Fit
-        Of each column its last model.
+        Last fit of each column.
 
     Returns
     -------
     Form or None
-        None where nothing holds for all, or there is one axis only.
+        The form.
     """
     if len(fits) < 2:
         return None
     labels = labels_of([fit.model for fit in fits.values()])
     axes = [_Axis(*one) for one in zip(fits, fits.values(), labels, strict=True)]
     lasting = {
-        label: effect for axis in axes for label, effect in axis.effects.items() if _shared(effect)
+        label: effect
+        for axis in axes
+        for label, effect in axis.effects.items()
+        if _may_be_shared(effect)
     }
-    kept = [label for label in lasting if _holds(label, axes)]
+    kept = [label for label in lasting if _belongs_to_form(label, axes)]
     if not any(isinstance(lasting[label], Stochastic) for label in kept):
         return None
     return Form(
@@ -122,8 +125,8 @@ def common_form(fits: Mapping[str, Fit]) -> Form | None:
     )
 
 
-def _shared(effect: Effect) -> bool:
-    """Whether an effect belongs to the form: neither what happens in one record nor a known function of time."""
+def _may_be_shared(effect: Effect) -> bool:
+    """True if the effect may belong to the form: no event of one record, and no known function of time."""
     passing = isinstance(effect, Modifier) and (effect.removes or effect.passing)
     return isinstance(effect, (Stochastic, Modifier)) and not passing
 
@@ -137,7 +140,7 @@ class _Axis:
         self.values = dict(zip(labels, fit.estimates, strict=True))
 
     def shows(self, label: str) -> bool:
-        """Whether it has an effect, and more than an upper limit of it."""
+        """True if the axis has the effect and detects it."""
         effect = self.effects.get(label)
         if not isinstance(effect, Stochastic):
             return effect is not None
@@ -145,7 +148,7 @@ class _Axis:
         return not isinstance(found, Estimate) or found.detected
 
     def shown_beside(self, kept: Sequence[str]) -> tuple[str, ...]:
-        """Short names of what it shows beside some effects."""
+        """Short names of the detected effects other than some labels."""
         return tuple(
             effect.short
             for label, effect in self.effects.items()
@@ -153,11 +156,11 @@ class _Axis:
         )
 
     def may_have(self, label: str, other: _Axis) -> bool:
-        """Whether its record allows an effect with the numbers that another axis has of it.
+        """True if the record allows an effect with the values of another axis.
 
-        The coefficient is the lower end of the other's interval: what this one has at most is above it, or it is not. Where
-        the rest of the model moves to make room, logL falls by what a 95 % interval allows. Of what its own model lacks, a
-        record that is not explained says nothing.
+        The coefficient is the lower end of the other's interval. The rest of the model may change, and logL may fall by
+        what a 95 % interval allows. If the model of this axis is not adequate and lacks the effect, its record does not
+        allow it.
         """
         if label not in self.effects and not self.fit.adequate:
             return False
@@ -173,14 +176,15 @@ class _Axis:
         given = effect.with_values(**least, hold=names, limits={}, at_limit=())
         rest = (e for e in self.fit.model if e is not self.effects.get(label))
         model, least_told = Model((*rest, given)), self.fit.solution.log_likelihood - HALF_CHI2_95
-        # With the shapes of the rest as they are logL is a lower bound: where that is enough, or far from it, it does.
+        # With fixed shapes, logL is a lower bound. The full fit is needed only if the bound is a little too low.
         rough = solve(self.fit.data, model, like=self.fit.solution, polish=False)
-        if not -FAR < rough.log_likelihood - least_told < 0.0:
+        if not -MAX_POLISH_DELTA_LOGL < rough.log_likelihood - least_told < 0.0:
             return rough.log_likelihood >= least_told
         return refitted(self.fit, model).solution.log_likelihood >= least_told
 
 
-def _holds(label: str, axes: Sequence[_Axis]) -> bool:
+def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
+    """True if the effect belongs to the form."""
     showing = [axis for axis in axes if axis.shows(label)]
     if not showing:
         return all(label in axis.effects for axis in axes)
@@ -189,7 +193,7 @@ def _holds(label: str, axes: Sequence[_Axis]) -> bool:
 
 
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
-    """Numbers of an effect that several axes show, compared by their standard errors, in logarithms."""
+    """Parameters of an effect that several axes show, compared in logarithms by their standard errors."""
     showing = [axis for axis in axes if axis.shows(label)]
     for parameter in showing[0].effects[label].parameters if showing else ():
         found = {axis: axis.values[label].get(parameter.name) for axis in showing}
@@ -204,7 +208,7 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
         try:
             estimates = [value.to(unit) for value in known.values()]
         except InputError:
-            continue  # of different dimensions: levels of power laws of different exponents
+            continue  # different dimensions: levels of power laws with different exponents
         name = parameter.name if parameter.name == label else f"{label}.{parameter.name}"
         columns = tuple(axis.column for axis in known)
         pooled = pooled_by_errors(name, unit, estimates)
@@ -212,10 +216,10 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
-    """Labels of the effects of each axis, the same for what is one thing on several.
+    """Labels of the effects of each axis, the same for corresponding effects.
 
-    Of several of a kind the first is that of the lowest first shape, on the axis that has most of them; on another each has
-    the label of the one that is nearest to it.
+    Several effects of a kind are numbered by their first shape on the axis that has most of them. On another axis, each
+    gets the label of the nearest one.
     """
     most: dict[str, list[float]] = {}
     for model in models:
@@ -226,6 +230,7 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 
 
 def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
+    """Labels of the effects of one model, given the first shapes of the numbered effects of each kind."""
     from scipy.optimize import linear_sum_assignment
 
     labels = [effect.short for effect in model]
@@ -238,7 +243,7 @@ def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...
 
 
 def _first_shape(effect: Effect) -> float:
-    """Ln of the first shape; 0 where there is none."""
+    """Ln of the first shape of an effect; 0 if it has none."""
     shapes = [effect.values[name] for name in effect.free_shapes]
     return (
         float(np.log(shapes[0]))

@@ -1,11 +1,18 @@
-"""All axes as tables of a notebook."""
+"""HTML tables of all axes for a notebook."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import legend, rows
-from allanite.axes.words import at_work, in_common, remarks, seen_by_several, switched_on, title
+from allanite.axes.words import (
+    at_work,
+    in_common,
+    remarks,
+    seen_by_several,
+    title,
+    turn_on_sentences,
+)
 from allanite.common.showing import html_list, html_table
 
 if TYPE_CHECKING:
@@ -15,7 +22,7 @@ __all__ = ["html"]
 
 
 def html(found: Characterization) -> str:
-    """A table a sensor, sentences below."""
+    """HTML of a characterization: a table for each sensor, and sentences below."""
     out = [html_list([title(found)])]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}
@@ -24,7 +31,12 @@ def html(found: Characterization) -> str:
         out.append(html_list([legend(studies), *in_common(sensor)]))
     out.append(
         html_list(
-            [*at_work(found), *switched_on(found), *seen_by_several(found.common), *remarks(found)]
+            [
+                *at_work(found),
+                *turn_on_sentences(found),
+                *seen_by_several(found.common),
+                *remarks(found),
+            ]
         )
     )
     return "".join(out)

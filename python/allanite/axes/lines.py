@@ -1,4 +1,4 @@
-"""Lines, resonances and events that several axes see, named once."""
+"""Lines, resonances and events that several axes have in common."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["CommonEvent", "CommonLine", "common_events", "common_lines"]
 
-#: Standard errors within which two frequencies or times are one: 1 % for the difference of two, over some ten pairs.
-ONE = 3.3
+#: Largest difference of two equal frequencies or times, in standard errors of the difference: about 1 % false separations
+#: over ten pairs.
+MAX_DIFFERENCE = 3.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +30,11 @@ class CommonLine:
     Attributes
     ----------
     frequency, std_error : float
-        Weighted mean of what the columns say, Hz.
+        Weighted mean over the columns and its standard error, Hz.
     columns, kinds : tuple of str
-        Who sees it, and as what.
+        Columns that have it, and the kind of effect on each.
     p_value : float
-        Of frequencies as different as these if they are one.
+        Probability of frequencies this different if they are one.
     """
 
     frequency: float
@@ -59,14 +60,14 @@ class CommonLine:
 
 @dataclass(frozen=True, slots=True)
 class CommonEvent:
-    """What happened to the bias of several columns at one time.
+    """A change of the bias of several columns at one time.
 
     Attributes
     ----------
     time, std_error : float
-        When it began: weighted mean of what the columns say, from the first sample, s.
+        Weighted mean of the beginning over the columns and its standard error, s from the first sample.
     columns, kinds : tuple of str
-        Who sees it, and as what.
+        Columns that have it, and the kind of effect on each.
     """
 
     time: float
@@ -90,7 +91,7 @@ class CommonEvent:
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """A frequency, Hz, or a time, s, of one column."""
+    """A frequency in Hz, or a time in s, of one column."""
 
     at: float
     error: float
@@ -99,14 +100,16 @@ class _Seen:
 
 
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
-    """Frequencies that several columns have within their errors, of what comes and goes too, lowest first."""
-    return tuple(_common(group) for group in _groups(fits, _frequencies))
+    """Frequencies that several columns have within their errors, lowest first; repetition rates count too."""
+    return tuple(_common_line(group) for group in _groups(fits, _frequencies))
 
 
 def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
-    """Times at which the bias of several columns did something, within their errors, first to last."""
+    """Times at which the bias of several columns changed, within their errors, first to last."""
     return tuple(
-        CommonEvent(*_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group))
+        CommonEvent(
+            *_weighted_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group)
+        )
         for group in _groups(fits, _times)
     )
 
@@ -114,11 +117,11 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 def _groups(
     fits: Mapping[str, Fit], seen_by: Callable[[str, Fit], list[_Seen]]
 ) -> list[list[_Seen]]:
-    """What several columns see, each at one place."""
+    """Groups of values that agree between several columns."""
     seen = sorted((s for pair in fits.items() for s in seen_by(*pair)), key=lambda s: s.at)
     groups: list[list[_Seen]] = []
     for one in seen:
-        if groups and _same(groups[-1], one):
+        if groups and _belongs_to(groups[-1], one):
             groups[-1].append(one)
         else:
             groups.append([one])
@@ -126,13 +129,13 @@ def _groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Seen]:
-    """Of lines and bands (the mean of one that moves); of what comes and goes the rate, one over the period of a level."""
+    """Frequencies of lines and bands of a fit (the mean of a moving band), and repetition rates."""
     out: list[_Seen] = []
     coming: list[_Seen] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if isinstance(effect, Moving) and effect.stretches:
             bands = np.array([p.occupies for p in effect.stretches])
-            # In each part a band is placed within half its width.
+            # A moving band is located within half its width in each section.
             error = 0.5 * float(np.ptp(bands, axis=1).mean()) / np.sqrt(len(bands))
             out.append(_Seen(float(np.mean(effect.middles)), error, column, effect.kind))
         companions = effect.companions if isinstance(effect, Stochastic) else ()
@@ -143,22 +146,23 @@ def _frequencies(column: str, fit: Fit) -> list[_Seen]:
                 (coming if name in companions else out).append(seen)
         period = effect.values.get("period")
         if period is not None and isinstance(effect, Modifier):
-            # The last stretch is where it is to half of one.
+            # The period is known to half a period over the record.
             coming.append(_Seen(1.0 / period, 0.5 / fit.data.duration, column, effect.kind))
-    # Several harmonics come and go together.
+    # Several harmonics have one repetition rate.
     for one in sorted(coming, key=lambda s: s.error):
-        if not any(_near(other, one) for other in out):
+        if not any(_agree(other, one) for other in out):
             out.append(one)
     return out
 
 
 def _times(column: str, fit: Fit) -> list[_Seen]:
+    """Times of the one-off changes of the bias of a fit."""
     out = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if not isinstance(effect, Deterministic) or not effect.happens_once:
             continue
         if isinstance(effect, Away):
-            out += _visits(column, fit, effect)
+            out += _excursion_times(column, fit, effect)
             continue
         first = next((p.name for p in effect.parameters if p.role == "shape"), "")
         found = values.get(first)
@@ -167,7 +171,8 @@ def _times(column: str, fit: Fit) -> list[_Seen]:
     return out
 
 
-def _visits(column: str, fit: Fit, effect: Away) -> list[_Seen]:
+def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Seen]:
+    """Times of each excursion of an effect."""
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
     if isinstance(own, Regressed):
@@ -179,27 +184,31 @@ def _visits(column: str, fit: Fit, effect: Away) -> list[_Seen]:
     return out
 
 
-def _mean(group: list[_Seen]) -> tuple[float, float]:
+def _weighted_mean(group: list[_Seen]) -> tuple[float, float]:
+    """Weighted mean of a group and its standard error."""
     weights = np.array([s.error**-2 for s in group])
     mean = float(weights @ [s.at for s in group] / weights.sum())
     return mean, float(weights.sum() ** -0.5)
 
 
-def _same(group: list[_Seen], line: _Seen) -> bool:
+def _belongs_to(group: list[_Seen], line: _Seen) -> bool:
+    """True if the value agrees with a group that has none of its column."""
     if line.column in {s.column for s in group}:
         return False
-    mean, error = _mean(group)
-    return _near(_Seen(mean, error, line.column, line.kind), line)
+    mean, error = _weighted_mean(group)
+    return _agree(_Seen(mean, error, line.column, line.kind), line)
 
 
-def _near(one: _Seen, other: _Seen) -> bool:
-    return abs(one.at - other.at) <= ONE * float(np.hypot(one.error, other.error))
+def _agree(one: _Seen, other: _Seen) -> bool:
+    """True if two values agree within their errors."""
+    return abs(one.at - other.at) <= MAX_DIFFERENCE * float(np.hypot(one.error, other.error))
 
 
-def _common(group: list[_Seen]) -> CommonLine:
+def _common_line(group: list[_Seen]) -> CommonLine:
+    """Common line of a group."""
     from scipy.special import chdtrc
 
-    mean, error = _mean(group)
+    mean, error = _weighted_mean(group)
     chi2 = float(sum(((s.at - mean) / s.error) ** 2 for s in group))
     return CommonLine(
         mean,

@@ -1,4 +1,4 @@
-"""The numbers of the axes of a sensor as rows of texts: one row a number, one cell a column."""
+"""Parameters of the axes of a sensor as rows of text: one row for each parameter, one cell for each column."""
 
 from __future__ import annotations
 
@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Row", "convention", "legend", "rows"]
 
+#: SI unit of the samples of each kind of sensor.
 SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
-#: What data sheets of accelerometers say as well.
-ALSO = {("N", ACCELERATION): "ug/sqrt(Hz)"}
-NOT_THERE = "–"
+#: Further units that data sheets use.
+FURTHER_UNITS = {("N", ACCELERATION): "ug/sqrt(Hz)"}
+#: Cell of a parameter that the model of an axis does not have.
+ABSENT = "–"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,26 +37,26 @@ class Row:
 
 
 def rows(studies: Mapping[str, Study]) -> list[Row]:
-    """Model, coefficients in data-sheet units with SI below, shapes, discrepancy and verdict of some columns."""
+    """Rows of some columns: model, coefficients in data-sheet units with SI below, shapes, discrepancy and verdict."""
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
     labels = labels_of([fit.model for fit in fits])
-    labelled = [dict(_shown(fit, own)) for fit, own in zip(fits, labels, strict=True)]
+    labelled = [dict(_cells_of(fit, own)) for fit, own in zip(fits, labels, strict=True)]
     for label in dict.fromkeys(name for table in labelled for name in table):
-        out += _number_rows(label, [table.get(label) for table in labelled], fits)
-    out.append(Row("δ", tuple(_discrepancy(fit) for fit in fits)))
+        out += _parameter_rows(label, [table.get(label) for table in labelled], fits)
+    out.append(Row("δ", tuple(_discrepancy_text(fit) for fit in fits)))
     out.append(Row("verdict", tuple(study.verdict for study in studies.values())))
     return out
 
 
 def legend(studies: Mapping[str, Study]) -> str:
-    """``N angle random walk, B bias instability``: the names of the effects for this kind of sensor."""
+    """Names of the effects for this kind of sensor: ``N angle random walk, B bias instability``."""
     names = {e.short: s.fit.display_name(e) for s in studies.values() for e in s.fit.model}
     return ", ".join(f"{short} {name}" for short, name in names.items())
 
 
 def convention(fits: Iterable[Fit]) -> str:
-    """How coefficients compare with the numbers of a data sheet, which are others; empty of clocks."""
+    """Sentences on how coefficients compare with the values of a data sheet; empty for clocks."""
     inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in SI)
     said = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
     return "; ".join(filter(None, said))
@@ -63,8 +65,8 @@ def convention(fits: Iterable[Fit]) -> str:
 _Cell = tuple["Effect", "Parameter", Any]
 
 
-def _shown(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
-    """What is shown of each effect, by ``N``, ``GM.sigma``, ``SIN2.frequency``; those of a kind one after the other."""
+def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
+    """Parameters shown, by ``N``, ``GM.sigma``, ``SIN2.frequency``; effects of one kind follow each other."""
     kinds = [effect.kind for effect in fit.model]
     told = zip(fit.model, fit.estimates, labels, strict=True)
     ordered = sorted(told, key=lambda one: (kinds.index(one[0].kind), len(one[2]), one[2]))
@@ -77,49 +79,53 @@ def _shown(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
                 yield key, (effect, parameter, value)
 
 
-def _number_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
+def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
+    """Rows of one parameter: the table unit with intervals, then further units."""
     unit = fits[0].recording.unit
     kind = parse_unit(unit).kind
     parameter = next(cell[1] for cell in cells if cell is not None)
     power = parameter.unit
     if not isinstance(power, float):
-        # What is in no other unit (per °C; a power that is fitted) has a row of each.
+        # Units that cannot be converted (per °C; a fitted power) get a row each.
         own = {cell[2].unit: cell[0].follows or "" for cell in cells if cell is not None}
         return [
             Row(
                 f"{label}  {'' if unit == '1' else printed(unit, follows)}".rstrip(),
-                tuple(_text(c if c is not None and c[2].unit == unit else None) for c in cells),
+                tuple(
+                    _cell_text(c if c is not None and c[2].unit == unit else None) for c in cells
+                ),
             )
             for unit, follows in own.items()
         ]
     units = [table_unit(unit, power, parameter.sheet)]
-    if (label, kind) in ALSO:
-        units.append(ALSO[label, kind])
+    if (label, kind) in FURTHER_UNITS:
+        units.append(FURTHER_UNITS[label, kind])
     if kind != FREQUENCY:
         units.append(relative_unit(SI[kind], power))
     out = []
     for i, target in enumerate(dict.fromkeys(units)):
-        texts = tuple(_text(cell, target, interval=i == 0) for cell in cells)
+        texts = tuple(_cell_text(cell, target, interval=i == 0) for cell in cells)
         head = label if i == 0 else " " * len(label)
         out.append(Row(f"{head}  {printed(target)}", texts))
     return out
 
 
-def _text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
-    """Value and 95 % interval, or the limit of what was not detected."""
+def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
+    """Text of a cell: value and 95 % interval, or the limit of a parameter that was not detected."""
     if cell is None:
-        return NOT_THERE
+        return ABSENT
     effect, parameter, value = cell
     value = value if unit is None else value.to(unit)
     if not value.detected:
-        return NOT_THERE if value.interval is None else f"< {number(value.interval[1], 3)}"
+        return ABSENT if value.interval is None else f"< {number(value.interval[1], 3)}"
     if not interval or value.interval is None:
         kept = effect.kept(parameter.name) if interval else ""
         return number(float(value), 4) + (f" ({kept})" if kept else "")
     return with_interval(float(value), value.interval)
 
 
-def _discrepancy(fit: Fit) -> str:
+def _discrepancy_text(fit: Fit) -> str:
+    """Text of the model discrepancy with its interval."""
     found = fit.discrepancy
     low, high = found.interval
     return f"{found.percent:.2g} % ({low:.2g} … {high:.2g})"

@@ -1,4 +1,4 @@
-"""From a recording to the characterisation of every axis of it."""
+"""Characterization of every axis of a recording."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 __all__ = ["characterize", "improve_columns"]
 
-#: Suggestions that are kept of a last model that lacks nothing.
-SHOWN = 2
-#: Seconds for a column where none are left: it gets its first model alone.
-SOON = 1e-3
+#: Suggestions of an adequate model that are kept for display.
+KEPT_SUGGESTIONS = 2
+#: Time limit, s, of a column that begins after the common limit: only its first model is fitted.
+MIN_SECONDS = 1e-3
 
 
 def characterize(
@@ -45,41 +45,40 @@ def characterize(
     working: Recording | Sequence[Recording] = (),
     further: Sequence[Sequence[Recording]] = (),
 ) -> Characterization:
-    """Improve a model of every axis, two at a time, and say what the axes have in common.
+    """Models of every axis, built two axes at a time, and what the axes have in common.
 
     Parameters
     ----------
     recording : Recording or sequence of Recording
-        One or more columns; its covariates are offered to each as an explanation. Several recordings are the sensors of
-        one device at rates of their own, as `allanite.readers.read_sensors` returns them.
+        One or more columns; its covariates may explain each of them. Several recordings are the sensors of one device
+        with different rates, as `allanite.readers.read_sensors` returns them.
     model : Model, Effect, str or mapping
-        Where every ladder starts, or the start of each by the name of its column.
+        Initial model of every column, or a mapping from column names to initial models.
     on_progress : callable, optional
-        Called with (column, rungs done, most rungs), from the threads that compute; once a column is done, with two equal
-        numbers.
+        Called with (column, steps done, most steps) from the computing threads. The two numbers are equal once the column
+        is done.
     limit : int
         Most additions to a model.
     tolerance : float, optional
-        Per cent of the deviation: a model whose discrepancy is below it is good enough.
+        % of the deviation. The search ends if the model discrepancy is below it.
     seconds : float, optional
-        Time after which no further effect is looked for, shared between the columns. Each gets a first model whatever it
-        takes.
+        Time limit of all searches together, s. Each column gets at least its initial model.
     on_study : callable, optional
         Called with the study of a column as soon as it is finished, from the thread that computed it.
     working : Recording or sequence of Recording
-        The same columns with motors or engine running: files for filters then follow the noise at work.
+        Recording of the same columns with motors or engine running. Exported files then use the noise at work.
     further : sequence of sequence of Recording
-        Further logs of the same sensor, each after a switch-on of its own: they tell the bias at switch-on.
+        Further logs of the same sensor, each after another switch-on, from which the bias at switch-on is estimated.
 
     Returns
     -------
     Characterization
-        A column that cannot be characterised says why in `failed`; the rest go on.
+        A column that cannot be characterized gives its reason in `failed`.
 
     Raises
     ------
     InputError, TooShortError
-        No column can be characterised: what was wrong with the first.
+        No column can be characterized; the error is that of the first column.
 
     Examples
     --------
@@ -124,15 +123,17 @@ def characterize(
     )
 
 
-def _lighter(study: Study) -> Study:
-    """The study without what only a search needs: known functions, and suggestions that are never shown.
+def _without_search_data(study: Study) -> Study:
+    """The study without data that only a search needs, and without suggestions that are never shown.
 
-    Each of these holds a fit, as large as the record.
+    Each of these holds a fit, which is as large as the record.
     """
     check = study.check
     for rung in study.ladder:
         rung.fit.data.forget()
-    shown = tuple(s for i, s in enumerate(check.suggestions) if s.significant or i < SHOWN)
+    shown = tuple(
+        s for i, s in enumerate(check.suggestions) if s.significant or i < KEPT_SUGGESTIONS
+    )
     return replace(study, check=replace(check, suggestions=shown))
 
 
@@ -145,9 +146,9 @@ def improve_columns(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
-    """The ladder of each column, two at a time, or why there is none; each has a model to start from.
+    """Study of each column, built two at a time, or the error why there is none; each column has an initial model.
 
-    Parameters as of `characterize`.
+    The other parameters are those of `characterize`.
     """
     end = None
     if seconds is not None:
@@ -155,12 +156,12 @@ def improve_columns(
     waiting = list(columns)
 
     def share() -> float | None:
-        """Seconds for the column that begins: those that wait get as much."""
+        """Time limit of the column that begins: an equal share of the remaining time."""
         left = len(waiting)
         waiting.pop()
         if end is None:
             return None
-        return max((end - time.monotonic()) * min(parallel_columns(), left) / left, SOON)
+        return max((end - time.monotonic()) * min(parallel_columns(), left) / left, MIN_SECONDS)
 
     def task(column: Recording, model: Start) -> Callable[[], Study]:
         name, most = column.columns[0], limit + 1
@@ -177,7 +178,7 @@ def improve_columns(
             finally:
                 if on_progress is not None:
                     on_progress(name, most, most)
-            found = _lighter(found)
+            found = _without_search_data(found)
             trim_memory(found.fit.data.n)
             if on_study is not None:
                 on_study(found)

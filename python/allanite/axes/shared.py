@@ -1,4 +1,4 @@
-"""Noise that several axes share, each named once, and with the line or resonance that it is of where that is named."""
+"""Noise that several axes share, each source once, with the line or resonance that causes it if one is known."""
 
 from __future__ import annotations
 
@@ -20,25 +20,26 @@ __all__ = ["SharedNoise", "shared_noise"]
 
 T = TypeVar("T")
 
-#: Part of a coherence that a named effect has to make to explain it: shares of a spectrum are known roughly.
-EXPLAINS = 0.5
+#: Smallest ratio of the coherence that a common line would cause to the measured one, from which the line explains it.
+#: Chosen by judgment; shares of a spectrum are known roughly.
+MIN_EXPLAINED_COHERENCE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class SharedNoise:
-    """Noise of several columns that is coherent, in neighbouring octaves.
+    """Coherent noise of several columns in neighboring octaves.
 
     Attributes
     ----------
     columns : tuple of str
     low, high : float
-        Hz.
+        Ends of the octaves, Hz.
     pair : tuple of str
-        Of which it is surest.
+        The two columns with the clearest coherence.
     band : CrossBand
-        The octave of that pair.
+        The octave of that pair with the clearest coherence.
     line : CommonLine or None
-        The line or resonance seen by these columns that it is of.
+        Line or resonance of these columns that causes the coherence.
     """
 
     columns: tuple[str, ...]
@@ -76,48 +77,58 @@ _Pair = tuple[tuple[str, str], "CrossBand"]
 def shared_noise(
     cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
 ) -> tuple[SharedNoise, ...]:
-    """What is significant in cross-spectra, each once: what is of lines that are named, then the rest, lowest first.
+    """Significant coherent noise, each source once: first that of common lines, then the rest, lowest first.
 
-    Pairs of an octave that have a column in common are one, and so are neighbouring octaves where the columns of one are
-    among those of the other.
+    Pairs of one octave that share a column are one source. So are neighboring octaves if the columns of one are among those
+    of the other.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     rest: list[_Pair] = []
     for spectrum in cross:
         for band in spectrum.significant:
             one = (spectrum.columns, band)
-            made = {line: _made_by(line, *one, fits) for line in lines}
+            made = {line: _coherence_of_line(line, *one, fits) for line in lines}
             line = max(made, key=lambda of: made[of], default=None)
-            if line is not None and made[line] >= EXPLAINS * band.coherence:
+            if line is not None and made[line] >= MIN_EXPLAINED_COHERENCE * band.coherence:
                 of_lines.setdefault(line, []).append(one)
             else:
                 rest.append(one)
-    octaves = _joined(rest, lambda a, b: _alike(a[1], b[1]) and not {*a[0]}.isdisjoint(b[0]))
-    groups = [[one for octave in group for one in octave] for group in _joined(octaves, _beside)]
+    octaves = _joined(
+        rest, lambda a, b: _is_same_octave(a[1], b[1]) and not {*a[0]}.isdisjoint(b[0])
+    )
+    groups = [
+        [one for octave in group for one in octave] for group in _joined(octaves, _are_neighbors)
+    ]
     groups.sort(key=lambda group: min(band.low for _, band in group))
-    named = [_shared(line.columns, pairs, line) for line, pairs in of_lines.items()]
-    return (*named, *(_shared(tuple(c for c in fits if c in _columns(g)), g, None) for g in groups))
+    named = [_source_of(line.columns, pairs, line) for line, pairs in of_lines.items()]
+    return (
+        *named,
+        *(_source_of(tuple(c for c in fits if c in _columns(g)), g, None) for g in groups),
+    )
 
 
-def _shared(
+def _source_of(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
     # Few ordinates have a larger coherence by chance.
+    """Shared noise of some pairs, represented by the pair with the clearest coherence."""
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
     low, high = min(b.low for _, b in pairs), max(b.high for _, b in pairs)
     return SharedNoise(columns, low, high, pair, band, line)
 
 
 def _columns(pairs: Iterable[_Pair]) -> set[str]:
+    """Names of all columns of some pairs."""
     return {column for pair, _ in pairs for column in pair}
 
 
-def _alike(one: CrossBand, other: CrossBand) -> bool:
+def _is_same_octave(one: CrossBand, other: CrossBand) -> bool:
+    """True if two bands are the same octave."""
     return (one.low, one.high) == (other.low, other.high)
 
 
-def _beside(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
-    """Whether two octaves are neighbours, the columns of one among those of the other."""
+def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
+    """True if two octaves are neighbors and the columns of one are among those of the other."""
     (_, a), (_, b) = one[0], other[0]
     if a.high != b.low and a.low != b.high:
         return False
@@ -126,7 +137,7 @@ def _beside(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
 
 
 def _joined(items: Iterable[T], joins: Callable[[T, T], bool]) -> list[list[T]]:
-    """Items in groups, each with all that it joins."""
+    """Groups of items that are connected by `joins`."""
     groups: list[list[T]] = []
     for item in items:
         near = [any(joins(item, one) for one in group) for group in groups]
@@ -138,10 +149,10 @@ def _joined(items: Iterable[T], joins: Callable[[T, T], bool]) -> list[list[T]]:
     return groups
 
 
-def _made_by(
+def _coherence_of_line(
     line: CommonLine, pair: tuple[str, str], band: CrossBand, fits: Mapping[str, Fit]
 ) -> float:
-    """Squared coherence that a line makes in an octave if all of it is common to both columns."""
+    """Squared coherence that a line would cause in an octave if all of it were common to both columns."""
     shares = [_share(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:
         return 0.0
@@ -152,13 +163,14 @@ def _made_by(
 
 
 def _share(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
-    """Part of each bin that the random process of a line makes on a column; 0 of a known function, which is taken out."""
+    """Share of each bin that the random process of a line has on a column; 0 for a known function, which is subtracted."""
     kind = line.kinds[line.columns.index(column)]
     own = [process for process in fit.solution.processes if process.effect.kind == kind]
     if not own:
         return np.zeros(fit.solution.spectrum.size)
 
     def away(place: int) -> float:
+        """Distance of a process from the line, Hz."""
         middle = np.mean(own[place].effect.occupies or line.frequency)
         return abs(float(middle) - line.frequency)
 

@@ -1,4 +1,4 @@
-"""All axes as one table that is read in a terminal."""
+"""Text table of all axes for a terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import Row, convention, legend, rows
-from allanite.axes.words import at_work, in_common, remarks, seen_by_several, switched_on
+from allanite.axes.words import at_work, in_common, remarks, seen_by_several, turn_on_sentences
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 from allanite.common.numbers import tidy
@@ -19,19 +19,20 @@ if TYPE_CHECKING:
 
 __all__ = ["table"]
 
+#: Text between two columns.
 GAP = "  "
 
 
 def table(found: Characterization, width: int = 100, words: Mapping[str, str] = CALL) -> str:
-    """One block a sensor: numbers in rows, axes in columns; what the axes have in common; remarks.
+    """Text of a characterization: a table for each sensor, what the axes have in common, and remarks.
 
     Parameters
     ----------
     found : Characterization
     width : int
-        Letters of the longest line. Axes that do not fit side by side follow below.
+        Longest line, characters. Axes that do not fit side by side follow below.
     words : mapping of str to str
-        What parameters are called in remedies, as of `allanite.common.errors`.
+        Names of parameters in remedies, see `allanite.common.errors`.
     """
     lines = [*wrap(heading(found), width)]
     for sensor in found.common.sensors:
@@ -42,7 +43,7 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
         lines += ["", *wrap(compared, width)]
     told = {
         "at work": at_work(found),
-        "bias at switch-on": switched_on(found),
+        "bias at switch-on": turn_on_sentences(found),
         "seen by several axes": seen_by_several(found.common),
         "averaging sensors of one axis": [tidy(str(one)) for one in found.averages],
         "remarks": remarks(found, words),
@@ -56,10 +57,12 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
 
 
 def _wrapped(text: str, width: int) -> list[str]:
+    """Lines of an indented sentence."""
     return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
 
 
 def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
+    """Lines of the table of one sensor, with its legend and sentences."""
     lines = []
     names = list(studies)
     while names:
@@ -78,6 +81,7 @@ def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str
 
 
 def _drawn(block: Sequence[Row]) -> list[str]:
+    """Lines of a table with aligned columns."""
     cells = [(row.label, *row.cells) for row in block]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     texts = [GAP.join(map(str.ljust, row, widths)).rstrip() for row in cells]

@@ -1,4 +1,4 @@
-"""Which columns belong together: the axes of one sensor."""
+"""Grouping of columns into sensors."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["NAMES", "triads"]
+__all__ = ["NAMES", "columns_by_sensor"]
 
+#: Name of the sensor for each kind of unit.
 NAMES = {ANGULAR_RATE: "gyroscope", ACCELERATION: "accelerometer", FREQUENCY: "clock"}
 
 
-def triads(columns: Iterable[Recording]) -> list[tuple[str, ...]]:
+def columns_by_sensor(columns: Iterable[Recording]) -> list[tuple[str, ...]]:
     """Names of the columns of each sensor, in their order.
 
-    Columns of one kind of unit whose names differ in the letter of the axis are one sensor; where no name has a letter,
-    all of a kind are.
+    Columns of one kind of unit whose names differ only in the letter of the axis are one sensor. If no name has such a
+    letter, all columns of one kind are one sensor.
     """
     kinds: dict[str, dict[str, list[str]]] = {}
     for column in columns:

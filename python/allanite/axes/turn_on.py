@@ -1,4 +1,4 @@
-"""The bias at switch-on: its spread between several logs of one sensor, and what temperature explains of it."""
+"""Bias at switch-on: its spread between several logs of one sensor, and the part that temperature explains."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["TurnOn", "turn_on_biases"]
 
-#: Fewest logs of which a line in temperature leaves two degrees of freedom.
-FEWEST_FOR_TEMPERATURE = 4
-#: Probability from which on temperature is not called an explanation.
-SIGNIFICANT = 0.05
+#: Fewest logs for a fit of temperature: a straight line leaves two degrees of freedom.
+MIN_LOGS_FOR_TEMPERATURE = 4
+#: p-value, divided by the number of columns, below which a temperature explains the bias.
+SIGNIFICANCE_LEVEL = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +38,13 @@ class TurnOn:
     interval : (float, float)
         95 % interval of `sigma`.
     column : str
-        Temperature that explains a part; empty without one.
+        Temperature column that explains a part; empty if none does.
     share, residual : float
-        Share of the variance that it explains, and deviation about the line in it.
+        Share of the variance that the column explains, and standard deviation about the line.
     slope : float
-        Bias per unit of that column.
+        Bias for each unit of that column.
     unit : str
-        Of the samples.
+        Unit of the samples.
     """
 
     logs: int
@@ -91,14 +91,14 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """The bias at switch-on of each column that another log has too.
+    """Bias at switch-on of each column that another log has too.
 
     Parameters
     ----------
     first : sequence of Recording
         The log that is characterized.
     others : sequence of sequence of Recording
-        Further logs of the same sensor, each after a switch-on of its own.
+        Further logs of the same sensor, each after another switch-on.
     """
     out = {}
     for one in first:
@@ -106,15 +106,17 @@ def turn_on_biases(
             name = column.columns[0]
             found = [column, *(c for log in others if (c := _find(log, name)) is not None)]
             if len(found) > 1:
-                out[name] = _of([c.to(column.unit) for c in found])
+                out[name] = _turn_on_of([c.to(column.unit) for c in found])
     return out
 
 
 def _find(log: Sequence[Recording], name: str) -> Recording | None:
+    """Column of a log by its name, or None."""
     return next((c for one in log for c in one.measured if c.columns[0] == name), None)
 
 
-def _of(columns: Sequence[Recording]) -> TurnOn:
+def _turn_on_of(columns: Sequence[Recording]) -> TurnOn:
+    """Bias at switch-on from the same column of several logs."""
     from scipy.stats import chi2
 
     means = np.array([float(np.nanmean(c.rate_samples())) for c in columns])
@@ -132,11 +134,11 @@ def _of(columns: Sequence[Recording]) -> TurnOn:
 def _temperature(
     means: NDArray[np.float64], covariates: Sequence[Mapping[str, Any]]
 ) -> tuple[str, float, float, float]:
-    """The logged column that explains most of the means, the share, what remains, and the slope; empty without one."""
+    """Logged column that explains most of the means, its share, the remaining deviation and the slope; or blanks."""
     from scipy.stats import linregress
 
     best = ("", 0.0, 0.0, 0.0)
-    if means.size < FEWEST_FOR_TEMPERATURE:
+    if means.size < MIN_LOGS_FOR_TEMPERATURE:
         return best
     names = [name for name in covariates[0] if all(name in own for own in covariates)]
     for name in names:
@@ -144,8 +146,8 @@ def _temperature(
         if not np.ptp(t) > 0.0:
             continue
         line = linregress(t, means)
-        # Each further column is another chance.
-        if not line.pvalue < SIGNIFICANT / len(names):
+        # Bonferroni correction for the number of columns.
+        if not line.pvalue < SIGNIFICANCE_LEVEL / len(names):
             continue
         left = means - line.intercept - line.slope * t
         residual = float(np.sqrt(left @ left / (means.size - 2)))

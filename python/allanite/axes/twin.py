@@ -1,4 +1,4 @@
-"""A simulated sensor with the models of a characterised one: every axis, with its mean, its steps and its range."""
+"""Simulated sensor with the models of a characterized one: every axis, with its mean, steps and range."""
 
 from __future__ import annotations
 
@@ -22,23 +22,24 @@ if TYPE_CHECKING:
 
 __all__ = ["Twin", "samples_of", "twin"]
 
-#: Share of the white variance that rounding may be: beyond it the samples stand on a few steps and nothing is taken out.
-SHARE = 0.5
-#: What no noise model holds.
-NEVER = (
+#: Largest share of rounding in the variance of the white noise. Above it the samples take few values, and the rounding
+#: is not simulated separately. Chosen by judgment; not measured.
+MAX_ROUNDING_SHARE = 0.5
+#: Sentence about errors that no noise model contains.
+ABSENT_ERRORS = (
     "scale factor, misalignment, cross-axis and g-sensitivity: this log at rest does not show them"
 )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Twin:
-    """A simulated recording of all axes, and what of the sensor is not in it.
+    """Simulated recording of all axes, and sentences about what it lacks.
 
     Attributes
     ----------
     recording : Recording
     left_out : tuple of str
-        One sentence each.
+        One sentence for each property of the sensor that is not simulated.
     """
 
     recording: Recording
@@ -46,7 +47,7 @@ class Twin:
 
 
 def samples_of(study: Study) -> dict[str, Any]:
-    """What the models do not say of a column's samples: mean, range, step, and the values at which they were cut."""
+    """Properties of a column's samples that its model lacks: mean, range, step, and values at which they were clipped."""
     recording = study.recording
     x = recording.rate_samples()
     found: dict[str, Any] = {
@@ -55,7 +56,7 @@ def samples_of(study: Study) -> dict[str, Any]:
         "maximum": float(np.nanmax(x)),
         "step": None,
         "clipped": [],
-        # What is fitted to a column counts less its mean.
+        # Effects of a column are fitted relative to its mean.
         "references": {k: float(np.nanmean(v)) for k, v in recording.covariates.items()},
     }
     if recording.quantity == "rate":
@@ -76,22 +77,22 @@ def twin(
     seed: int = 0,
     covariates: Mapping[str, ArrayLike] | None = None,
 ) -> Twin:
-    """Simulate every axis of a saved characterisation.
+    """Simulated recording of every axis of a saved characterization.
 
-    Each axis is a record of its own of the same seed, with the mean of the measured one, rounded to its step, and cut
-    where it was cut; filters (bandwidths), lines, drifts and steps are those of its model.
+    Each axis is simulated independently with the same seed. It has the mean of the measured axis, is rounded to its step
+    and clipped where the measured axis was. Filters, lines, drifts and steps are those of its model.
 
     Parameters
     ----------
     document : mapping
         ``allanite/characterize/1``, as `Characterization.to_dict` gives and `save` writes.
     duration, n : float, int, optional
-        Seconds, or samples; as long as the measured record if neither is given.
+        Length in s, or number of samples; by default that of the measured record.
     rate : float, optional
-        Hz; that of the measured record if left out.
+        Sampling rate, Hz; by default that of the measured record.
     seed : int
     covariates : mapping of str to array_like of shape (n,), optional
-        Columns that the models follow (a temperature). Without one its effect is left out.
+        Columns that the models follow (a temperature). Effects of columns that are not given are omitted.
 
     Returns
     -------
@@ -100,13 +101,13 @@ def twin(
     Raises
     ------
     InputError
-        No characterisation, or a length that cannot be simulated.
+        No characterization, or a length that cannot be simulated.
     """
     if document.get("schema") != "allanite/characterize/1":
         raise InputError(
             f"schema {document.get('schema')!r} is not of all axes: expected 'allanite/characterize/1'"
         )
-    columns, left_out = [], [NEVER]
+    columns, left_out = [], [ABSENT_ERRORS]
     for axis, one in enumerate(document["columns"]):
         told = one["recording"]
         name = told["column"]
@@ -116,10 +117,10 @@ def twin(
         size = {"duration": duration} if n is None else {"n": n}
         if duration is None and n is None:
             size = {"n": round(told["duration_s"] * at)}
-        kept, without = _possible(model, covariates or {})
+        kept, without = _simulatable(model, covariates or {})
         left_out += [f"{name}: {what}" for what in without]
         known = document.get("samples", {}).get(name, {})
-        kept, step = _less_rounding(kept, known.get("step"), at)
+        kept, step = _without_rounding(kept, known.get("step"), at)
         if known.get("step") and step is None:
             left_out.append(
                 f"{name}: rounding to {known['step']:.3g} {told['unit']}, which its noise holds as it was fitted"
@@ -138,13 +139,13 @@ def twin(
         columns=[name for name, *_ in columns],
         covariates=first.covariates,
     )
-    left_out += _shared(document.get("common", {}))
+    left_out += _unsimulated_shared_noise(document.get("common", {}))
     left_out += [f"{name}: {why}" for name, why in document.get("failed", {}).items()]
     return Twin(recording, tuple(left_out))
 
 
-def _shared(common: Mapping[str, Any]) -> list[str]:
-    """What the noise of several axes has in common; lines of all axes keep their phases and are none of it."""
+def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
+    """Sentences about noise that several axes share; common lines keep their phases and are simulated."""
     steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
@@ -155,8 +156,8 @@ def _shared(common: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _possible(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
-    """The model without what follows a column that is not given."""
+def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
+    """Model without the effects of columns that are not given and without excluded samples, and sentences about them."""
     kept = [e for e in model if e.follows is None or e.follows in covariates]
     gone = [
         f"the effect of {e.follows}, of which no values are given" for e in model if e not in kept
@@ -166,10 +167,11 @@ def _possible(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model,
     return Model(tuple(e for e in kept if e not in outliers)), gone
 
 
-def _less_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
-    """White noise less the variance step²/12 that rounding adds again, and the step.
+def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
+    """Model whose white noise lacks the variance step²/12 that rounding adds again, and the step.
 
-    None where the step is too coarse, or where what was rounded had passed a filter: less of N would be another noise.
+    The step is None if it is too coarse, or if a filter acted before the rounding, so that less N would change the
+    spectrum.
     """
     white = model.white
     filtered = any(not (e.passing or e.removes) for e in model.modifiers)
@@ -177,7 +179,7 @@ def _less_rounding(model: Model, step: float | None, rate: float) -> tuple[Model
         return model, None
     level = getattr(white, white.coefficient) ** 2
     rounding = step**2 / 12.0 / rate
-    if rounding > SHARE * level:
+    if rounding > MAX_ROUNDING_SHARE * level:
         return model, None
     place = model.effects.index(white)
     less = float(np.sqrt(level - rounding))
@@ -187,7 +189,7 @@ def _less_rounding(model: Model, step: float | None, rate: float) -> tuple[Model
 def _as_recorded(
     samples: NDArray[np.float64], known: Mapping[str, Any], step: float | None
 ) -> NDArray[np.float64]:
-    """Samples about the measured mean, rounded to the step and cut where the sensor's range ends."""
+    """Samples with the measured mean, rounded to the step and clipped at the ends of the sensor's range."""
     out = samples + known.get("mean", 0.0)
     if step is not None:
         out = np.round(out / step) * step

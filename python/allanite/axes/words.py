@@ -1,4 +1,4 @@
-"""Sentences about all axes: what was read, what agrees, what to know before trusting the numbers."""
+"""Sentences about all axes: what was read, what agrees, and what to know before using the values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Common, Sensor
     from allanite.axes.forms import Agreement, Form
 
-__all__ = ["at_work", "in_common", "remarks", "seen_by_several", "switched_on", "title"]
+__all__ = ["at_work", "in_common", "remarks", "seen_by_several", "title", "turn_on_sentences"]
 
 
 def title(found: Characterization) -> str:
@@ -37,26 +37,26 @@ def title(found: Characterization) -> str:
 
 
 def in_common(sensor: Sensor) -> list[str]:
-    """What holds for all axes, which numbers agree, and whether the axes share noise."""
+    """Sentences on the common model form, on parameters that agree or differ, and on shared noise."""
     if len(sensor.columns) < 2:
         return []
     if sensor.form is None:
-        out = ["no one model form holds for all axes"]
+        out = ["no single model fits all axes"]
     else:
-        out = [f"every axis shows {sensor.form.model} or cannot exclude it{_besides(sensor.form)}"]
-        agree = [_value(n, sensor) for n in sensor.form.numbers if n.pooled.agree]
-        apart = [_apart(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
+        out = [f"{sensor.form.model} fits all axes{_besides(sensor.form)}"]
+        agree = [_agreement_text(n, sensor) for n in sensor.form.numbers if n.pooled.agree]
+        apart = [_difference_text(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
         if agree:
             out.append(f"the axes agree in {', '.join(agree)}")
         if apart:
             out.append(f"the axes differ in {', '.join(apart)}")
     if sensor.cross and not any(cross.significant for cross in sensor.cross):
-        out.append("what the models leave is independent between axes")
+        out.append("the residuals of the axes are uncorrelated")
     return [tidy(sentence) for sentence in out]
 
 
 def seen_by_several(common: Common) -> list[str]:
-    """Lines, events and noise that axes of one sensor or of several have in common, each once."""
+    """Sentences on lines, events and noise that several axes share, each once."""
     of_lines = {one.line: one for one in common.shared if one.line is not None}
     rest = [one for one in common.shared if one.line is None]
     lines = [of_lines.get(line, line) for line in common.lines]
@@ -64,53 +64,57 @@ def seen_by_several(common: Common) -> list[str]:
 
 
 def at_work(found: Characterization) -> list[str]:
-    """What the working log adds to the noise of each column."""
+    """Sentences on what the working log adds to the noise of each column."""
     return [tidy(f"{name}: {'; '.join(w.reasons)}") for name, w in found.working.items()]
 
 
-def switched_on(found: Characterization) -> list[str]:
-    """The bias at switch-on of each column."""
+def turn_on_sentences(found: Characterization) -> list[str]:
+    """Sentences on the bias at switch-on of each column."""
     return [tidy(f"{name}: {bias}") for name, bias in found.turn_on.items()]
 
 
 def _besides(form: Form) -> str:
-    """What axes show beside the form: ``; besides, acc_x has SIN, acc_z has SIN+RES``."""
-    own = [f"{name} has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]
-    return f"; besides, {', '.join(own)}" if own else ""
+    """Clause on the effects of single axes: ``; acc_x also has SIN``."""
+    own = [f"{name} also has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]
+    return f"; {', '.join(own)}" if own else ""
 
 
 def _listed(words: Sequence[str]) -> str:
+    """Words joined by commas and "and"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def _p(value: float) -> str:
+    """Text of a p-value."""
     return f"{value:.1g}" if value >= 1e-99 else "below 1e-99"
 
 
-def _over(number: Agreement, sensor: Sensor) -> str:
-    """Over which axes, where not all have a value."""
+def _over_axes(number: Agreement, sensor: Sensor) -> str:
+    """Clause with the axes that have a value, if not all have."""
     return "" if len(number.columns) == len(sensor.columns) else f" over {_listed(number.columns)}"
 
 
-def _apart(number: Agreement, sensor: Sensor) -> str:
-    return f"{number.pooled.name} (p {_p(number.pooled.p_value)}{_over(number, sensor)})"
+def _difference_text(number: Agreement, sensor: Sensor) -> str:
+    """Clause on a parameter that differs."""
+    return f"{number.pooled.name} (p {_p(number.pooled.p_value)}{_over_axes(number, sensor)})"
 
 
-def _value(number: Agreement, sensor: Sensor) -> str:
+def _agreement_text(number: Agreement, sensor: Sensor) -> str:
+    """Clause on a parameter that agrees, with its common value."""
     pooled, declared = number.pooled, number.parameter
     value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
     value = in_table(value, declared.unit, declared.sheet, number.sample_unit)
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
     text = with_interval(float(value), value.interval)
-    return f"{pooled.name} = {text}{unit}, p {_p(pooled.p_value)}{_over(number, sensor)}"
+    return f"{pooled.name} = {text}{unit}, p {_p(pooled.p_value)}{_over_axes(number, sensor)}"
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
-    """Columns that failed, what the audits warn of or miss, what is left unexplained, and alternative explanations."""
-    out = [f"{name}: not characterised: {why}" for name, why in found.failed.items()]
+    """Sentences on failed columns, audit warnings, what is unexplained, and alternative explanations."""
+    out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
-    # A column without a unit may be a clock's, and then lacks none.
+    # A missing unit is no warning, since the column may be a clock's, but it is a remark.
     out += [f.worded(words) for f in warned if f.severity == "warning" or f.kind == "no_unit"]
     for name, study in found.studies.items():
         if not study.adequate:

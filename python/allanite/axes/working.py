@@ -1,12 +1,12 @@
-"""The noise of a sensor at work: what a second log, with motors or engine running, adds to the model of the first.
+"""Noise of a sensor at work: what a second log, with motors or engine running, adds to the model of the first log.
 
-The log at rest gives the noise of the sensor. The spectrum of the working log has vibration and motion on top of it:
+The log at rest gives the noise of the sensor. The spectrum of the working log adds vibration and motion:
 
-* Lines are single frequencies far above their neighbors; multiples that fold at half of the rate are named as aliases.
-* Motion is what falls from the lowest frequency on, below 10 Hz: a vehicle is steered no faster. A filter has to follow
-  motion, so that it is no noise.
-* Vibration is the rest of the excess. Its density in the octave above motion, or up to 10 Hz, adds to N: integration
-  remembers what is there. Each band above becomes a line of its power, which adds the same to an angle or a velocity.
+* Lines are single frequencies far above their neighbors. Multiples that fold at half of the rate are named as aliases.
+* Motion is excess that falls from the lowest frequency on, below 10 Hz: no vehicle is steered faster. A filter must follow
+  motion, so it is not noise.
+* Vibration is the rest of the excess. Its density in the octave above motion, or up to 10 Hz, adds to N, because an
+  integral accumulates it. Each higher band becomes a line of its power, which adds the same to an angle or a velocity.
 
 Slow noise is that of the log at rest, since motion hides it.
 """
@@ -42,32 +42,32 @@ __all__ = ["Line", "Working", "check_working", "working_states"]
 Array = NDArray[np.float64]
 
 #: Highest frequency of motion, Hz: attitude loops of small multicopters cross over at 2 to 8 Hz, other vehicles are slower.
-MOTION = 10.0
+MAX_MOTION_FREQUENCY = 10.0
 #: Segments of half overlap whose spectra are averaged: each density is then known to 18 %. Fewest samples of a segment.
-SEGMENTS, SHORTEST = 32, 64
+SEGMENTS, MIN_SEGMENT_SAMPLES = 32, 64
 #: Variance of an average of overlapping Hann segments over that of as many independent ones.
 OVERLAP = 1.0 + 2.0 / 36.0
-#: Relative difference of the rates of both logs that moves no line to another bin that matters.
-SAME_RATE = 0.01
-#: Bins beside zero that the window mixes with the mean.
-MIXED = 3
+#: Largest relative difference of the rates of both logs. Chosen by judgment; a line moves by less than a bin.
+MAX_RATE_DIFFERENCE = 0.01
+#: Bins from zero that the window mixes with the mean, and that are omitted.
+OMITTED_BINS = 3
 #: Probability that white noise shows a line anywhere in a spectrum.
-FALSE_LINE = 1e-3
-#: Bins on both sides whose median is the level beside a line, and half of the window's main lobe.
-BESIDE, LOBE = 15, 2
-#: Standard errors above the valley by which a band below it is motion.
-SURELY = 4.0
-#: Bands an octave in which spectra are averaged.
-DENSITY = 3
-#: Share of the density at rest from which on excess is spoken of.
-NAMED = 0.1
-#: Highest multiple of a line that is looked for among the others.
-MULTIPLES = 12
+FALSE_LINE_PROBABILITY = 1e-3
+#: Bins on each side of a line whose median is its level, and bins of half of the window's main lobe.
+LEVEL_BINS, LOBE_BINS = 15, 2
+#: Standard errors by which a band must exceed the valley above it to be motion. Chosen by judgment; not measured.
+MIN_MOTION_EXCESS = 4.0
+#: Bands of an octave in which spectra are averaged.
+BANDS_PER_OCTAVE = 3
+#: Smallest excess over the density at rest that is reported, as a share of it. Chosen by judgment; not measured.
+MIN_REPORTED_EXCESS = 0.1
+#: Highest multiple of a line that is searched among the other lines.
+MAX_MULTIPLE = 12
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of the working log: frequency in Hz, rms, and the base line of which it is a folded multiple."""
+    """A line of the working log: frequency in Hz, rms, and the base line of which it is a (folded) multiple."""
 
     frequency: float
     rms: float
@@ -86,23 +86,23 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Working:
-    """The working state of one axis.
+    """Noise of one axis at work.
 
     Attributes
     ----------
     source : str
-        The working log.
+        Name of the working log.
     model : Model
-        The model of the log at rest with vibration: N of the working state, corners, bands and lines.
+        Model at rest with the N of the working state, and with lines and bands of vibration.
     effects : tuple of dict
-        The same as in a document of a fit, with the intervals of the log at rest where they still hold.
+        Effects of `model` as in the JSON of a fit, with the intervals of the log at rest where they still hold.
     N, interval : float, (float, float)
         White noise of the working state and its 95 % interval, in the recording's unit.
     level : float
-        Density at low frequencies over that at rest, as a ratio of deviations.
+        Ratio of N at work to N at rest.
     lines : tuple of Line
     broad : float
-        Frequency up to which the density is that of N, Hz.
+        Frequency up to which N describes the density, Hz.
     bands : tuple of (float, float, float)
         Lowest and highest frequency in Hz and rms of vibration above N.
     motion : (float, float)
@@ -124,9 +124,9 @@ class Working:
 
     @property
     def reasons(self) -> list[str]:
-        """What the working state adds, one sentence each; ASCII."""
+        """Sentences on what the working state adds, in ASCII."""
         out = []
-        if self.level > 1.0 + NAMED:
+        if self.level > 1.0 + MIN_REPORTED_EXCESS:
             half = 0.5 * self.rate
             out.append(
                 f"N x{self.level:.2g}: vibration at 0-{number(self.broad, 2)} Hz, or folded there from above {half:g} Hz"
@@ -144,7 +144,7 @@ class Working:
         return out or ["nothing above the noise at rest"]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form; a file for a filter takes its `effects` and `notes`."""
+        """JSON record; exported files use its `effects` and `notes`."""
         return {
             "source": self.source,
             "N": {"value": self.N, "interval": list(self.interval)},
@@ -167,7 +167,7 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """The working state of each column that a working log has.
+    """Noise at work of each column that a working log has.
 
     Raises
     ------
@@ -175,11 +175,13 @@ def working_states(
         A model without white noise.
     """
     at_work = {column.columns[0]: column for one in recordings for column in one.measured}
-    return {name: _state(s.fit, at_work[name]) for name, s in studies.items() if name in at_work}
+    return {
+        name: _working_state(s.fit, at_work[name]) for name, s in studies.items() if name in at_work
+    }
 
 
 def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) -> None:
-    """Refuse a working log that has not the columns, units and rates of the log at rest, before anything is computed."""
+    """Raise an error unless the working log has the columns, units and rates of the log at rest, and enough samples."""
     kinds = {
         name: (parse_unit(unit).kind, unit, one.rate)
         for one in rest
@@ -200,18 +202,19 @@ def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) ->
         kind, own, rate = kinds[name]
         if parse_unit(unit).kind != kind:
             raise InputError(f"{name} is in {unit}, at rest in {own}: give both logs one unit")
-        if not np.isclose(one.rate, rate, rtol=SAME_RATE):
+        if not np.isclose(one.rate, rate, rtol=MAX_RATE_DIFFERENCE):
             raise InputError(
                 f"{name} is at {one.rate:.6g} Hz, at rest at {rate:.6g} Hz, and vibration folds elsewhere: record both"
                 " at one rate"
             )
-        if one.n < SHORTEST * (SEGMENTS + 1) // 2:
+        if one.n < MIN_SEGMENT_SAMPLES * (SEGMENTS + 1) // 2:
             raise TooShortError(
-                f"{name}: {one.n} samples at work are too few: {SHORTEST * (SEGMENTS + 1) // 2} are needed"
+                f"{name}: {one.n} samples at work are too few: {MIN_SEGMENT_SAMPLES * (SEGMENTS + 1) // 2} are needed"
             )
 
 
-def _state(fit: Fit, log: Recording) -> Working:
+def _working_state(fit: Fit, log: Recording) -> Working:
+    """Noise at work of one column."""
     rest = fit.recording
     model = fit.model.steady((0.0, rest.duration))
     white = model.white
@@ -224,9 +227,9 @@ def _state(fit: Fit, log: Recording) -> Working:
     begin = _end_of_motion(f, smooth, quiet, nu)
     unit = Model((white.with_values(**{white.coefficient: 1.0}), *model.modifiers))
     each = unit.psd(f, rest.rate)
-    top = min(max(MOTION, 2.0 * begin), log.rate / 4.0)
+    top = min(max(MAX_MOTION_FREQUENCY, 2.0 * begin), log.rate / 4.0)
     near = (f >= begin) & (f <= max(top, begin + 2.0 * (f[1] - f[0])))
-    # Each density is known to the same share of itself.
+    # All densities have the same relative error.
     ratio = float((smooth[near] / quiet[near]).mean())
     square = float((quiet[near] / each[near]).mean())
     error = square * ratio * np.sqrt(2.0 / (nu * near.sum()))
@@ -269,45 +272,45 @@ def _state(fit: Fit, log: Recording) -> Working:
 
 
 def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
-    """Frequencies, two-sided density, how many segments were averaged, and the variance of the samples."""
+    """Frequencies, two-sided density, number of segments averaged, and variance of the samples."""
     from scipy.signal import welch
 
     x = bridge_gaps(log.rate_samples())
     size = 1 << int(np.log2(max(2.0 * x.size / (SEGMENTS + 1), 1.0)))
     f, S = welch(x, log.rate, "hann", size, size // 2, detrend="constant")
     count = (x.size - size) // (size // 2) + 1
-    return f[MIXED:-1], 0.5 * S[MIXED:-1], count, float(x.var())
+    return f[OMITTED_BINS:-1], 0.5 * S[OMITTED_BINS:-1], count, float(x.var())
 
 
 def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
-    """Lines of a spectrum, and the spectrum with the level beside them in their place."""
+    """Lines of a spectrum, and the spectrum with each line replaced by the level beside it."""
     from scipy.ndimage import median_filter
     from scipy.stats import chi2
 
     smooth = S.copy()
     width = f[1] - f[0]
     # The median of a chi-squared variable is below its mean.
-    level = median_filter(S, 2 * BESIDE + 1, mode="nearest") * nu / chi2.median(nu)
-    high = level * chi2.isf(FALSE_LINE / S.size, nu) / nu < S
+    level = median_filter(S, 2 * LEVEL_BINS + 1, mode="nearest") * nu / chi2.median(nu)
+    high = level * chi2.isf(FALSE_LINE_PROBABILITY / S.size, nu) / nu < S
     found = []
     edges = np.flatnonzero(np.diff(np.concatenate([[0], high, [0]])))
     for first, last in zip(edges[::2], edges[1::2], strict=True):
-        around = slice(max(first - LOBE, 0), min(last + LOBE, S.size))
+        around = slice(max(first - LOBE_BINS, 0), min(last + LOBE_BINS, S.size))
         excess = np.maximum(S[around] - level[around], 0.0)
         smooth[around] = level[around]
         middle = float((f[around] @ excess) / excess.sum())
         # A line has two halves of the two-sided density.
         found.append(Line(middle, float(np.sqrt(2.0 * width * excess.sum()))))
-    return tuple(_named(found, width, rate)), smooth
+    return tuple(_with_multiples(found, width, rate)), smooth
 
 
-def _named(lines: list[Line], width: float, rate: float) -> list[Line]:
-    """Lines with the base of which each is a multiple, folded at half of the rate; the base has the most multiples."""
+def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
+    """Lines with the base line of which each is a (folded) multiple; the base is the line with the most multiples."""
 
     def multiples(base: Line) -> dict[int, int]:
-        """Place of a line → multiple of the base that falls there."""
+        """Index of a line → multiple of the base that falls on it."""
         out: dict[int, int] = {}
-        for k in range(2, MULTIPLES + 1):
+        for k in range(2, MAX_MULTIPLE + 1):
             whole = k * base.frequency
             folded = abs(whole - rate * round(whole / rate))
             for place, line in enumerate(lines):
@@ -326,9 +329,9 @@ def _named(lines: list[Line], width: float, rate: float) -> list[Line]:
 
 
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
-    """Lowest frequency without motion, Hz: the valley below 10 Hz where lower bands are surely above it."""
-    top = min(MOTION, f[-1] / 2.0)
-    count = max(2, int(DENSITY * np.log2(top / f[0])) + 1)
+    """Lowest frequency without motion, Hz: the valley below 10 Hz, if lower bands are clearly above it."""
+    top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
+    count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)
     edges = np.unique(np.searchsorted(f, np.geomspace(f[0], top, count)))
     spans = [slice(a, b) for a, b in itertools.pairwise(edges)]
     if not spans:
@@ -338,20 +341,22 @@ def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
     size = np.array([s.stop - s.start for s in spans])
     error = level * np.sqrt(2.0 / (nu * size))
     valley = int(np.argmin(excess))
-    apart = excess[:valley] - excess[valley] > SURELY * np.hypot(error[:valley], error[valley])
+    apart = excess[:valley] - excess[valley] > MIN_MOTION_EXCESS * np.hypot(
+        error[:valley], error[valley]
+    )
     return float(f[spans[valley].start]) if apart.any() else float(f[0])
 
 
 def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
-    """Thirds of an octave a tenth above the floor (lowest and highest frequency, rms), and where the floor ends, Hz."""
+    """Bands a tenth above the floor (lowest and highest frequency, rms), and the frequency at which the floor ends, Hz."""
     high = float(f[-1])
-    count = max(1, round(DENSITY * float(np.log2(high / low))))
+    count = max(1, round(BANDS_PER_OCTAVE * float(np.log2(high / low))))
     edges = np.unique(np.searchsorted(f, np.geomspace(low, high * 1.0001, count + 1)))
     found, broad = [], high
     for first, last in itertools.pairwise(edges):
         own = slice(first, last)
         more = float((S[own] - floor[own]).sum())
-        if more > NAMED * floor[own].sum():
+        if more > MIN_REPORTED_EXCESS * floor[own].sum():
             rms = float(np.sqrt(2.0 * (f[1] - f[0]) * more))
             found.append((float(f[first]), float(f[last - 1]), rms))
         if broad == high and S[own].sum() < floor[own].sum() / 2.0:
@@ -360,7 +365,7 @@ def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], flo
 
 
 def _joined(bands: list[Any], width: float) -> tuple[Any, ...]:
-    """Neighbors as one band."""
+    """Bands with neighbors joined to one."""
     out: list[list[float]] = []
     for low, high, rms in bands:
         if out and low < out[-1][1] + 1.5 * width:

@@ -15,7 +15,7 @@ from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
 from allanite.comparison.datasheet import minimum_of, with_figures
 from allanite.effects import as_model, find
-from allanite.planning.duration import spoken
+from allanite.planning.duration import duration_text
 from allanite.sources.datasheet import MINIMUM, known_figures
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ class Acceptance:
                 f"{f.limit:.4g} {f.unit}",
                 "not detected" if f.measured is None else f"{f.measured:.4g}",
                 f"{f.low:.4g} … {f.high:.4g}" if f.low > 0.0 else f"below {f.high:.4g}",
-                f.verdict + (f" (record {spoken(f.needs)})" if f.needs is not None else ""),
+                f.verdict + (f" (record {duration_text(f.needs)})" if f.needs is not None else ""),
             )
             for f in self.figures
         ]

@@ -1,4 +1,4 @@
-"""Where the spectrum leaves the model."""
+"""Residuals over frequency: the interval in which the measured spectrum differs most from the model."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ if TYPE_CHECKING:
 
 __all__ = ["rows", "worst"]
 
-#: Largest normalised sum over all intervals of some 500 independent scores; passed by about 0.2 % of true models.
-THRESHOLD = 5.2
+#: Smallest |Σz|/√k of an interval of k bins that is a failure, standard deviations. About 0.2 % of true models exceed
+#: it: the largest such sum over all intervals of some 500 independent scores.
+MIN_INTERVAL_SCORE = 5.2
 
 
 def rows(fit: Fit) -> list[dict[str, Any]]:
-    """One record a bin: limits in Hz, measured over expected power, standard normal score."""
+    """JSON records of the bins: limits in Hz, measured over expected power, standard normal score."""
     low, high = fit.data.bins.limits(fit.data.rate)
     ratio = fit.solution.power / fit.solution.spectrum
     return [
@@ -26,13 +27,13 @@ def rows(fit: Fit) -> list[dict[str, Any]]:
 
 
 def worst(fit: Fit) -> tuple[float, float] | None:
-    """The interval of bins whose scores have the largest |Σz|/√k, if it exceeds what chance allows."""
+    """Interval of bins with the largest |Σz|/√k in Hz, or None if it is below `MIN_INTERVAL_SCORE`."""
     z = fit.z
     total = np.concatenate([[0.0], np.cumsum(z)])
     first, last = np.triu_indices(z.size + 1, 1)
     size = np.abs(total[last] - total[first]) / np.sqrt(last - first)
     top = int(np.argmax(size))
-    if size[top] < THRESHOLD:
+    if size[top] < MIN_INTERVAL_SCORE:
         return None
     low, high = fit.data.bins.limits(fit.data.rate)
     return float(low[first[top]]), float(high[last[top] - 1])

@@ -1,4 +1,4 @@
-"""Where the Allan curve leaves the model."""
+"""Residuals over averaging time: the range in which the measured Allan curve differs most from the model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["rows", "worst"]
 
 
 def rows(curve: Curve) -> list[dict[str, Any]]:
-    """One record a τ: measured, model, ratio of deviations, standard normal score."""
+    """JSON records of the averaging times: measured and model deviation, their ratio, standard normal score."""
     return [
         {
             "tau_s": float(t),

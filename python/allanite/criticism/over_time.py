@@ -1,4 +1,4 @@
-"""When does the model fail? The (time × octave band) map of measured over expected power."""
+"""Residuals over time: the map of measured over expected power in segments of time and octaves of frequency."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ __all__ = ["TimeMap", "overdispersion", "time_map"]
 
 #: Segments of the record: a change that lasts 3 % of it fills one, and the slow octaves still have a few values in each.
 SEGMENTS = 32
-#: A cell with fewer values than this is not judged.
-FEWEST = 4
-#: Stretches whose scatter is compared with that of χ².
-CELLS = 256
-#: About 0.2 % for the largest of 450 cells.
-THRESHOLD = 4.6
+#: Fewest values of a cell of the map on average; octaves with fewer are omitted. Chosen by judgment; not measured.
+MIN_CELL_VALUES = 4
+#: Most cells of time whose scatter is compared with that of χ². Chosen by judgment; not measured.
+MAX_CELLS = 256
+#: Smallest |z| of a cell that is a failure. The largest of 450 cells exceeds it in about 0.2 % of true models.
+MIN_CELL_SCORE = 4.6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimeMap:
-    """Measured over expected power, shape (bands, segments), its degrees of freedom (bands,) and scores z."""
+    """Measured over expected power, its scores z, both of shape (bands, segments), and the limits of the cells."""
 
     start_s: NDArray[np.float64]
     end_s: NDArray[np.float64]
@@ -42,7 +42,7 @@ class TimeMap:
     __repr__ = brief
 
     def rows(self) -> list[dict[str, Any]]:
-        """One record a cell, as in the contract."""
+        """JSON records of the cells."""
         return [
             {
                 "start_s": float(self.start_s[s]),
@@ -57,12 +57,12 @@ class TimeMap:
         ]
 
     def worst(self) -> tuple[float, float] | None:
-        """The time about the cell that differs most from the rest of its band, if by more than chance allows."""
+        """Time range in s about the cell that differs most from its band; None if its score is below `MIN_CELL_SCORE`."""
         if self.z.size == 0:
             return None
         band, top = np.unravel_index(int(np.argmax(np.abs(self.z))), self.z.shape)
         row = self.z[band]
-        if abs(row[top]) < THRESHOLD:
+        if abs(row[top]) < MIN_CELL_SCORE:
             return None
         same = row * np.sign(row[top]) > 2.0
         low = high = int(top)
@@ -74,8 +74,8 @@ class TimeMap:
 
 
 def time_map(data: Data, whitened: Whitened) -> TimeMap:
-    """32 segments × octaves; z compares a cell with its band's mean, isolating changes in time."""
-    bands = [band for band in whitened.bands[::-1] if band[2].size > FEWEST * SEGMENTS]
+    """Map of a whitened record; the scores compare each cell with the mean of its band, which isolates changes in time."""
+    bands = [band for band in whitened.bands[::-1] if band[2].size > MIN_CELL_VALUES * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)
     ratio, z = [], []
@@ -101,17 +101,17 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
 
 
 def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
-    """By how much the power of neighbouring stretches scatters more than χ² does, at least 1.
+    """Scatter of the power of neighboring cells over that of χ², at least 1; each value is the mean of `each` squares.
 
-    Heavy tails and bands narrower than an octave leave fewer independent values than there are; differences of
-    neighbours see no change of level. Each value is the mean of `each` squares.
+    Heavy tails, and bands narrower than an octave, leave fewer independent values. Differences of neighbors do not respond
+    to single changes of level.
     """
     found = 1.0
-    cells = min(CELLS, power.size // FEWEST)
+    cells = min(MAX_CELLS, power.size // MIN_CELL_VALUES)
     while cells >= SEGMENTS // 2:
         size = power.size // cells
         means = power[: cells * size].reshape(cells, size).mean(axis=1)
-        # The median of squares: a few changes of level are no scatter.
+        # The median of squares ignores a few changes of level.
         scatter = 0.5 * float(np.median(np.diff(means) ** 2)) / 0.4549 / float(np.mean(means)) ** 2
         found = max(found, scatter * size * each / 2.0 / (1.0 + 4.0 / np.sqrt(cells)))
         cells //= 2

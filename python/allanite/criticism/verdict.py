@@ -1,4 +1,4 @@
-"""Where a model fails, on every view, in numbers and in words."""
+"""Residuals of a fit on every view, and sentences about where it fails."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class Where:
     worst_tau, worst_frequency, worst_time : (low, high) or None
         s, Hz, s.
     largest : (model over measured deviation, τ in s) or None
-        The largest ratio of the curve, edf ≥ 10.
+        Largest ratio of the curve where it has at least 10 degrees of freedom.
     few : tuple of float
-        τ with fewer degrees of freedom, which the error of a fit leaves out, s.
+        Averaging times with fewer degrees of freedom, which the Allan error of a fit omits, s.
     """
 
     tau: list[dict[str, Any]]
@@ -50,12 +50,12 @@ class Where:
     __repr__ = brief
 
     def worst(self) -> dict[str, list[float] | None]:
-        """The contract's ``where.worst``."""
+        """Worst interval of each view, for the JSON."""
         found = {"tau": self.worst_tau, "frequency": self.worst_frequency, "time": self.worst_time}
         return {k: None if v is None else list(v) for k, v in found.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """The contract's ``where``."""
+        """JSON record of the residuals."""
         return {
             "tau": self.tau,
             "frequency": self.frequency,
@@ -65,7 +65,7 @@ class Where:
 
     @property
     def fails(self) -> bool:
-        """Whether any view shows a significant residual."""
+        """True if any view has a significant residual."""
         return any(self.worst().values())
 
     def sentences(self) -> list[str]:
@@ -73,24 +73,24 @@ class Where:
         return [sentence for _, _, sentence in self.places()]
 
     def places(self) -> list[tuple[str, tuple[float, float], str]]:
-        """The view (``tau``, ``frequency`` or ``time``), the interval (s, Hz or s) and the sentence of each failure."""
+        """View (``tau``, ``frequency`` or ``time``), interval (s, Hz or s) and sentence of each failure."""
         out = []
         if self.worst_tau is not None:
             low, high = self.worst_tau
             inside = [r for r in self.tau if low <= r["tau_s"] <= high]
             peak = max(inside, key=lambda r: abs(np.log(r["ratio"])))
-            # The worst of a fit's summary is another one, and nearer.
+            # The fit's summary names the worst τ with enough degrees of freedom, which may be another one.
             left_out = f"; fewer than {MIN_EDF:g} degrees of freedom, so not in the Allan error"
             words = (
-                f"over τ: {_factor(1.0 / peak['ratio'])} at {peak['tau_s']:.3g} s"
-                f"{_span(low, high, 's')} (z = {peak['z']:+.1f}"
+                f"over τ: {_ratio_text(1.0 / peak['ratio'])} at {peak['tau_s']:.3g} s"
+                f"{_range_text(low, high, 's')} (z = {peak['z']:+.1f}"
                 f"{left_out if peak['tau_s'] in self.few else ''})"
             )
             out.append(("tau", self.worst_tau, words))
             if self.largest is not None and not low <= self.largest[1] <= high:
                 factor, tau = self.largest
                 words = (
-                    f"over τ: {_factor(factor)} at {tau:.3g} s, the most where there are"
+                    f"over τ: {_ratio_text(factor)} at {tau:.3g} s, the most where there are"
                     f" {MIN_EDF:g} degrees of freedom or more"
                 )
                 out.append(("tau", (tau, tau), words))
@@ -108,7 +108,7 @@ class Where:
             inside = [
                 r for r in self.time if low <= r["start_s"] and r["end_s"] <= high
             ] or self.time
-            # The largest samples of a stretch may be louder where most are quieter: what is said of both agrees.
+            # Ratio and score of a cell may differ in sign with heavy tails: quote a cell in which they agree.
             inside = [r for r in inside if (r["ratio"] > 1.0) == (r["z"] > 0.0)] or inside
             peak = max(inside, key=lambda r: abs(r["z"]))
             words = (
@@ -119,14 +119,15 @@ class Where:
         return [(view, place, tidy(words)) for view, place, words in out]
 
 
-def _factor(factor: float) -> str:
-    """How far a model is from a measured deviation, in words."""
+def _ratio_text(factor: float) -> str:
+    """Clause with the ratio of the model to the measured deviation."""
     if factor > 1.0:
         return f"the model is ×{factor:.3g} too high"
     return f"the model is ×{1.0 / factor:.3g} too low"
 
 
-def _span(low: float, high: float, unit: str) -> str:
+def _range_text(low: float, high: float, unit: str) -> str:
+    """Clause with the range of a failure, or an empty string for a single point."""
     return (
         ""
         if low == high
@@ -135,7 +136,7 @@ def _span(low: float, high: float, unit: str) -> str:
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
-    """All views of one fit."""
+    """Residuals of a fit on all views."""
     times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),

@@ -1,4 +1,4 @@
-"""What a record of given length and rate will tell."""
+"""Detection power: what a record of given length and rate will show about an effect and the parameters of a model."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from allanite.effects import (
     parse_model,
 )
 from allanite.planning import expected as _expected
-from allanite.planning.chance import Rise, needed
-from allanite.planning.errors import standard_errors
+from allanite.planning.delta_logl_law import Rise, needed_delta_logl
+from allanite.planning.standard_errors import standard_errors
 from allanite.planning.trials import family_of
 
 if TYPE_CHECKING:
@@ -38,26 +38,26 @@ __all__ = ["Power", "detection_power"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Power:
-    """What a record will tell of an effect and of the numbers of its model.
+    """What a record will show about an effect and the parameters of its model.
 
     Attributes
     ----------
     model : Model
-        The truth: the model and, if one was asked for, the effect.
+        The true model, including the effect if one was given.
     effect : Effect or None
-        The effect that `check` is to find, not in the model that is fitted first.
+        The effect that `check` must find; the model fitted first lacks it.
     duration, rate : float
-        s, Hz.
+        Length of the record, s, and sampling rate, Hz.
     delta_log_likelihood : float or None
-        Expected rise of logL when the effect is added (mean over records).
+        Expected ΔlogL when the effect is added (mean over records).
     spread : float or None
-        Standard deviation of that rise from record to record.
+        Standard deviation of that ΔlogL from record to record.
     needed : float or None
-        The rise that `check` calls significant after the corrections for all that it tries.
+        ΔlogL that `check` calls significant, after the correction for all searches.
     probability : float or None
         Probability that `check` names the effect as significant.
     standard_errors : mapping of str to float
-        Standard error of each number when the whole model is fitted, by ``N``, ``GM.q_c``, in its own unit.
+        Standard error of each parameter when the whole model is fitted, in its unit, by ``N``, ``GM.q_c``.
 
     Examples
     --------
@@ -77,14 +77,14 @@ class Power:
     standard_errors: Mapping[str, float]
 
     def value(self, name: str) -> float:
-        """The true value of the number `name`, one of those in `standard_errors`.
+        """True value of the parameter `name`, a key of `standard_errors`.
 
         Raises
         ------
         InputError
-            The model has no such number.
+            The model has no such parameter.
         """
-        from allanite.planning.errors import labels
+        from allanite.planning.standard_errors import labels
 
         label, _, parameter = name.partition(".")
         for found, effect in zip(labels(self.model), self.model, strict=True):
@@ -95,14 +95,14 @@ class Power:
             ):
                 return float(effect.values[parameter or label])
         known = ", ".join(self.standard_errors)
-        raise InputError(f"{name}: the model has no such number (it has: {known})")
+        raise InputError(f"{name}: the model has no such parameter (it has: {known})")
 
     def relative(self, name: str) -> float:
-        """Standard error of the number `name` (``K``, ``GM.correlation_time``) as a share of its value."""
+        """Standard error of the parameter `name` (``K``, ``GM.correlation_time``) over its value."""
         return self.standard_errors[name] / abs(self.value(name)) if self.value(name) else np.inf
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, schema ``allanite/power/1``; what the record tells nothing of is null."""
+        """JSON record, schema ``allanite/power/1``; parameters that the record does not show have a null error."""
         from allanite.effects.files import model_to_dict
 
         return {
@@ -153,19 +153,19 @@ def detection_power(
     rate: float,
     covariates: Columns | None = None,
 ) -> Power:
-    """What a record of `duration` s at `rate` Hz will tell; nothing is simulated.
+    """Detection power of `check` for an effect in a planned record, and standard errors of all parameters.
 
-    The model is fitted to the record that is to be expected (every bin with the power that the truth gives it), with
-    and without the effect; what logL loses without it is the non-centrality of the test that `check` makes.
+    Nothing is simulated. The model is fitted to the expected record, in which every bin has its expected power, with and
+    without the effect. The difference of logL is the non-centrality of the test that `check` makes.
 
     Parameters
     ----------
     model : Model, Effect or str
-        What is modelled anyway, with values.
+        Model without the effect, with values.
     effect : Effect or str, optional
-        What hides beside it, with values.
+        Effect to be found, with values.
     duration, rate : float
-        s, Hz.
+        Length of the record, s, and sampling rate, Hz.
     covariates : mapping of str to callable, optional
         Expected course of each column as a function of time in s, shape (n,) → (n,).
 
@@ -176,9 +176,9 @@ def detection_power(
     Raises
     ------
     InputError
-        A value is missing, a column is not described, or the effect is one that a spectrum does not show.
+        A value is missing, a column is not described, or the spectrum does not show the effect.
     TooShortError
-        Fewer samples than any fit needs.
+        Fewer samples than a fit needs.
 
     References
     ----------
@@ -197,13 +197,13 @@ def detection_power(
     rate = positive_rate(rate)
     duration = positive(duration, "duration", "s", "a positive number of seconds")
     whole = base if added is None else base + added
-    _expected.require(whole)
+    _expected.require_values(whole)
     data = _expected.blank(round(duration * rate), rate)
     grid = _expected.coarse(data, covariates)
     errors = MappingProxyType(standard_errors(whole, data, grid))
     if added is None:
         return Power(whole, None, duration, rate, None, None, None, None, errors)
-    odds = chance_of(base, added, data, grid)
+    odds = odds_of(base, added, data, grid)
     return Power(
         whole,
         added,
@@ -218,7 +218,7 @@ def detection_power(
 
 
 def as_effect(effect: Effect | str) -> Effect:
-    """The one effect of a string."""
+    """Effect from a string that describes exactly one."""
     if isinstance(effect, str):
         parsed = parse_model(effect)
         if len(parsed) != 1:
@@ -231,7 +231,7 @@ def as_effect(effect: Effect | str) -> Effect:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Odds:
-    """Distribution of the gain in logL, of the part that the significance test uses, and the least significant gain."""
+    """Distribution of ΔlogL, of the part of it that the significance test uses, and the smallest significant ΔlogL."""
 
     rise: Rise
     judged: Rise
@@ -243,8 +243,8 @@ class Odds:
         return self.judged.above(self.needed)
 
 
-def chance_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
-    """What `check` may see of an effect hidden beside a model."""
+def odds_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
+    """Distribution of ΔlogL of an effect beside a model, and the ΔlogL that `check` requires."""
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.passing:
         rise = judged = _level(noise, effect, data)
@@ -259,30 +259,33 @@ def chance_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
         rise = judged = _rise(base, null, effect, true, data, grid)
         if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
             # A slow function of time has to explain something beside the best random process.
-            fits = [null, *(_expected.best_fit(m, measured, data) for m in _beside(noise))]
+            fits = [
+                null,
+                *(_expected.best_fit(m, measured, data) for m in _with_wandering_process(noise)),
+            ]
             best = max(fits, key=lambda s: s.log_likelihood)
             judged = _rise(base, best, effect, true, data, grid)
     family, families = family_of(base, effect, null, data, grid)
-    return Odds(rise, judged, needed(family, families))
+    return Odds(rise, judged, needed_delta_logl(family, families))
 
 
 def _rise(base: Model, null: Solution, effect: Effect, true: Array, data: Data, grid: Data) -> Rise:
-    """What the effect raises logL by, over a model whose random part is fitted as `null` to the expected record."""
+    """Distribution of ΔlogL of an effect over a model whose random part is fitted as `null` to the expected record."""
     added = sum(
         p.role not in {"derived", "choice"} and p.unit != "text" and p.name not in effect.held
         for p in effect.parameters
     )
     free = null.columns[:, null.theta > 0.0] / null.spectrum[:, None]
-    known = _expected.known(base, null, data, grid)
+    known = _expected.known_directions(base, null, data, grid)
     signal = np.zeros(null.count.size)
     if isinstance(effect, Deterministic):
         signal = _expected.signal_beside(effect, known, null, data, grid)
-    taken = _expected.taken(known, data)
+    taken = _expected.absorbed_ordinates(known, data)
     return Rise(null.count, true / null.spectrum, signal, free, added, taken)
 
 
-def _beside(noise: Model) -> list[Model]:
-    """The noise with each random process that may take the part of a slow function of time (see `suggestion.drifts`)."""
+def _with_wandering_process(noise: Model) -> list[Model]:
+    """The noise model plus each wandering process that may absorb part of a slow function of time."""
     return [
         noise + blank
         for cls in CATALOGUE
@@ -292,7 +295,7 @@ def _beside(noise: Model) -> list[Model]:
 
 
 def _level(noise: Model, effect: Modifier, data: Data) -> Rise:
-    """Two levels of the white part against one, over the bins that it dominates."""
+    """Distribution of ΔlogL of two levels of the white noise against one, over the bins that it dominates."""
     if noise.white is None:
         raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
     white = Model((noise.white,))

@@ -1,4 +1,4 @@
-"""How long a record has to be."""
+"""Shortest record that answers a question: find an effect, know a parameter, or distinguish two effects."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from allanite.common.errors import InputError
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import as_model
 from allanite.planning import expected as _expected
-from allanite.planning.detection import Power, as_effect, chance_of, detection_power
-from allanite.planning.errors import standard_errors
-from allanite.planning.telling import log_odds, two_of
+from allanite.planning.detection import Power, as_effect, detection_power, odds_of
+from allanite.planning.distinguishing import log_odds, models_to_distinguish
+from allanite.planning.standard_errors import standard_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,32 +24,32 @@ if TYPE_CHECKING:
 
 __all__ = ["Plan", "plan"]
 
-#: Longest record that is thought of: ten years.
-LONGEST = 10 * 365.25 * 86400.0
-#: Durations are found to this ratio.
-CLOSE = 1.02
-#: Rates that are compared where none is given, Hz.
+#: Longest record that is planned, s: ten years.
+MAX_DURATION = 10 * 365.25 * 86400.0
+#: Ratio of the two bounds at which the search for a duration ends.
+DURATION_RATIO = 1.02
+#: Rates that are compared if none is given, Hz.
 RATES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
-#: Rates whose required duration is within this factor of the shortest count as equal.
-AS_GOOD = 1.1
-#: Expected odds at which two effects count as told apart.
-ODDS = 1000.0
+#: Rates whose duration is within this factor of the shortest are equal, and the lowest is taken. Chosen by judgment.
+MAX_DURATION_RATIO = 1.1
+#: Expected odds at which two effects are distinguished. Chosen by judgment; not measured.
+MIN_ODDS = 1000.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """The shortest record that tells what was asked.
+    """The shortest record that answers a question.
 
     Attributes
     ----------
     duration, rate : float
-        s, Hz.
+        Length of the record, s, and sampling rate, Hz.
     power : Power
-        What that record tells.
+        What that record will show.
     question : str
-        What was asked for, in words.
+        The question, in words.
     alternatives : tuple of (float, float or None)
-        Rate in Hz and duration in s of each rate that was compared; None where ten years do not suffice.
+        Rate in Hz and duration in s of each rate compared; None if ten years do not suffice.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Plan:
     alternatives: tuple[tuple[float, float | None], ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, schema ``allanite/plan/1``."""
+        """JSON record, schema ``allanite/plan/1``."""
         return {
             "schema": "allanite/plan/1",
             "version": _kernels.version(),
@@ -78,14 +78,14 @@ class Plan:
 
     def __str__(self) -> str:
         lines = [
-            f"{self.question}: record {spoken(self.duration)} at {self.rate:g} Hz",
+            f"{self.question}: record {duration_text(self.duration)} at {self.rate:g} Hz",
             "",
             str(self.power),
         ]
         if len(self.alternatives) > 1:
             lines += ["", f"{'rate (Hz)':>12} {'duration':>14}"]
             lines += [
-                f"{rate:12g} {'not in 10 years' if d is None else spoken(d):>14}"
+                f"{rate:12g} {'not in 10 years' if d is None else duration_text(d):>14}"
                 for rate, d in self.alternatives
             ]
         return "\n".join(lines)
@@ -94,8 +94,8 @@ class Plan:
         return f"<pre>{self}</pre>"
 
 
-def spoken(seconds: float) -> str:
-    """A duration in the unit in which one thinks of it."""
+def duration_text(seconds: float) -> str:
+    """Text of a duration in a suitable unit: ``3.2 h``."""
     for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"
@@ -113,27 +113,27 @@ def plan(
     rate: float | None = None,
     covariates: Columns | None = None,
 ) -> Plan:
-    """The shortest record in which `check` finds an effect, or in which a number is known well enough.
+    """Shortest record in which `check` finds an effect, a parameter is known well enough, or two effects are distinguished.
 
     Parameters
     ----------
     model : Model, Effect or str
-        What is modelled anyway, with values.
+        Model with expected values.
     find : Effect or str, optional
-        The effect to be found, with values. This, `know` or `tell`.
+        Effect to be found, with values. Give this, `know` or `tell`.
     power : float
-        Probability with which `check` is to find it.
+        Required probability that `check` finds the effect.
     know : str, optional
-        A number of the model (and of `find`): ``K``, ``GM.correlation_time``.
+        Parameter of the model to be known: ``K``, ``GM.correlation_time``.
     to : float
-        Its standard error as a share of its value.
+        Required standard error of that parameter over its value.
     tell : (str, str), optional
-        Two effects, such as ``("K", "GM")``, one of which is in the model: the expected odds against the other are to be
+        Two effects, such as ``("K", "GM")``, one of which is in the model. The expected odds against the other must be
         1000 : 1.
     rate : float, optional
-        Hz. Without it rates from 0.1 to 1000 Hz are compared (the samples being averages over their interval, so that
-        the densities stay what they are), and the lowest one is taken whose record is within a tenth of the
-        shortest.
+        Sampling rate, Hz. By default, rates from 0.1 to 1000 Hz are compared, and the lowest rate is taken whose record
+        is at most a tenth longer than the shortest. Samples are averages over their interval, so that the densities
+        do not depend on the rate.
     covariates : mapping of str to callable, optional
         Expected course of each column as a function of time in s, shape (n,) → (n,).
 
@@ -144,8 +144,7 @@ def plan(
     Raises
     ------
     InputError
-        None or several of `find`, `know` and `tell`, numbers out of range, or a question that ten years of record do not
-        answer.
+        None or several of `find`, `know` and `tell`, a number out of range, or ten years of record do not suffice.
 
     References
     ----------
@@ -162,16 +161,16 @@ def plan(
     effect = None if find is None else as_effect(find)
     if sum(asked is not None for asked in (effect, know, tell)) != 1:
         raise InputError(
-            "plan: ask either to find an effect, to know a number or to tell two effects apart"
+            "plan: give one of find= (an effect), know= (a parameter) and tell= (two effects)"
         )
     if not 0.0 < power < 1.0:
         raise InputError(f"power = {power}: a probability between 0 and 1, such as 0.9")
     to = positive(to, "to", "", "a positive share of the value, such as 0.1 for 10 %")
     rate = None if rate is None else positive_rate(rate)
-    _expected.require(base if effect is None else base + effect)
+    _expected.require_values(base if effect is None else base + effect)
     if tell is not None:
-        question = f"to tell {tell[0]} from {tell[1]} at {ODDS:g} : 1"
-        enough = _told_apart(base, tell, covariates)
+        question = f"to tell {tell[0]} from {tell[1]} at {MIN_ODDS:g} : 1"
+        enough = _distinguished(base, tell, covariates)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
         enough = _known_enough(base, know, to, covariates)
@@ -179,7 +178,7 @@ def plan(
         assert effect is not None
         question = f"to find {effect} with probability {power:g}"
         enough = _found(base, effect, power, covariates)
-    tried = tuple((r, _shortest(enough, r)) for r in (RATES if rate is None else (rate,)))
+    tried = tuple((r, _shortest_duration(enough, r)) for r in (RATES if rate is None else (rate,)))
     possible = [(d, r) for r, d in tried if d is not None]
     if not possible:
         why = "it cannot be told from the rest of the model"
@@ -187,7 +186,9 @@ def plan(
             why = "the other one can look like it; give the model with that one and its values"
         raise InputError(f"plan: ten years of record do not suffice {question}: {why}")
     best = min(possible)[0]
-    duration, chosen = min(((d, r) for d, r in possible if d <= AS_GOOD * best), key=lambda p: p[1])
+    duration, chosen = min(
+        ((d, r) for d, r in possible if d <= MAX_DURATION_RATIO * best), key=lambda p: p[1]
+    )
     return Plan(
         duration,
         chosen,
@@ -200,22 +201,25 @@ def plan(
 def _found(
     base: Model, effect: Effect, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
+    """Function of duration and rate: True if the effect is found with the wanted probability."""
+
     def enough(duration: float, rate: float) -> bool:
         data = _expected.blank(round(duration * rate), rate)
-        odds = chance_of(base, effect, data, _expected.coarse(data, covariates))
+        odds = odds_of(base, effect, data, _expected.coarse(data, covariates))
         return odds.probability >= wanted
 
     return enough
 
 
-def _told_apart(
+def _distinguished(
     base: Model, names: tuple[str, str], covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    truth, other = two_of(base, names)
+    """Function of duration and rate: True if the two effects are distinguished."""
+    truth, other = models_to_distinguish(base, names)
 
     def enough(duration: float, rate: float) -> bool:
         data = _expected.blank(round(duration * rate), rate)
-        return log_odds(truth, other, data, covariates) >= np.log(ODDS)
+        return log_odds(truth, other, data, covariates) >= np.log(MIN_ODDS)
 
     return enough
 
@@ -223,6 +227,7 @@ def _told_apart(
 def _known_enough(
     base: Model, name: str, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
+    """Function of duration and rate: True if the parameter has the wanted relative standard error."""
     value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
 
     def enough(duration: float, rate: float) -> bool:
@@ -233,14 +238,14 @@ def _known_enough(
     return enough
 
 
-def _shortest(enough: Callable[[float, float], bool], rate: float) -> float | None:
-    """Bisection in the logarithm, after a search upwards by factors of four."""
+def _shortest_duration(enough: Callable[[float, float], bool], rate: float) -> float | None:
+    """Shortest sufficient duration at a rate, s, by bisection in its logarithm; None if ten years do not suffice."""
     low = high = 64.0 / rate
     while not enough(high, rate):
-        if high >= LONGEST:
+        if high >= MAX_DURATION:
             return None
-        low, high = high, min(4.0 * high, LONGEST)
-    while high > CLOSE * low:
+        low, high = high, min(4.0 * high, MAX_DURATION)
+    while high > DURATION_RATIO * low:
         middle = float(np.sqrt(low * high))
         if enough(middle, rate):
             high = middle

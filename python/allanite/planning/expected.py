@@ -1,9 +1,9 @@
-"""The expected record: each bin holds its expected power under the true model.
+"""Expected record: each bin holds its expected power under the true model.
 
 A fit of this one record (the "Asimov data set" of Cowan, Cranmer, Gross & Vitells 2011, EPJ C 71, 1554) is the limit of
-the fits of many, and the logL that it loses without an effect is the non-centrality of the test for that effect.
-Nothing here has the length of the record: bins are evaluated at their nodes, slow functions of time on a coarse grid
-whose lowest ordinates are the record's.
+the fits of many records. The logL that it loses without an effect is the non-centrality of the test for that effect.
+No array has the length of the record: bins are evaluated at nodes, and slow functions of time on a coarse grid whose
+lowest ordinates are the record's.
 """
 
 from __future__ import annotations
@@ -32,44 +32,44 @@ if TYPE_CHECKING:
     Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
 
 __all__ = [
+    "absorbed_ordinates",
     "best_fit",
     "blank",
     "coarse",
     "expected_power",
-    "known",
+    "known_directions",
+    "ordinates_of",
     "random_part",
-    "require",
-    "seen_at",
+    "require_values",
     "signal_beside",
     "signal_ordinates",
     "signal_power",
-    "taken",
 ]
 
 Array = NDArray[np.float64]
-#: Samples of the coarse grid; slow effects have all but 1e-4 of their weight below a quarter of them.
-COARSE = 32768
-#: A direction of which so little is left beside others is one of theirs.
-SAME = 1e-3
-#: Samples whose numbers are exact, three years at 100 MHz.
-LONGEST = 2**53
+#: Most samples of the coarse grid. Slow effects have all but 1e-4 of their energy below a quarter of its ordinates.
+COARSE_SAMPLES = 32768
+#: Singular values below this, relative to unit vectors, are linear dependences of directions.
+MIN_SINGULAR_VALUE = 1e-3
+#: Most samples whose count a double holds exactly: three years at 100 MHz.
+MAX_SAMPLES = 2**53
 
 
 def blank(n: int, rate: float) -> Data:
-    """A record of which nothing but length and rate is known; its arrays take no memory.
+    """Record of given length and rate without samples; its arrays take no memory.
 
     Raises
     ------
     InputError
         More samples than can be counted exactly.
     TooShortError
-        Fewer samples than any fit needs.
+        Fewer samples than a fit needs.
     """
     if n < MIN_SAMPLES:
         raise TooShortError(f"a record of {n} samples; a fit needs at least {MIN_SAMPLES}")
-    if n > LONGEST:
+    if n > MAX_SAMPLES:
         raise InputError(
-            f"a record of {n:.3g} samples at {rate:g} Hz: more than {LONGEST:.3g} are not planned,"
+            f"a record of {n:.3g} samples at {rate:g} Hz: more than {MAX_SAMPLES:.3g} are not planned,"
             " lower the rate or the duration"
         )
     nothing = np.broadcast_to(np.float64(0.0), (n,))
@@ -77,8 +77,8 @@ def blank(n: int, rate: float) -> Data:
 
 
 def coarse(data: Data, covariates: Columns | None = None) -> Data:
-    """The same time span in at most `COARSE` samples, with the columns that are to be expected."""
-    n = min(data.n, COARSE)
+    """The same time span in at most `COARSE_SAMPLES` samples, with the expected columns."""
+    n = min(data.n, COARSE_SAMPLES)
     rate = n / data.duration
     # Cells of the coarse grid begin and end where the record's do.
     start = 0.5 / rate - 0.5 / data.rate
@@ -91,24 +91,24 @@ def coarse(data: Data, covariates: Columns | None = None) -> Data:
     return Data(nothing, nothing, rate, bins_of(n), given, start)
 
 
-def require(model: Model) -> None:
-    """Every number that the spectrum and the signals need has a value."""
+def require_values(model: Model) -> None:
+    """Raise InputError unless every parameter that spectrum and signals need has a value."""
     for effect in model:
         for p in effect.parameters:
             optional = p.role in {"derived", "choice"} or p.optional
             if not optional and effect.values[p.name] is None:
                 raise InputError(
-                    f"{effect.kind}: {p.name} has no value: planning needs the size that is expected"
+                    f"{effect.kind}: {p.name} has no value. Write the size you expect: {effect.short}({p.name}=…)"
                 )
 
 
 def random_part(model: Model) -> Model:
-    """What shapes the spectrum: known functions of time are fitted and taken out beforehand."""
+    """Model without its known functions of time, which do not shape the spectrum."""
     return Model(tuple(e for e in model if not isinstance(e, Deterministic)))
 
 
-def seen_at(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
-    """Ordinates j of the record at which a known function of time is looked at."""
+def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
+    """Ordinates j of the record at which a known function of time is evaluated."""
     if isinstance(effect, Periodic):
         return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
     if not effect.low:
@@ -118,7 +118,7 @@ def seen_at(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
 
 
 def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, grid: Data) -> Array:
-    """Cosine transform of a known function of time over the record, U, at its `seen_at` ordinates j.
+    """Cosine transform of a known function of time over the record, U, at ordinates j of `ordinates_of`.
 
     Raises
     ------
@@ -143,15 +143,15 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
 
 def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
     """Sum of squared ordinates of a known function of time in each bin, shape (bins,)."""
-    j = seen_at(effect, data, grid)
+    j = ordinates_of(effect, data, grid)
     return _summed(signal_ordinates(effect, j, data, grid) ** 2, j, data)
 
 
 def signal_beside(
     effect: Deterministic, directions: Array, null: Solution, data: Data, grid: Data
 ) -> Array:
-    """Sum of squared whitened ordinates of a known function in each bin: what is left of it beside known directions."""
-    j = seen_at(effect, data, grid)
+    """Sum of squared whitened ordinates of a known function in each bin, without known directions, shape (bins,)."""
+    j = ordinates_of(effect, data, grid)
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
     if effect.low and directions.size:
         values = values - directions @ (directions.T @ values)
@@ -159,13 +159,14 @@ def signal_beside(
 
 
 def _summed(values: Array, j: NDArray[np.int64], data: Data) -> Array:
+    """Sum of the values in each bin, shape (bins,)."""
     total = np.zeros(data.bins.count.size)
     np.add.at(total, _bin_of(j, data), values)
     return total
 
 
 def best_fit(model: Model, power: Array, data: Data) -> Solution:
-    """The model fitted to expected bin powers; shapes start from their values."""
+    """Fit of a model to expected bin powers; shapes start from their values."""
     count = data.bins.count
 
     part = RandomPart(data, power, count, true=True)
@@ -185,15 +186,15 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
     )
 
 
-def known(model: Model, null: Solution, data: Data, grid: Data) -> Array:
-    """Directions of the whitened low ordinates that the known functions of a model fit, shape (ordinates, directions).
+def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Array:
+    """Orthonormal directions of the whitened low ordinates that known functions fit, shape (ordinates, directions).
 
-    Those of the functions, and of their changes with their shapes; orthonormal.
+    They span the functions of the model and their derivatives with respect to their shapes.
     """
     low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
     if not low:
         return np.zeros((0, 0))
-    j = seen_at(low[0], data, grid)
+    j = ordinates_of(low[0], data, grid)
     rows = []
     for effect in low:
         own = signal_ordinates(effect, j, data, grid)
@@ -201,7 +202,7 @@ def known(model: Model, null: Solution, data: Data, grid: Data) -> Array:
         for p in effect.parameters:
             value = effect.values[p.name]
             if p.role in {"shape", "time"} and isinstance(value, float):
-                # Far enough for a function that jumps from one cell of the grid to the next.
+                # The step must reach the next cell of the grid for a function that jumps.
                 step = max(1e-3 * data.duration if p.unit == "s" else 0.0, 0.01 * abs(value))
                 step = step if value + step <= p.high else -step
                 moved = effect.with_values(**{p.name: value + step})
@@ -209,20 +210,21 @@ def known(model: Model, null: Solution, data: Data, grid: Data) -> Array:
     whitened = np.array(rows) / np.sqrt(null.spectrum[_bin_of(j, data)])
     size = np.linalg.norm(whitened, axis=1, keepdims=True)
     left, singular, _ = np.linalg.svd((whitened / np.maximum(size, 1e-300)).T, full_matrices=False)
-    return np.asarray(left[:, singular > SAME])
+    return np.asarray(left[:, singular > MIN_SINGULAR_VALUE])
 
 
-def taken(directions: Array, data: Data) -> Array:
-    """Ordinates of each bin that some directions of the low ordinates take, shape (bins,)."""
+def absorbed_ordinates(directions: Array, data: Data) -> Array:
+    """Number of ordinates of each bin that some directions of the low ordinates absorb, shape (bins,)."""
     j = np.arange(1, len(directions) + 1)
     return _summed((directions**2).sum(axis=1), j, data)
 
 
 def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
+    """Index of the bin of each ordinate."""
     return np.searchsorted(data.bins.edges, j, side="right") - 1
 
 
 def expected_power(model: Model, data: Data) -> Array:
-    """Bin power of the random part of a model with values, shape (bins,)."""
+    """Expected bin power of the random part of a model with values, shape (bins,)."""
     noise = random_part(model)
     return column(data.terms(noise), data)

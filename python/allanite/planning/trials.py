@@ -1,4 +1,4 @@
-"""The trials correction `check` will apply to a future record."""
+"""Correction for the number of searches that `check` will apply to a future record."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
+from allanite.suggestion.constants import LEVEL_CELLS
 from allanite.suggestion.p_values import Family, arc_length, interval_trials, trials_at
 from allanite.suggestion.screens.spectral import directions
 
@@ -20,29 +21,27 @@ if TYPE_CHECKING:
 
 __all__ = ["family_of"]
 
-#: Stretches whose levels are compared (see `suggestion.transients`).
-CELLS = 256
-#: Rise of logL for which the independent intervals of time are counted.
-TYPICAL = 11.0
+#: ΔlogL at which the independent intervals of time are counted: a weak significant change of level.
+TYPICAL_DELTA_LOGL = 11.0
 
 
 def family_of(
     base: Model, effect: Effect, null: Solution, data: Data, grid: Data
 ) -> tuple[Family, int]:
-    """The family in which the effect is tried, and the number of families that share the false alarms.
+    """Family in which `check` searches the effect, and the number of families that share the false alarms.
 
     Parameters
     ----------
     base : Model
-        What is fitted first.
+        Model without the effect.
     null : Solution
-        Its random part fitted to the record that is to be expected.
+        Its random part, fitted to the expected record.
     """
     arcs: dict[str, list[float]] = {"spectral": []}
     for cls, _, unit in directions(null, data):
         arcs.setdefault(cls.family, []).append(arc_length(unit))
     slow = slow_families(base, grid.covariates)
-    # Lines, levels, disturbances and outliers are looked for in every record.
+    # Lines, levels, disturbances and outliers are searched in every record.
     families = len(arcs) + len(slow) + 4
     if effect.screened == "slow":
         return Family(effect.family, _arcs(slow.get(effect.family, ()), null, grid), 2), families
@@ -52,14 +51,17 @@ def family_of(
     if effect.screened == "level":
         start, end = effect.when or data.span
         length = (end - start) / data.duration
-        octave = 2 ** int(np.log2(np.clip(length * CELLS, 1.0, CELLS / 2)))
+        octave = 2 ** int(np.log2(np.clip(length * LEVEL_CELLS, 1.0, LEVEL_CELLS / 2)))
         return Family(
-            "level", (0.0,), sides=2 * round(interval_trials(CELLS, octave, TYPICAL))
+            "level",
+            (0.0,),
+            sides=2 * round(interval_trials(LEVEL_CELLS, octave, TYPICAL_DELTA_LOGL)),
         ), families
     return Family(effect.family, tuple(arcs.get(effect.family, ()))), families
 
 
 def _arcs(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
+    """Angles that the shape grids of slow functions span."""
     out = []
     for blank in kinds:
         nothing = np.zeros(grid.n)

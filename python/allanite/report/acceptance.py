@@ -13,7 +13,7 @@ from allanite.common.files import whole_file
 from allanite.common.numbers import tidy
 from allanite.common.plain import plain
 from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
-from allanite.planning.duration import spoken
+from allanite.planning.duration import duration_text
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.html import blocks_html, skeleton
 
@@ -47,7 +47,7 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
     if verdict not in (MEETS, DOES_NOT_MEET):
         needs = max((a.needs for a in found if a.needs is not None), default=None)
         words = "Undecided." + (
-            f" A record of {spoken(needs)} would probably decide." if needs else ""
+            f" A record of {duration_text(needs)} would probably decide." if needs else ""
         )
     blocks: list[Block] = [
         Paragraph(words, tone),
@@ -115,7 +115,7 @@ def _about(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[st
         ("serial number", serial or "not given"),
         ("date", date or "not given"),
         ("log", Path(recording.path).name if recording.path else "recording"),
-        ("record", f"{spoken(recording.duration)} at {recording.rate:.6g} Hz"),
+        ("record", f"{duration_text(recording.duration)} at {recording.rate:.6g} Hz"),
         ("temperature", _temperature(first)),
     ]
     if first.sheet.temperature:

@@ -8,7 +8,7 @@ import generators as g
 from allanite.axes.coherence import cross_spectra
 from allanite.axes.forms import labels_of
 from allanite.axes.lines import common_lines
-from allanite.axes.triads import triads
+from allanite.axes.triads import columns_by_sensor
 from allanite.cli.words import WORDS
 from allanite.common.threads import side_by_side
 from documents import valid
@@ -30,7 +30,7 @@ def test_a_dead_and_a_stuck_axis_are_remarks():
     assert list(found.studies) == ["gx", "gw"]
     assert "0 of " in found.failed["gy"]
     assert "10 of " in found.failed["gz"]
-    assert "gy: not characterised" in found.table()
+    assert "gy: not characterized" in found.table()
 
 
 def test_that_no_unit_is_given_is_a_remark_in_the_words_of_who_asks(tmp_path):
@@ -165,7 +165,7 @@ def test_a_column_that_fails_says_so_and_the_rest_go_on():
     found = al.characterize(al.Recording(samples, 100, unit="deg/s", columns=("good", "stuck")))
     assert list(found.studies) == ["good"]
     assert "constant" in found.failed["stuck"]
-    assert "stuck: not characterised" in found.table()
+    assert "stuck: not characterized" in found.table()
     assert not found.adequate
     valid(found.to_dict())
     with pytest.raises(al.TooShortError, match="constant"):
@@ -220,7 +220,7 @@ def test_progress_tells_the_axis():
 )
 def test_columns_of_one_sensor_belong_together(names, units, groups):
     log = al.Recording(np.zeros((20, len(names))), 1, unit=units, columns=names)
-    assert triads(log) == groups
+    assert columns_by_sensor(log) == groups
 
 
 def test_an_unexpected_error_is_not_kept_for_a_result():

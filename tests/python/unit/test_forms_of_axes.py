@@ -76,10 +76,7 @@ def test_what_one_axis_alone_has_is_not_said_of_all():
     assert form.model == "N+K"
     assert form.besides == {"gyro_x": ("SIN",), "gyro_y": (), "gyro_z": ("RES",)}
     said = sentences(fits)
-    assert (
-        said[0]
-        == "every axis shows N+K or cannot exclude it; besides, gyro_x has SIN, gyro_z has RES"
-    )
+    assert said[0] == "N+K fits all axes; gyro_x also has SIN, gyro_z also has RES"
     assert not any("RES." in text for text in said)
     # The line and the resonance leave N and K as they are.
     assert [n.pooled.name for n in form.numbers] == ["N", "K"]
@@ -132,12 +129,10 @@ def test_an_axis_that_is_not_explained_vouches_for_nothing():
 def test_axes_of_different_noise_have_no_common_form():
     fits = fits_of(["N(N=0.01)", "K(K=0.01)", "N(N=0.01)"], ["N", "K", "N"], n=2000)
     assert common_form(fits) is None
-    assert sentences(fits)[0] == "no one model form holds for all axes"
+    assert sentences(fits)[0] == "no single model fits all axes"
 
 
 def test_what_an_axis_has_beside_the_common_form_is_said():
     form = Form("N", {"gx": (), "gy": ("SIN", "OUT")}, ())
     sensor = Sensor("gyroscope", ("gx", "gy"), form, ())
-    assert (
-        in_common(sensor)[0] == "every axis shows N or cannot exclude it; besides, gy has SIN+OUT"
-    )
+    assert in_common(sensor)[0] == "N fits all axes; gy also has SIN+OUT"

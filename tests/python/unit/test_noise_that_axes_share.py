@@ -47,7 +47,7 @@ def test_noise_of_a_gyroscope_and_an_accelerometer_is_named_once():
     text = found.table()
     assert text.count("shared noise") == 1
     assert max(map(len, text.splitlines())) <= 100
-    assert "independent between axes" in text  # the accelerometer's
+    assert "uncorrelated" in text  # the accelerometer's
     document = valid(found.to_dict())["common"]
     assert document["shared_noise"][0]["columns"] == list(one.columns)
     assert document["shared_noise"][0]["line_hz"] is None

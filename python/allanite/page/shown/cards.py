@@ -119,9 +119,9 @@ def _scores(study: Study) -> dict[str, float]:
         low, high = fit.data.bins.limits(fit.data.rate)
         inside = (low >= where.worst_frequency[0]) & (high <= where.worst_frequency[1])
         total = abs(float(fit.z[inside].sum())) / np.sqrt(max(1.0, float(inside.sum())))
-        out["psd"] = total / over_frequency.THRESHOLD
+        out["psd"] = total / over_frequency.MIN_INTERVAL_SCORE
     if where.worst_time is not None:
-        out["map"] = max(abs(r["z"]) for r in where.time) / over_time.THRESHOLD
+        out["map"] = max(abs(r["z"]) for r in where.time) / over_time.MIN_CELL_SCORE
     return out
 
 

@@ -67,7 +67,7 @@ def test_a_stuck_axis_is_a_remark(run, tmp_path):
     path = write_csv(stuck, tmp_path / "stuck.csv")
     code, out, _ = run("characterize", path)
     assert code == 0
-    assert "acc_y: not characterised" in out
+    assert "acc_y: not characterized" in out
 
 
 def test_what_cannot_be_written_is_refused_first(run, six, tmp_path):

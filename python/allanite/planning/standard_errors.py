@@ -1,4 +1,4 @@
-"""Standard errors that a fit is to be expected to give, from the Fisher information of its ordinates."""
+"""Expected standard errors of a fit, from the Fisher information of its ordinates."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.whittle import information
 from allanite.planning.expected import (
     expected_power,
+    ordinates_of,
     random_part,
-    seen_at,
     signal_ordinates,
 )
 
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 def labels(model: Model) -> list[str]:
-    """What each effect's numbers are called by: ``N``, ``GM``, of a second one ``GM2``."""
+    """Name of each effect of a model: ``N``, ``GM``, and ``GM2`` for a second one."""
     seen: dict[str, int] = {}
     out = []
     for effect in model:
@@ -39,25 +39,25 @@ def labels(model: Model) -> list[str]:
 
 
 def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
-    """Standard error of every free number at the values of the model.
+    """Standard error of every free parameter at the values of the model.
 
     Parameters
     ----------
     model : Model
-        The truth.
+        The true model.
     data, grid : Data
-        The record to be taken, and its coarse grid (`expected.blank`, `expected.coarse`).
+        The planned record, and its coarse grid (`expected.blank`, `expected.coarse`).
 
     Returns
     -------
     dict of str to float
-        By ``N``, ``GM.q_c``, ``GM.correlation_time``, in the unit of each number; infinite where the record tells
-        nothing.
+        By ``N``, ``GM.q_c``, ``GM.correlation_time``, in the unit of each parameter; infinite if the record does not
+        show it.
     """
     names = labels(model)
-    out = _random(model, names, data)
+    out = _errors_of_random_part(model, names, data)
     for part in _groups(model, names):
-        out |= _known(part, data, grid, random_part(model))
+        out |= _errors_of_known_functions(part, data, grid, random_part(model))
     return {
         key: out[key]
         for label, effect in zip(names, model, strict=True)
@@ -67,11 +67,12 @@ def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
 
 
 def _key(label: str, effect: Effect, name: str) -> str:
+    """Name of a parameter: ``N``, ``GM.q_c``."""
     return label if name == effect.short and label == name else f"{label}.{name}"
 
 
-def _inverse(fisher: Array) -> Array:
-    """Standard errors from the information; a direction without information gets an infinite one."""
+def _errors_from_information(fisher: Array) -> Array:
+    """Standard errors from an information matrix; infinite for a direction without information."""
     scale = np.sqrt(np.diag(fisher))
     empty = scale <= 0.0
     scale = np.where(empty, 1.0, scale)
@@ -81,13 +82,15 @@ def _inverse(fisher: Array) -> Array:
     return np.where(empty, np.inf, np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale)
 
 
-def _random(model: Model, names: list[str], data: Data) -> dict[str, float]:
+def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[str, float]:
+    """Standard errors of the parameters of processes and modifiers, by name."""
     spectrum = expected_power(model, data)
     keys: list[str] = []
     sizes: list[float] = []
     slopes: list[Array] = []
 
     def moved(place: int, name: str, value: float) -> Array:
+        """Expected power with one parameter changed."""
         effects = list(model.effects)
         effects[place] = effects[place].with_values(**{name: value})
         return expected_power(Model(tuple(effects)), data)
@@ -106,18 +109,20 @@ def _random(model: Model, names: list[str], data: Data) -> dict[str, float]:
             step = 1e-3 * abs(value)
             high, low = min(value + step, p.high), max(value - step, p.low)
             slopes.append((moved(place, name, high) - moved(place, name, low)) / spectrum)
-            # Slopes of ln S with ln p: numbers of one size, whatever their units.
+            # Derivatives of ln S with respect to ln p have one size, whatever the unit of p.
             slopes[-1] *= abs(value) / (high - low)
             keys.append(_key(names[place], effect, name))
             sizes.append(abs(value))
     if not keys:
         return {}
-    relative = _inverse(information(data.bins.count, data.bins.count, np.column_stack(slopes)))
+    relative = _errors_from_information(
+        information(data.bins.count, data.bins.count, np.column_stack(slopes))
+    )
     return dict(zip(keys, map(float, relative * np.array(sizes)), strict=True))
 
 
 def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Deterministic]]]:
-    """Known functions that share ordinates: each line alone, all slow ones together."""
+    """Known functions that share ordinates: each line alone, and all slow functions together."""
     known = [(n, e) for n, e in zip(names, model, strict=True) if isinstance(e, Deterministic)]
     for one in known:
         if not one[1].low:
@@ -127,10 +132,11 @@ def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Determin
         yield slow
 
 
-def _known(
+def _errors_of_known_functions(
     effects: list[tuple[str, Deterministic]], data: Data, grid: Data, noise: Model
 ) -> dict[str, float]:
-    j = seen_at(effects[0][1], data, grid)
+    """Standard errors of the parameters of known functions that share ordinates, by name."""
+    j = ordinates_of(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))
     keys, slopes = [], []
     own: list[Effect | None] = []
@@ -139,11 +145,11 @@ def _known(
             value = effect.values[p.name]
             if p.role not in {"coefficient", "shape"} or p.name in effect.held:
                 continue
-            # What is not there has no error; an angle of 0 is there.
+            # An absent parameter has no error; an angle of 0 is present.
             if value is None or (p.optional and value == 0.0 and p.unit != "rad"):
                 continue
             keys.append(_key(label, effect, p.name))
-            # A change point has no information in Fisher's sense: the effect says what its law is.
+            # A change point has no Fisher information; the effect gives the law of its error.
             if p.role == "shape" and effect.shape_error(p.name, 1.0, data.duration) is not None:
                 own.append(effect)
                 slopes.append(np.zeros(j.size))
@@ -156,7 +162,7 @@ def _known(
     if not keys:
         return {}
     matrix = np.column_stack(slopes)
-    errors = _inverse(matrix.T @ matrix)
+    errors = _errors_from_information(matrix.T @ matrix)
     for i, one in enumerate(own):
         if one is not None:
             name, variance = keys[i].rpartition(".")[2], float(errors[i + 1]) ** 2

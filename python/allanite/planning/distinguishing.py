@@ -1,4 +1,4 @@
-"""Which record tells two effects apart that explain another record equally well."""
+"""Records that distinguish two effects which explain another record equally well."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.planning.expected import Columns
 
-__all__ = ["log_odds", "two_of"]
+__all__ = ["log_odds", "models_to_distinguish"]
 
 
-def two_of(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
-    """The true model, and the same with the other effect in its place.
+def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
+    """The true model, and the model with the other effect in the place of its own.
 
     Parameters
     ----------
     base : Model
-        With values; it holds one of the two.
+        Model with values that contains one of the two.
     names : (str, str)
-        Effects as they are written in a model: ``K``, ``GM``.
+        Names of the two effects: ``K``, ``GM``.
 
     Raises
     ------
@@ -51,12 +51,12 @@ def two_of(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
 
 
 def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = None) -> float:
-    """By how much logL is expected to fall where the other model is fitted to a record of the truth, nats.
+    """Expected fall of logL if the other model is fitted to a record of the true model, nats.
 
     Parameters
     ----------
     truth, other : Model
-        See `two_of`.
+        See `models_to_distinguish`.
     data : Data
         Length and rate of the record (`expected.blank`).
     columns : mapping of str to callable, optional

@@ -1,4 +1,4 @@
-"""The law of the rise of logL under the truth, and the rise that a check asks for."""
+"""Distribution of ΔlogL of a true effect, and the ΔlogL that a check requires."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
 from allanite.suggestion.p_values import Family, log_p_value
 
-__all__ = ["Rise", "needed"]
+__all__ = ["Rise", "needed_delta_logl"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rise:
-    """Law of the rise of logL when the true effect is added, bins independent.
+    """Distribution of ΔlogL when the true effect is added to the model; bins are independent.
 
-    With S the true power, S₀ what the model without the effect makes of it, s² the squared ordinates of a known
-    function, and I = (s + √S ε)², the rise at these spectra is T = ½ Σ [ln(S₀/S) + I/S₀ − ε²]: a sum of non-central χ²
-    variates. Fitted, S₀ follows the record: with the score U of its coefficients, of covariance V, and the curvature J
-    of its logL there, it wins ½ Uᵀ J⁻¹ U, of which the fit with the effect wins ½ Uᵀ V⁻¹ U as well, and ½χ² of the numbers
-    that the effect adds (White 1982, Econometrica 50, 1). T is split into what U says of it and the rest for the
-    variance of the sum. Known functions of time that both fits have take the ordinates along them out of both: where the
-    effect has most of its power there, they take it as their own.
+    Let S be the true power, S₀ the power that the model without the effect fits to it, and s² the squared ordinates of a
+    known function. With I = (s + √S ε)², the rise at these spectra is T = ½ Σ [ln(S₀/S) + I/S₀ − ε²], a sum of non-central
+    χ² variates. In a fit, S₀ follows the record. With the score U of its coefficients, of covariance V, and the curvature J
+    of its logL, it gains ½ Uᵀ J⁻¹ U. The fit with the effect gains ½ Uᵀ V⁻¹ U as well, and ½χ² for the parameters that the
+    effect adds (White 1982, Econometrica 50, 1). For the variance of the sum, T is split into its projection on U and the
+    rest. Known functions of time that both fits have remove the ordinates along them from both. If the effect has most of
+    its power there, they absorb the effect.
 
     Attributes
     ----------
@@ -36,11 +36,11 @@ class Rise:
     signal : ndarray, shape (bins,)
         Σ s²/S₀ over the ordinates of each bin.
     slopes : ndarray, shape (bins, p)
-        Change of ln S₀ with each of its free coefficients.
+        Derivative of ln S₀ with respect to each of its free coefficients.
     added : int
-        Numbers that the effect adds to the model.
+        Parameters that the effect adds to the model.
     taken : ndarray, shape (bins,), optional
-        Ordinates of each bin that known functions take.
+        Ordinates of each bin that known functions absorb.
     """
 
     count: Array
@@ -51,40 +51,40 @@ class Rise:
     taken: Array | None = None
 
     @property
-    def _left(self) -> Array:
+    def _free_ordinates(self) -> Array:
         """Ordinates of each bin that known functions leave."""
         return self.count if self.taken is None else np.maximum(self.count - self.taken, 0.0)
 
     @property
     def non_centrality(self) -> float:
-        """Log-likelihood gain on the expected record, without the chance contribution."""
+        """ΔlogL on the expected record, without the contribution of chance."""
         a = self.ratio - 1.0
-        gain = self._left @ a - self.count @ np.log1p(a)
+        gain = self._free_ordinates @ a - self.count @ np.log1p(a)
         return float(0.5 * (gain + self.signal.sum()))
 
     @property
     def mean(self) -> float:
-        """Expected rise."""
-        _, gain, _ = self._free()
+        """Expected ΔlogL."""
+        _, gain, _ = self._projection()
         return self.non_centrality + 0.5 * self.added - 0.5 * float(np.trace(gain))
 
     @property
     def spread(self) -> float:
-        """Standard deviation of the rise."""
-        weights, gain, unit = self._free()
-        # What is left of T once its part along U is taken out: of ε², and of ε with the signal.
+        """Standard deviation of ΔlogL."""
+        weights, gain, unit = self._projection()
+        # Coefficients of ε², and of ε times the signal, in T after its projection on U is removed.
         along = unit @ weights
         squares = self.ratio - 1.0 - self.ratio * along
         linear = self.signal * self.ratio * (1.0 - along) ** 2
-        variance = 0.5 * self._left @ squares**2 + linear.sum() + 0.5 * self.added
+        variance = 0.5 * self._free_ordinates @ squares**2 + linear.sum() + 0.5 * self.added
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
-    def _free(self) -> tuple[Array, Array, Array]:
+    def _projection(self) -> tuple[Array, Array, Array]:
         """Weights of U in T, shape (p,), D = J⁻¹ − V⁻¹, and the slopes, in directions that make V the identity."""
         none = np.zeros((0, 0))
         if self.slopes.shape[1] == 0:
             return np.zeros(0), none, np.zeros((self.count.size, 0))
-        n, ratio, a = self._left, self.ratio, self.ratio - 1.0
+        n, ratio, a = self._free_ordinates, self.ratio, self.ratio - 1.0
         # Variance of I/S₀ in a bin: 2 n ratio² + 4 ratio Σ s²/S₀ over n².
         noise = 0.25 * (2.0 * n * ratio**2 + 4.0 * ratio * self.signal)
         score = self.slopes.T @ (self.slopes * noise[:, None])
@@ -100,9 +100,9 @@ class Rise:
         return weights, gain, unit
 
     def above(self, x: float) -> float:
-        """Probability that the rise exceeds `x`: gamma law of this mean and spread.
+        """Probability that ΔlogL exceeds `x`, from a gamma distribution with this mean and spread.
 
-        Exact for an effect that is not there (½χ²); for a strong one normal; never negative, as the rise is.
+        It is exact for an absent effect (½χ²) and normal for a strong one.
         """
         from scipy.special import gammaincc
 
@@ -110,8 +110,8 @@ class Rise:
         return float(gammaincc(max(self.mean, 1e-9) / scale, x / scale))
 
 
-def needed(family: Family, families: int) -> float:
-    """The least rise of logL that a check with so many families calls significant."""
+def needed_delta_logl(family: Family, families: int) -> float:
+    """Smallest ΔlogL that a check with this number of families calls significant."""
     target = np.log(FALSE_ALARM_PROBABILITY / families)
     low, high = 0.5, 50.0
     while log_p_value(family, high) > target:
