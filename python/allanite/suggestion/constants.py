@@ -144,10 +144,10 @@ MIN_BURST_CYCLES = 8.0
 
 #: Unit: sections. Most sections of the record in which a band is located.
 #: Basis: judgment.
-MAX_SECTIONS = 64
+MAX_BAND_SECTIONS = 64
 #: Unit: sections. Fewest sections of the record in which a band is located.
 #: Basis: judgment.
-MIN_SECTIONS = 8
+MIN_BAND_SECTIONS = 8
 #: Unit: ordinates. Fewest ordinates of a section in the half-width of a band.
 #: Basis: judgment.
 MIN_ORDINATES_PER_HALF_WIDTH = 8.0

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Effect, Model, Moving, Stochastic
 from allanite.fit.engine import solve
 from allanite.suggestion.constants import (
-    MAX_SECTIONS,
+    MAX_BAND_SECTIONS,
+    MIN_BAND_SECTIONS,
     MIN_COURSE_HALF_WIDTHS,
     MIN_ORDINATES_PER_HALF_WIDTH,
-    MIN_SECTIONS,
 )
 from allanite.suggestion.screens.band_levels import bands_overlap
 from allanite.suggestion.screens.spectral import Candidate
@@ -42,7 +42,11 @@ WIDTH_RATIOS = (1.0, 0.5, 0.25)
 #: Strengths, over the mean strength, that a steady band may have in a section: a band that is quiet has not moved.
 STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 #: Searches for a course: numbers of sections × widths (and twice that of the fit) × reaches. They multiply the p-value.
-SEARCHES = (1 + int(np.log2(MAX_SECTIONS / MIN_SECTIONS))) * (len(WIDTH_RATIOS) + 2) * len(REACHES)
+SEARCHES = (
+    (1 + int(np.log2(MAX_BAND_SECTIONS / MIN_BAND_SECTIONS)))
+    * (len(WIDTH_RATIOS) + 2)
+    * len(REACHES)
+)
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
@@ -74,7 +78,7 @@ def _may_move(own: Process, data: Data) -> bool:
     return (
         own.theta > 0.0
         and _movable(own.effect)
-        and _section_count(own.effect, data) >= MIN_SECTIONS
+        and _section_count(own.effect, data) >= MIN_BAND_SECTIONS
     )
 
 
@@ -88,7 +92,7 @@ def _movable(effect: Stochastic) -> bool:
 def _section_count(band: Stochastic, data: Data) -> int:
     """Largest number of sections of the record that resolve the band."""
     return data.most_sections(
-        band.occupies or (0.0, 0.0), MAX_SECTIONS, MIN_ORDINATES_PER_HALF_WIDTH
+        band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES_PER_HALF_WIDTH
     )
 
 
@@ -234,7 +238,7 @@ class _Sections:
         rest = self._rest(replaced, cells)
         rows = np.stack([gains(rest, band, theta) - known for band in bands], axis=1)
         best: _Course | None = None
-        while rows.shape[0] >= MIN_SECTIONS:
+        while rows.shape[0] >= MIN_BAND_SECTIONS:
             path, risen = likeliest(rows)
             if best is None or risen > best.risen:
                 course = places[path] + step * _parabola_offset(rows, path)
