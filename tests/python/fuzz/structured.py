@@ -582,7 +582,7 @@ def attack(name, count, seed, folder):
             said = str(error)
             found["refused"] += 1
             # What a child process died of, or what stopped it.
-            found["contained"] += "crashes on this file" in said or "does not end" in said
+            found["contained"] += "crashes on this file" in said or "does not finish" in said
             longest = max(longest, len(said))
             if not said.isprintable() or len(said) > 300:
                 wrong = f"message: {said!r}"

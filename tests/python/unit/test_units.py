@@ -203,7 +203,7 @@ def test_data_sheets_and_counters_as_they_write_it(text, plain):
 def test_what_is_an_integral_says_so(text, what):
     with pytest.raises(InputError, match=f"unit of an? {what}.* add quantity=angle or quantity="):
         parse_unit(text)
-    with pytest.raises(InputError, match="of a counter in Hz its Hz/10MHz"):
+    with pytest.raises(InputError, match="for a counter in Hz write Hz/10MHz"):
         parse_unit("Hz")
 
 

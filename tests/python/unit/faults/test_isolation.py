@@ -85,7 +85,7 @@ def test_a_function_that_never_ends_is_stopped(call):
     before = time.monotonic()
     with pytest.raises(InputError, match=r"does not finish .*stopped after 1 s of processor time"):
         call("spin", Limits(cpu=1, wall=300))
-    with pytest.raises(InputError, match=r"does not end .*stopped after 0.5 s"):
+    with pytest.raises(InputError, match=r"does not finish .*stopped after 0.5 s"):
         call("sleep", Limits(cpu=20, wall=0.5))
     assert time.monotonic() - before < 60
 
