@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "Target", "export", "export_files", "imus_of", "sized", "value_lines"]
 
-#: Every format by its name on the command line.
+#: All formats by their name on the command line.
 TARGETS = Targets("allanite.export", "allanite.export.filters", "allanite.export.simulators")
 
 
@@ -44,35 +44,35 @@ def export(
     Parameters
     ----------
     axes : sequence of Axis
-        See `allanite.export._axis.axes_of`.
+        Axes as `allanite.export._axis.axes_of` returns them.
     target : str
         One of `TARGETS`.
     rate : float, optional
-        Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
+        Sampling rate in Hz, for targets with numbers per sample. Default: the rate of the recording.
     overbound : bool
-        Whether N and K (or N and a lag) are the smallest whose density and Allan variance are above the model's upper
-        limits up to the horizon. By default they follow the whole model.
+        If true, write the smallest N and K (or N and a Gauss-Markov process) whose density and Allan variance are at least
+        the upper limits of the model, up to the horizon. By default, N and K follow the whole model.
     as_fitted : bool
         If true, write the fitted N and K and ignore all other effects.
     horizon : float, optional
-        Longest time without aiding, s. Else 100 s, or a tenth of the recording if that is shorter; for a simulator and for
-        the state space always a tenth of the recording.
+        Longest time without aiding, s. Default: 100 s, or a tenth of the recording if that is shorter. For simulators and
+        the state space, the default is a tenth of the recording.
     until : float, optional
         Former name of `horizon`.
     inflate : float
-        Factor on all deviations, which the file records as the user's choice.
+        Factor on all deviations. The file states this factor.
 
     Raises
     ------
     InputError
-        Unknown target, options that exclude each other, or a model that lacks what the target needs: any noise, say.
+        The target is unknown, options exclude each other, or the model lacks something that the target needs.
     """
     if target not in TARGETS:
-        raise InputError(f"unknown export format {target!r}: one of {', '.join(TARGETS)}")
+        raise InputError(f"unknown export format {target!r}: choose one of {', '.join(TARGETS)}")
     from allanite.export._axis import used
 
     if overbound and as_fitted:
-        raise InputError("overbound and as_fitted exclude each other: give one")
+        raise InputError("overbound and as_fitted exclude each other: give only one of them")
     own = [
         used(
             axis,
@@ -89,15 +89,15 @@ def export(
     for axis in own:
         if not TARGETS[target].any_sensor and not axis.has_noise:
             raise InputError(
-                f"{axis.name}: the model {axis.model.name} has no noise: fit one that has"
+                f"{axis.name}: the model {axis.model.name} has no noise: fit a model with noise, such as N+K"
             )
     return TARGETS[target].render(own, rate, overbound=overbound)
 
 
 def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
-    """The axes of each IMU: columns whose names differ in the letter of the axis are one sensor.
+    """The axes grouped by IMU. Columns whose names differ only in the letter of the axis are one sensor.
 
-    The first gyroscope goes with the first accelerometer, the second with the second, where there are as many of both.
+    If there are as many gyroscopes as accelerometers, the first gyroscope belongs to the first accelerometer, and so on.
     """
     groups: dict[str, dict[str, list[Axis]]] = {ANGULAR_RATE: {}, ACCELERATION: {}}
     for axis in axes:
@@ -114,7 +114,10 @@ def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
 def export_files(
     axes: Sequence[Axis], target: str, path: Path, rate: float | None = None, **how: Any
 ) -> dict[Path, str]:
-    """Text of each file by its path: of several IMUs one each, ``imu-1.yaml``, ``imu-2.yaml``; options as of `export`."""
+    """Text of each file by its path. Several IMUs get one file each: ``imu-1.yaml``, ``imu-2.yaml``.
+
+    The keyword arguments are those of `export`.
+    """
     groups = [list(axes)] if target in TARGETS and TARGETS[target].any_sensor else imus_of(axes)
     if len(groups) == 1:
         return {path: export(axes, target, rate, **how)}
@@ -125,7 +128,7 @@ def export_files(
 
 
 def _check_one_imu(axes: Sequence[Axis], target: str) -> None:
-    """Refuse more than three axes of a sensor: a file holds one IMU."""
+    """Raise an error for more than three axes of one kind, because a file holds one IMU."""
     for kind in (ANGULAR_RATE, ACCELERATION):
         names = [axis.name for axis in axes if axis.kind == kind]
         if len(names) > 3:

@@ -1,4 +1,4 @@
-"""What a target needs of a model: its curves in SI, its standard coefficients, and their upper limits."""
+"""Axes for export: the model of each axis in SI units, its coefficients, its curves and their upper limits."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 __all__ = ["Axis", "axes_of", "rate_of", "sized", "split", "warning_of"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
-#: τ of use and rate where nothing says them: s, Hz.
+#: Longest τ in s and sampling rate in Hz of a model without a recording. Chosen by judgment; not measured.
 UNTIL, RATE = 1000.0, 100.0
-#: Horizon of a filter where none is given: seconds without aiding that its numbers have to be right for.
+#: Default horizon of a filter: longest time without aiding, s.
 HORIZON = 100.0
-#: Length of the stretches among which the loudest is looked for, s, as a filter averages over its first seconds; and how
-#: many of them at most.
-LEVEL_STRETCH, MOST_STRETCHES = 10.0, 1000
+#: Length of the segments among which the loudest is searched, s, because a filter averages over its first seconds; and the
+#: maximum number of segments.
+LEVEL_SEGMENT, MAX_LEVEL_SEGMENTS = 10.0, 1000
 #: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
 #: deviation at its lower bound has a half-normal distribution, of mean 0.798 σ and 95 % point 1.960 σ.
 EXPECTED_SQUARE = 0.798 / 1.960
@@ -47,7 +47,7 @@ class Axis:
     Attributes
     ----------
     name : str
-        Column of the recording, or the source; a harmless line of text, as `source`.
+        Name of the column, or of the source. Like `source`, one line of safe text.
     kind : str
         Kind of sensor: ``"angular rate"``, ``"acceleration"``, …
     unit : str
@@ -55,37 +55,38 @@ class Axis:
     rate : float or None
         Sampling rate of the recording, Hz.
     until : float
-        Longest τ of use, s: a tenth of the recording.
+        Longest τ with a reliable deviation, s: a tenth of the recording.
     coefficients : mapping of str to Estimate
-        Q, N, B, K, R as far as the model has them, in SI units (densities two-sided).
+        Those of Q, N, B, K, R that the model has, in SI units (densities two-sided).
     model, limits : Model
-        The model, the same with every random coefficient at its upper limit; values in `scale` SI units.
+        The model, and the model with every random coefficient at its upper limit; values in units of `scale` SI units.
     corners : tuple of tuple of Model
-        For each random process of `limits` alone, its forms at the ends of the intervals of its shapes and of the filters'.
+        For each random process of `limits`, a model of this process for each end of the intervals of its shape parameters
+        and of the filters that act on it.
     span : (float, float)
-        First and last time of the recording, s, over which a noise level that changes is averaged.
+        First and last time of the recording, s. A changing noise level is averaged over this span.
     scale : float
-        SI units in a unit of the samples.
+        Size of the unit of the samples in SI units.
     source : str
-        Where the numbers came from.
+        Source of the numbers: a log, a data sheet, a file.
     document : mapping
         The effects as they were read.
     expected : Model
-        The model with every coefficient that was not detected at the root of its expected square.
+        The model in which every coefficient that was not detected has its expected size.
     horizon : float
-        Longest time without aiding, and longest τ, at which the numbers of a file have to be right, s.
+        Longest time without aiding, and longest τ, for which the numbers of a file must be right, s.
     as_fitted : bool
-        Whether a file has the coefficients as they were fitted, which leaves out every other effect.
+        Whether a file holds the fitted coefficients and ignores all other effects.
     warning : str
-        Why the numbers are not to be trusted: the fit was not adequate. Empty where nothing speaks against them.
+        Reason not to trust the numbers: the fit is not adequate. Empty if the fit is adequate.
     assumptions : tuple of str
-        What was assumed where the numbers came from no log: a data sheet, another tool's file.
+        Assumptions about numbers without a log: from a data sheet or the file of another program.
     notes : tuple of str
-        What else is said of the numbers: the parts of a working state, a factor of the user.
+        Further remarks on the numbers: parts of the noise with motors running, a factor of the user.
     inflate : float
-        Factor of the user on all deviations, which `scale` and `coefficients` have in them.
+        Factor of the user on all deviations. `scale` and `coefficients` already include this factor.
     turn_on : mapping or None
-        Bias at switch-on over several logs, as of `allanite.axes.turn_on.TurnOn.to_dict`.
+        Bias at switch-on from several logs, as in `allanite.axes.turn_on.TurnOn.to_dict`.
     """
 
     name: str
@@ -117,18 +118,18 @@ class Axis:
 
     @property
     def taus(self) -> NDArray[np.float64]:
-        """Averaging times up to the horizon, eight a decade, s."""
+        """Averaging times up to the horizon, s, eight per decade."""
         low, high = 1.0 / self.sampling, max(self.horizon, 10.0 / self.sampling)
         m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
         return np.unique(np.round(m)) / self.sampling
 
     def steady(self, *, upper: bool = False) -> Model:
-        """The model with the mean level of its white noise, or its `limits` with the largest level."""
+        """The model with the mean level of its white noise; with `upper`, the `limits` with the largest level."""
         return _loudest(self.limits, self.span) if upper else self.model.steady(self.span)
 
     @property
     def loudest(self) -> tuple[float, float] | None:
-        """Begin and end in s of the stretch where the white noise is loudest; None where its level does not change."""
+        """Start and end in s of the segment with the loudest white noise; None if the level is constant."""
         return _loudest_span(self.limits, self.span) if self.limits.levels else None
 
     @property
@@ -138,31 +139,31 @@ class Axis:
 
     @property
     def has_noise(self) -> bool:
-        """Whether any random process is, or may be within its interval, more than nothing."""
+        """True if a random process has a positive upper limit."""
         return any(getattr(e, e.coefficient) > 0.0 for e in self.limits.stochastic)
 
     @property
     def broad(self) -> Model:
-        """What is no line, no ramp and no narrow band: what a bias may stand for; all noise where that is nothing."""
+        """The random processes without narrow bands; all random processes if there are only narrow bands."""
         whole = self.expected_steady
         wide = [e for e in whole.stochastic if e.occupies is None]
         return Model((*(wide or whole.stochastic), *whole.modifiers))
 
     @property
     def slow(self) -> Model:
-        """What is no line, band or ramp and averages out no faster than white noise: no bias stands for quantization."""
+        """The random processes without narrow bands and without noise that averages out faster than white noise."""
         broad = self.broad
         kept = [e for e in broad.stochastic if e.occupies is None and not self._averages_out(e)]
         return Model((*kept, *broad.modifiers)) if kept else Model(())
 
     def _averages_out(self, effect: Effect) -> bool:
-        """Whether τσ²(τ), which is constant of white noise, falls at every τ of use."""
+        """True if τσ²(τ), which is constant for white noise, falls at all averaging times."""
         tau = self.taus
         level = tau * effect.allan_variance(tau, self.sampling)
         return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
 
     def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
-        """Allan variance in SI, of the model or, at each τ, the largest within its intervals."""
+        """Allan variance in SI of the model; with `upper`, at each τ the largest within its intervals."""
         rate, whole = self.sampling, self.steady()
         if not upper:
             return self.scale**2 * whole.allan_variance(taus, rate)
@@ -170,7 +171,7 @@ class Axis:
         return self.scale**2 * self._largest(lambda m: m.allan_variance(taus, rate), known)
 
     def psd(self, f: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
-        """Two-sided density in SI, of the model or, at each frequency, the largest within its intervals."""
+        """Two-sided density in SI of the model; with `upper`, at each frequency the largest within its intervals."""
         rate = self.sampling
         if not upper:
             return self.scale**2 * self.steady().psd(f, rate)
@@ -179,20 +180,22 @@ class Axis:
     def _largest(
         self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
     ) -> NDArray[np.float64]:
+        """`total` plus the largest curve of each random process over its corners."""
         for forms in self.corners:
             total = total + np.maximum.reduce([curve(_loudest(form, self.span)) for form in forms])
         return total
 
 
 def _loudest_span(model: Model, span: tuple[float, float]) -> tuple[float, float]:
-    """The stretch of a record in which the mean level of the white noise is largest."""
-    count = int(np.clip((span[1] - span[0]) / LEVEL_STRETCH, 1, MOST_STRETCHES))
+    """Start and end of the segment in which the mean level of the white noise is largest, s."""
+    count = int(np.clip((span[1] - span[0]) / LEVEL_SEGMENT, 1, MAX_LEVEL_SEGMENTS))
     edges = np.linspace(*span, count + 1)
-    stretches = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
-    return max(stretches, key=model.mean_level)
+    segments = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+    return max(segments, key=model.mean_level)
 
 
 def _loudest(model: Model, span: tuple[float, float]) -> Model:
+    """The model with its white noise at the level of the loudest segment."""
     return model.steady(_loudest_span(model, span) if model.levels else span)
 
 
@@ -204,32 +207,33 @@ def axes_of(
     Parameters
     ----------
     documents : iterable of dict
-        ``allanite/fit/1`` and its relatives, or ``allanite/model/1``.
+        Documents of the schema ``allanite/fit/1`` and similar, or ``allanite/model/1``.
     unit : str, optional
-        Unit of the samples, for models that came without a recording.
+        Unit of the samples, for models without a recording.
     source : str
         Name of the file, for messages.
 
     Raises
     ------
     InputError
-        No effects, no unit, or a coefficient without a value.
+        A document has no effects or no unit, or a coefficient has no value.
     """
     return [_axis(document, unit, source) for document in documents]
 
 
 def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
+    """Axis of one model document."""
     recording = document.get("recording") or {}
     own = recording.get("unit") or unit
     document = {**document, **(document.get("working") or {})}
     effects = document.get("effects")
     if not effects:
-        raise InputError(f"{source}: the document holds no effects")
+        raise InputError(f"{source}: the file holds no effects, so it is not a model")
     if own is None:
         raise InputError(
-            f"{source}: the model has no unit",
+            f"{source}: the model does not state the unit of its samples",
             missing="unit",
-            remedy=": say with {unit} what its samples are in",
+            remedy=": add {unit}",
         )
     parsed = parse_unit(own)
     model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
@@ -243,7 +247,9 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
                 and not parameter.optional
                 and (given.get(parameter.name, {}).get("value") is None)
             ):
-                raise InputError(f"{source}: {effect.kind} has no value: fit it first")
+                raise InputError(
+                    f"{source}: {effect.kind} has no value: fit the model first, or write the value"
+                )
         if effect.standard is not None:
             one = effect.parameter(effect.standard.name)
             coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
@@ -277,7 +283,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
 
 
 def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
-    """The effect with its expected size, and with its upper limit; as it is where it has no interval."""
+    """The effect with its expected size, and the effect at its upper limit; both unchanged without an interval."""
     if not isinstance(effect, Stochastic):
         return effect, effect
     given = (entry.get("parameters") or {}).get(effect.coefficient) or {}
@@ -285,7 +291,7 @@ def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
     if end is None:
         return effect, effect
     name = effect.coefficient
-    # Another model that explains the log as well may have more of it.
+    # An alternative model of the log may allow a larger coefficient.
     over = (entry.get("over_rivals") or {}).get(name) or [None, None]
     upper = effect.with_values(**{name: max(float(end), float(over[1] or 0.0))})
     if given.get("detected") is not False:
@@ -294,16 +300,16 @@ def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
 
 
 def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
-    """A model with every effect at its expected size, or at its upper limit.
+    """The model with every effect at its expected size, or at its upper limit.
 
     Parameters
     ----------
     document : mapping
-        Of a fit, with intervals; without them the model stays as it is.
+        Document of a fit. Without intervals in it, the model is returned unchanged.
     model : Model
-        That of the document.
+        Model of the document.
     overbound : bool
-        Whether upper limits count.
+        Whether every effect gets its upper limit.
     """
     entries = document.get("effects") or [{}] * len(model)
     pairs = [_sizes(e, entry) for e, entry in zip(model.effects, entries, strict=True)]
@@ -311,7 +317,7 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
 
 
 def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """The effect at both ends of the interval of each of its shapes, beside what was fitted."""
+    """The fitted effect, and the effect with all combinations of the interval ends of its shape parameters."""
     found = [effect]
     for name in effect.free_shapes:
         interval = (given.get(name) or {}).get("interval") or [None, None]
@@ -321,7 +327,7 @@ def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
 
 
 def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """For each random process its forms, behind each form of what acts on it."""
+    """For each random process, one model per combination of its forms with the forms of the filters."""
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
     return tuple(
@@ -332,24 +338,27 @@ def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
 
 
 def warning_of(document: Mapping[str, Any]) -> str:
-    """What speaks against a fit, where its document says so; ASCII, as not every reader of a comment takes more."""
+    """Reason not to trust a fit, or an empty text. ASCII, because some programs refuse other characters in comments."""
     if document.get("adequate") is not False:
         return ""
     audit = (document.get("recording") or {}).get("audit") or ()
     if any(f.get("kind") == "quantisation" and f.get("severity") == "warning" for f in audit):
-        return "the samples rarely change code or flip between two, which deforms the coefficients"
+        return (
+            "the samples rarely change or flip between two codes, which distorts the coefficients"
+        )
     worst = (document.get("error") or {}).get("adev_worst") or {}
     factor, tau = worst.get("factor"), worst.get("tau_s")
     if not factor or tau is None:
         return "the fit is not adequate"
     apart = max(float(factor), 1.0 / float(factor))
     return (
-        f"the fit is not adequate: the model is off the measured Allan deviation by a factor of {apart:.3g}"
+        f"the fit is not adequate: model and measured Allan deviation differ by a factor of {apart:.3g}"
         f" at {float(tau):.3g} s"
     )
 
 
 def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
+    """Estimate of a parameter in a document, converted to samples in the unit `target`."""
     name, power = one.name, one.unit
     assert not isinstance(power, str)
     bounds = given.get("interval")
@@ -365,6 +374,7 @@ def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -
 
 
 def _times(value: Estimate, factor: float) -> Estimate:
+    """The estimate multiplied by a factor."""
     return Estimate(
         factor * value,
         None if value.std_error is None else factor * value.std_error,
@@ -378,12 +388,12 @@ def _times(value: Estimate, factor: float) -> Estimate:
 
 
 def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
-    """Gyroscope and accelerometer axes; anything else has no place in an inertial format."""
+    """Gyroscope axes and accelerometer axes; raises an error for any other sensor."""
     axes = list(axes)
     for axis in axes:
         if axis.kind not in (ANGULAR_RATE, ACCELERATION):
             raise InputError(
-                f"{axis.name} is a {axis.kind}: this format holds gyroscopes and accelerometers"
+                f"{axis.name} is a {axis.kind}, but this format only holds gyroscopes and accelerometers"
             )
     return (
         [axis for axis in axes if axis.kind == ANGULAR_RATE],
@@ -392,14 +402,14 @@ def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
 
 
 def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
-    """Return the sampling rate for a target whose numbers hold for one rate."""
+    """Sampling rate for a target whose numbers hold for one rate, Hz."""
     rates = {axis.rate for axis in axes if axis.rate is not None} if rate is None else {rate}
     if len(rates) != 1:
         found = ", ".join(f"{r:g}" for r in sorted(rates)) or "none"
         raise InputError(
-            f"{target} holds for one sampling rate, found {found}",
+            f"the {target} file needs one sampling rate, found {found}",
             missing="rate",
-            remedy=": give {rate}",
+            remedy=": add {rate}",
         )
     return positive_rate(rates.pop())
 
@@ -413,23 +423,23 @@ def used(
     as_fitted: bool = False,
     inflate: float = 1.0,
 ) -> Axis:
-    """The axis at another rate, up to another horizon, with a factor on all deviations.
+    """The axis with the rate, the horizon and the factor on deviations of one export.
 
     Parameters
     ----------
     axis : Axis
     rate : float, optional
-        Samples a second, Hz; else the recording's.
+        Sampling rate, Hz. Default: the rate of the recording.
     horizon : float, optional
-        Longest time without aiding, s; else 100 s or a tenth of the recording, whichever is shorter.
+        Longest time without aiding, s. Default: 100 s or a tenth of the recording, whichever is shorter.
     whole_record : bool
-        Whether the horizon, where none is given, is a tenth of the recording.
+        Whether the default horizon is a tenth of the recording.
     as_fitted, inflate : bool, float
         See `Axis`.
     """
-    positive(inflate, "inflate", "", "give a factor, such as 5")
+    positive(inflate, "inflate", "", "write a positive factor, such as 5")
     if horizon is not None and not 0.0 < horizon < np.inf:
-        raise InputError(f"horizon = {horizon:g} s: give a positive number of seconds")
+        raise InputError(f"horizon = {horizon:g} s: write a positive number of seconds")
     found = axis.until if whole_record else axis.horizon
     return replace(
         axis,

@@ -1,4 +1,4 @@
-"""What is written where a format holds white noise and one slow process: N and K, or N and a Gauss-Markov process."""
+"""Choose the numbers for formats with white noise and one slow process: N and K, or N and a Gauss-Markov process."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ if TYPE_CHECKING:
 
 __all__ = ["LIMIT", "choose", "choose_lag", "covering"]
 
+#: Remark on a coefficient that was not detected.
 LIMIT = "not detected, this is the 95 % upper limit"
 
 
 def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> Choice:
-    """N and K of an axis.
+    """N and K for an axis.
 
     Parameters
     ----------
     axis : Axis
-        Its horizon, and whether the coefficients are written as they were fitted.
+        Its attributes also state the horizon, and whether the coefficients are written as fitted.
     overbound : bool
-        Whether the numbers cover the upper limits of the model.
+        Whether the numbers must cover the upper limits of the model.
     simulator : bool
-        Whether they make samples; else they are those of a filter.
+        Whether the numbers are for a simulator. Otherwise they are for a filter.
     """
     if overbound:
         return overbound_walk(axis)
@@ -43,7 +44,7 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> C
 def choose_lag(
     axis: Axis, time: float | None = None, *, overbound: bool = False, simulator: bool = False
 ) -> Choice:
-    """N and a Gauss-Markov process (of this correlation time, if given) of an axis; see `choose`."""
+    """N and a Gauss-Markov process for an axis, with the given correlation time if there is one; see `choose`."""
     if overbound:
         return overbound_lag(axis, time)
     if axis.as_fitted:
@@ -60,7 +61,7 @@ def choose_lag(
 
 
 def _as_fitted(axis: Axis) -> Choice:
-    """The fitted N and K, or the upper limit of what was not detected."""
+    """The fitted N and K; for a coefficient that was not detected, its upper limit."""
     numbers = {"N": 0.0, "K": 0.0}
     remarks, holds = [], []
     for name in numbers:
@@ -78,21 +79,24 @@ def _as_fitted(axis: Axis) -> Choice:
         tau = axis.taus[:1]
         numbers["N"] = float(np.sqrt(_variance(axis, axis.broad, tau) * tau)[0])
         remarks.append(
-            ("N", "the model has no white noise: this has its Allan deviation at one sample")
+            (
+                "N",
+                "the model has no white noise: this N has the model's Allan deviation at one sample",
+            )
         )
     if not numbers["K"] > 0.0:
         numbers["K"] = small_walk(numbers["N"], axis)
-        remarks.append(("K", "the model has no random walk: as small as changes nothing"))
+        remarks.append(("K", "the model has no random walk: this K is negligibly small"))
     return Choice(numbers["N"], numbers["K"], remarks=tuple(remarks), holds=tuple(holds))
 
 
 def _variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Allan variance of a part of the axis's model, SI."""
+    """Allan variance of a part of the model of an axis, SI."""
     return axis.scale**2 * part.allan_variance(tau, axis.sampling)
 
 
 def covering(axis: Axis, rest: Model) -> float:
-    """Smallest K that, with the `rest` (SI), is nowhere more than 2 % below the Allan deviation of white and slow noise."""
+    """Smallest K with which K and `rest` (SI) are at most 2 % below the Allan deviation of the white and slow noise."""
     tau = axis.taus
     slow = (1.0 - SLACK) ** 2 * _variance(axis, axis.slow, tau)
     missing = slow - rest.allan_variance(tau, axis.sampling)

@@ -1,4 +1,4 @@
-"""The head of a file: whether to use it, what its numbers are, and what they leave out."""
+"""Head of a parameter file: whether to use the file, what its numbers mean, and which effects it does not hold."""
 
 from __future__ import annotations
 
@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 __all__ = ["GENERAL", "about", "head", "verdict"]
 
 GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
-#: NEES from which on a filter is called overconfident, and the acceptance limit of every consumer.
-OVERCONFIDENT = 1.2
-#: Effects that are listed one by one; of more their kinds are counted.
-MANY = 8
-#: An interval over all models is named if an end lies farther out by this share of the own interval's width.
-WIDER = 0.1
+#: NEES above which a filter is called overconfident; also the acceptance limit of the tests of every format. Chosen by
+#: judgment; not measured.
+MAX_NEES = 1.2
+#: Maximum number of effects that are listed one by one. Above, only the number of each kind is stated.
+MAX_LISTED_EFFECTS = 8
+#: Minimum distance between the ends of the interval over alternative models and of the own interval, relative to the width
+#: of the own interval. Below, the alternative interval is not stated. Chosen by judgment; not measured.
+MIN_WIDENING = 0.1
 
 
 def head(
@@ -39,7 +41,7 @@ def head(
     simulator: bool = False,
     samples: bool = False,
 ) -> list[str]:
-    """Lines of a head: whether to use the file, the convention, and what of each axis is in it."""
+    """Lines of the head: whether to use the file, its conventions, and the effects of each axis in it."""
     return [
         verdict(pairs, simulator=simulator or samples),
         GENERAL,
@@ -49,15 +51,15 @@ def head(
 
 
 def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
-    """The first line: whether to use the file, why not, and where its numbers are farthest from the model.
+    """First line of the head: whether to use the file, why not, and how far its numbers are from the model.
 
-    ASCII, as not every reader of a comment takes more.
+    The text is ASCII, because some programs refuse other characters in a comment.
     """
     found = [(axis, quality(axis, choice)) for axis, choice in pairs]
     reasons = [f"{axis.name}: {axis.warning}" for axis, _ in pairs if axis.warning]
     filters = [(a, c, q) for (a, c), (_, q) in zip(pairs, found, strict=True) if not c.B]
     if not simulator:
-        reasons += [_overconfident(*one) for one in filters if one[2].nees > OVERCONFIDENT]
+        reasons += [_overconfident(*one) for one in filters if one[2].nees > MAX_NEES]
     axis, worst = max(found, key=lambda one: abs(one[1].log_ratio))
     where = f" ({axis.name})" if len(found) > 1 else ""
     horizon = max(a.horizon for a, _ in pairs)
@@ -72,24 +74,24 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
         spread = f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
         most = max(q.nees for _, _, q in filters)
         early = max(q.early for _, _, q in filters)
-        fast = f", {early:.2f} at shorter times by fast noise" if early > OVERCONFIDENT else ""
+        fast = f", {early:.2f} at shorter times due to fast noise" if early > MAX_NEES else ""
         sentences.append(
-            f"NEES of a bias filter (1 is ideal): {spread} after {horizon:.4g} s without aiding,"
-            f" {most:.2f} at most from {horizon / 10:.4g} s on{fast}."
+            f"NEES of a bias filter (true over predicted variance, 1 is ideal): {spread} after {horizon:.4g} s without"
+            f" aiding, at most {most:.2f} from {horizon / 10:.4g} s on{fast}."
         )
     sentences += _too_short([axis for axis, _ in pairs])
     short = [a for a, _ in pairs if a.horizon > 1.001 * a.until]
     if short:
         sentences.append(
-            f"The log of {short[0].name} shows tau up to {short[0].until:.3g} s alone."
+            f"The log of {short[0].name} only shows the noise up to tau = {short[0].until:.3g} s."
         )
     return " ".join(sentences)
 
 
 def _too_short(axes: Sequence[Axis]) -> list[str]:
-    """A sentence on slow coefficients that a short log does not show; none where all logs are long or show them.
+    """Sentences on slow effects that were not detected in short logs; empty if there are none.
 
-    A log is short if a tenth of it, the longest tau that it tells well, is below the horizon of most files.
+    A log is short if a tenth of its length, the longest tau with a reliable deviation, is below the default horizon.
     """
     of: dict[tuple[str, float], list[str]] = {}
     for axis in axes:
@@ -106,38 +108,40 @@ def _too_short(axes: Sequence[Axis]) -> list[str]:
         if hidden:
             of.setdefault((", ".join(hidden), axis.span[1]), []).append(axis.name)
     return [
-        f"Record too short for {hidden} of {', '.join(names)}: {duration:.3g} s show tau up to {0.1 * duration:.3g} s,"
-        f" where {hidden} {'were' if ', ' in hidden else 'was'} not detected; slow noise in this file is from upper limits."
+        f"Record too short for {hidden} of {', '.join(names)}: a record of {duration:.3g} s shows tau up to"
+        f" {0.1 * duration:.3g} s, and {hidden} {'were' if ', ' in hidden else 'was'} not detected there. The slow noise"
+        " in this file comes from upper limits."
         for (hidden, duration), names in of.items()
     ]
 
 
 def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:
+    """Reason against a file with which a filter is overconfident."""
     left = [label for label, _ in _left_out(axis, choice, simulator=False)]
     what = ", ".join(left) or "a part of the model"
     return (
         f"{axis.name}: a bias filter is overconfident, its NEES is {found.nees:.3g} after {found.at:.3g} s,"
-        f" as the numbers leave out {what}"
+        f" because the numbers do not hold {what}"
     )
 
 
 def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
-    """Lines on one axis: its model, what the numbers cover and what not."""
+    """Lines on one axis: its model, and the effects that the numbers cover or leave out."""
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
     if axis.assumptions:
-        origin = f"from {axis.source}, no log"
+        origin = f"from {axis.source}, without a log"
     covered = _covered(axis, choice, simulator=simulator)
     name = "+".join(_counted(e.short for e in axis.model))
     line = f"{axis.name}: {origin}; model {name}; in this file: {covered}"
     left = [f"{label} ({e.kind})" for label, e in _left_out(axis, choice, simulator=simulator)]
-    if len(left) > MANY:
+    if len(left) > MAX_LISTED_EFFECTS:
         left = _counted(e.kind for _, e in _left_out(axis, choice, simulator=simulator))
     lines = [line, *(f"  {note}" for note in axis.notes)]
     lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
     if choice is not None and choice.overbound and axis.loudest is not None:
         begin, end = axis.loudest
         lines.append(
-            f"  N covers the loudest stretch of the log, about {begin:.4g} s to {end:.4g} s"
+            f"  N covers the loudest segment of the log, from about {begin:.4g} s to {end:.4g} s"
         )
     lines += [f"  {line}" for line in _alternatives(axis)]
     if left:
@@ -146,19 +150,22 @@ def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list
 
 
 def _counted(names: Iterable[str]) -> list[str]:
-    """Each name once, with how often it is there: ``12 SIN``."""
+    """Each name once, with its count if it is larger than 1: ``12 SIN``."""
     return [name if n == 1 else f"{n} {name}" for name, n in Counter(names).items()]
 
 
 def _alternatives(axis: Axis) -> Iterator[str]:
-    """``K 115 (95 ... 137); 0 ... 190 if it is a gauss_markov``: what other models of the log say of a coefficient."""
+    """Lines with intervals of coefficients under alternative models, if these intervals are clearly wider.
+
+    An example is ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
+    """
     for (label, _), entry in zip(_all(axis), axis.document["effects"], strict=True):
         for name, ends in (entry.get("over_rivals") or {}).items():
             given = entry["parameters"].get(name) or {}
             own, value = given.get("interval"), given.get("value")
             if value is None or not own or None in own or None in ends:
                 continue
-            if max(own[0] - ends[0], ends[1] - own[1]) <= WIDER * (own[1] - own[0]):
+            if max(own[0] - ends[0], ends[1] - own[1]) <= MIN_WIDENING * (own[1] - own[0]):
                 continue
             key = label if name == label else f"{label} {name}"
             kinds = " or ".join(entry.get("rivals") or ()) or "another effect"
@@ -170,6 +177,7 @@ def _alternatives(axis: Axis) -> Iterator[str]:
 
 
 def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
+    """Text that names the effects in the numbers of a file."""
     if choice is None:
         covered = ", ".join(label for label, _ in _all(axis))
     elif choice.overbound:
@@ -182,7 +190,7 @@ def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
         labels = tuple(own)
         shorts = (e.short for label, e in _all(axis) if label in labels)
         covered = "numbers that cover " + ", ".join(
-            labels if len(labels) <= MANY else _counted(shorts)
+            labels if len(labels) <= MAX_LISTED_EFFECTS else _counted(shorts)
         )
     if choice is not None and choice.others:
         of: dict[str, list[str]] = {}
@@ -194,20 +202,21 @@ def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
 
 
 def _all(axis: Axis) -> Iterator[tuple[str, Effect]]:
+    """Label and effect of each effect of a model."""
     return zip(axis.model.labels, axis.model.effects, strict=True)
 
 
 def _left_out(axis: Axis, choice: Choice | None, *, simulator: bool) -> list[tuple[str, Effect]]:
-    """Effects that the numbers do not stand for."""
+    """Label and effect of each effect that the numbers of a file leave out."""
     if choice is not None and choice.holds is not None:
         return [(label, e) for label, e in _all(axis) if label not in choice.holds]
     return [(label, e) for label, e in _all(axis) if not _is_covered(e, axis, simulator)]
 
 
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
-    """Whether numbers that follow the model stand for this effect: not for known functions of time.
+    """True if numbers that follow the model cover this effect. Known functions of time are not covered.
 
-    A simulator has no place for lines and narrow bands either.
+    Numbers for a simulator do not cover lines and narrow bands either.
     """
     if isinstance(effect, Stochastic):
         return not simulator or effect.occupies is None

@@ -1,4 +1,4 @@
-"""What a format with white noise and one slow process holds."""
+"""Numbers of a format with white noise and one slow process."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ __all__ = ["Choice", "lag", "walk"]
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Numbers for one axis, SI, densities two-sided.
+    """Numbers for one axis in SI units, with two-sided densities.
 
     Attributes
     ----------
     N, K : float
-        K is 0 where there is a lag instead.
+        White noise and random walk. K is 0 if there is a Gauss-Markov process instead.
     q_c, correlation_time : float
-        Gauss-Markov process; 0 where there is none.
-    remarks : dict of str to str
-        Remark on a number, by its name.
+        Gauss-Markov process; 0 if there is none.
+    remarks : tuple of (str, str)
+        Name of a number, and a remark on it.
     holds : tuple of str or None
-        Labels of the model's effects that the numbers are those of, as fitted; None where they follow the whole model.
+        Labels of the effects whose fitted coefficients are written; None if the numbers follow the whole model.
     overbound : bool
-        Whether the numbers cover the model's upper limits.
+        Whether the numbers cover the upper limits of the model.
     B : float
-        Bias instability, of a format that has a place for it; else 0.
+        Bias instability, for formats that hold one; otherwise 0.
     others : tuple of (str, str)
-        Numbers that are those of another axis, by name, and that axis: a format may have one number for all of them.
+        Name of a number, and the axis from which it comes, for formats with one number for all axes.
     """
 
     N: float
@@ -54,12 +54,12 @@ class Choice:
         return float(self.q_c * np.sqrt(self.correlation_time / 2.0))
 
     def remark(self, name: str) -> str:
-        """Remark on a number, or an empty text."""
+        """Remark on the number with this name, or an empty text."""
         return dict(self.remarks).get(name, "")
 
     @property
     def model(self) -> Model:
-        """The numbers as a model in SI."""
+        """The numbers as a model in SI units."""
         out = white_noise(self.N) + walk(self.K)
         if self.B:
             out = out + standard()["B"]().with_values(B=self.B)
@@ -69,10 +69,10 @@ class Choice:
 
 
 def walk(K: float) -> Effect:
-    """The slow process of a filter that has a random walk for it."""
+    """Random walk with coefficient K: the slow process of most filters."""
     return standard()["K"]().with_values(K=K)
 
 
 def lag(q_c: float, time: float) -> GaussMarkov:
-    """The slow process of a filter that has a first-order lag for it."""
+    """Gauss-Markov process with density `q_c` and correlation time `time`: the slow process of some filters."""
     return GaussMarkov(q_c=q_c, correlation_time=float(time))

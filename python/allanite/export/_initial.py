@@ -1,4 +1,4 @@
-"""The bias at the beginning: its deviation from several switch-ons, or what one log tells of it."""
+"""Initial bias of a filter: its standard deviation from several switch-ons, or a comment if there is only one log."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 __all__ = ["initial_bias", "initial_lines", "unknown"]
 
-#: Seconds of alignment at rest that a file speaks of.
+#: Alignment time at rest for which files state the remaining bias, s. Chosen by judgment; not measured.
 ALIGNMENT = 60.0
 
 
 def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
-    """Deviation of the bias at switch-on for a filter that begins with a bias of 0, SI; None from one log.
+    """Standard deviation of the bias at switch-on in SI, for a filter that starts with a bias of 0; None from one log.
 
-    Of a gyroscope the mean belongs to it; that of an accelerometer is gravity, and only the spread is known. A further
-    switch-on deviates from a mean of n by σ√(1 + 1/n).
+    For a gyroscope, the mean bias counts as well. For an accelerometer, gravity hides the mean, and only the spread counts.
+    A new switch-on deviates from the mean of n others by σ√(1 + 1/n).
     """
     found = axis.turn_on
     if found is None:
@@ -37,32 +37,32 @@ def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
 
 
 def unknown(axis: Axis) -> str:
-    """What one log tells: the residual bias after an alignment, and that the rest is unknown."""
+    """Sentence for an axis with one log: the initial bias is unknown, and the bias that remains after an alignment."""
     tau = np.array([min(ALIGNMENT, axis.until)])
-    # The means of two neighboring stretches differ by the square root of two Allan deviations.
+    # The means of two neighboring segments differ by √2 Allan deviations.
     left = axis.scale * math.sqrt(
         2.0 * float(axis.expected_steady.allan_variance(tau, axis.sampling)[0])
     )
     return (
-        f"{axis.name}: the bias at switch-on is not known from one log (give several); after {tau[0]:.3g} s of alignment at"
-        f" rest {left:.3g} {axis.unit} remain"
+        f"{axis.name}: the bias at switch-on is not known from one log (give several logs); after {tau[0]:.3g} s of"
+        f" alignment at rest {left:.3g} {axis.unit} remain"
     )
 
 
 def initial_lines(
     axes: Sequence[Axis], keys: Mapping[str, str], form: str, mark: str = "#", *, overbound: bool
 ) -> str:
-    """A line for the initial bias of each sensor, the largest of its axes; without several logs a comment.
+    """Lines with the initial bias of each sensor, the largest of its axes; a comment if there is only one log.
 
     Parameters
     ----------
     axes : sequence of Axis
     keys : mapping of str to str
-        Key of ``gyro`` and ``accel``.
+        Key in the file for ``gyro`` and ``accel``.
     form : str
-        Form of a line with ``key``, ``value`` and ``note``.
+        Format of a line with ``key``, ``value`` and ``note``.
     mark : str
-        What begins a comment.
+        Beginning of a comment.
     overbound : bool
         Whether the upper ends of the intervals are written.
     """
@@ -77,11 +77,11 @@ def initial_lines(
             value, axis = max(known, key=lambda one: one[0])
             assert axis.turn_on is not None
             note = (
-                f"{mark} {axis.unit}, deviation at switch-on from {axis.turn_on['logs']} logs, largest of the axes,"
+                f"{mark} {axis.unit}, standard deviation at switch-on from {axis.turn_on['logs']} logs; largest axis:"
                 f" {axis.name}"
             )
             if sensor == "accel":
-                note += "; about the mean, which gravity hides; tilt between the logs is in it"
+                note += "; relative to the mean, as gravity hides the mean; includes tilt between the logs"
             lines.append(form.format(key=keys[sensor], value=value, note=note) + "\n")
         elif own:
             lines.append(f"{mark} {keys[sensor]}: {unknown(own[0])}\n")

@@ -1,4 +1,4 @@
-"""Lines of targets that hold one N and one K for each sensor."""
+"""Lines of formats with one N and one K per sensor."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ __all__ = ["chosen", "largest", "needs_both", "shared", "value_lines"]
 
 
 def needs_both(axes: Iterable[Axis], target: str) -> None:
-    """Refuse a gyroscope or an accelerometer alone: the consumer reads the keys of both."""
+    """Raise an error if the gyroscope or the accelerometer is missing, because the program reads the keys of both."""
     if not all(split(axes)):
         raise InputError(
-            f"{target} needs a model of a gyroscope and one of an accelerometer: give both"
+            f"{target} needs models of both a gyroscope and an accelerometer: add the missing one"
         )
 
 
 def chosen(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
 ) -> list[tuple[Axis, Choice]]:
-    """Each axis with its N and K."""
+    """Each axis with its chosen N and K."""
     return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 
 def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
-    """Each axis with the N and K that a format with one number for all of them has: the largest."""
+    """Each axis with the largest N and K of all axes, for formats with one number per sensor."""
     if not pairs:
         return []
     donors = {name: _donor(pairs, name) for name in ("N", "K")}
@@ -51,20 +51,21 @@ def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
 
 
 def _donor(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
+    """Axis with the largest number of this name, and its numbers."""
     return max(pairs, key=lambda pair: getattr(pair[1], name))
 
 
 def largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
-    """Largest N or K of several axes, for a format with one number for all of them; and a remark."""
+    """Largest N or K of several axes, and a remark, for formats with one number per sensor."""
     axis, choice = _donor(pairs, name)
     value = getattr(choice, name)
     if not value > 0.0:
         raise InputError(
-            f"{axis.name}: {name} is 0, which no filter accepts: fit a model with noise"
+            f"{axis.name}: {name} is 0, but filters need a positive number: fit a model with noise"
         )
     words = [choice.remark(name)] if choice.remark(name) else []
     if len(pairs) > 1:
-        words.append(f"largest of {len(pairs)} axes, {axis.name}")
+        words.append(f"largest of {len(pairs)} axes: {axis.name}")
     return float(value), "; ".join(words)
 
 
@@ -79,24 +80,24 @@ def value_lines(
     mark: str = "#",
     ranges: Mapping[str, tuple[float, float]] | None = None,
 ) -> str:
-    """Head and lines of a file of ``key: value``.
+    """Text of a file with a head and lines ``key: value``.
 
     Parameters
     ----------
     axes : sequence of Axis
-        Of gyroscopes and accelerometers.
+        Axes of gyroscopes and accelerometers.
     rows : sequence of (key, sensor, name, unit)
-        Sensor is ``gyro`` or ``accel``; name ``N`` or ``K``.
+        One tuple per line; sensor is ``gyro`` or ``accel``, name is ``N`` or ``K``.
     convert : dict of str to callable
-        From N or K in SI to the number the target wants.
+        Functions that convert N and K in SI to the numbers of the format.
     convention : sequence of str
-        Continuous or per sample, variance or deviation: lines of the head.
+        Lines of the head about conventions: continuous time or per sample, variance or deviation.
     overbound : bool
-        Whether N and K are those above the upper limits.
+        Whether N and K cover the upper limits.
     form, mark : str
-        Form of a line with its note, and what makes that, or the rest of a line, a comment.
+        Format of a line with ``key``, ``value`` and ``note``, and the beginning of a comment.
     ranges : dict of str to (float, float), optional
-        Documented minimum and maximum of a key: a number outside is written, and the note says so.
+        Documented minimum and maximum of a key. A number outside is written, with a note.
     """
     gyro, accel = split(axes)
     pairs = {"gyro": chosen(gyro, overbound=overbound), "accel": chosen(accel, overbound=overbound)}
@@ -104,7 +105,7 @@ def value_lines(
     lines = [comments(head(held, convention), mark)]
     for sensor, own in pairs.items():
         if not own:
-            lines.append(f"{mark} {sensor}: no model was given\n")
+            lines.append(f"{mark} {sensor}: no model given, so its keys are missing\n")
     for key, sensor, name, unit in rows:
         if pairs[sensor]:
             value, remark = largest(pairs[sensor], name)

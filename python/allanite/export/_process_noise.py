@@ -28,10 +28,10 @@ STATES = (
 #: States whose process noise follows from a gyroscope and from an accelerometer.
 ANGLES, VELOCITIES = STATES[3:6], STATES[6:9]
 CONVENTION = (
-    "The filter has no bias state. The bias is taken as removed at the beginning; its later walk is white noise of the",
-    "angle (gyroscope) and of the velocity (accelerometer): K^2*horizon^2/3 per second. This variance is right at the",
-    "horizon and too large before. The axes of the sensor are taken as those of the vehicle.",
-    "The white noise of the sensor is not here: it is in the covariance of its messages (format ros).",
+    "The filter has no bias state. This file assumes that the bias is removed at the beginning. White noise of the angle",
+    "(gyroscope) and of the velocity (accelerometer) replaces the later random walk of the bias: K^2*horizon^2/3 per",
+    "second. This variance is right at the horizon and too large before. The axes of the sensor must be those of the",
+    "vehicle. The white noise of the sensor belongs into the covariance of its messages (format ros).",
 )
 
 
@@ -46,7 +46,7 @@ class ProcessNoise:
     pairs : list of (Axis, Choice)
         Each axis with white noise of the same variance, for the head of the file.
     remarks : list of str
-        Remarks on places without a model.
+        Remarks on axes without a model.
     """
 
     variances: dict[str, float]

@@ -1,4 +1,4 @@
-"""What a consumer's file declares, and the table of all of them; installed packages add theirs by an entry point."""
+"""Declaration of an export format, and the table of all formats. Installed packages add formats by entry points."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 __all__ = ["ENTRY_POINTS", "Render", "Target", "Targets"]
 
-#: Group of entry points under which an installed package names its targets.
+#: Group of the entry points of installed packages.
 ENTRY_POINTS = "allanite.exports"
 
 
 class Render(Protocol):
-    """Text of a parameter file for some axes, at the rate of the target."""
+    """Function that returns the text of a parameter file."""
 
     def __call__(self, axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-        """Text of the file."""
+        """Text of a parameter file for these axes, at the rate of the target."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,21 +35,21 @@ class Target:
     Attributes
     ----------
     name : str
-        On the command line: ``kalibr``.
+        Name on the command line: ``kalibr``.
     title : str
-        On the page: ``Kalibr``.
+        Name on the page: ``Kalibr``.
     file_name : str
-        Name of the file in a folder of all formats, and on the page.
+        Name of the file in a folder with all formats, and on the page.
     render : callable
         ``render(axes, rate, overbound=False)`` returns the text of the file.
     any_sensor : bool
-        Whether it takes any sensor; else gyroscopes and accelerometers of one IMU.
+        Whether the format accepts any sensor. Otherwise it accepts gyroscopes and accelerometers of one IMU.
     own_rate : bool
-        Whether its numbers hold for the rate of the filter, not of the sensor.
+        Whether the numbers depend on the rate of the filter instead of the rate of the sensor.
     whole_record : bool
-        Whether its numbers are right over a tenth of the recording unless a horizon is given: simulators do not coast.
+        Whether the default horizon is a tenth of the recording. This suits simulators, which do not coast.
     alternatives : bool
-        Whether it names alternative explanations, whose search takes longer than all else.
+        Whether the format states alternative explanations. Their search takes longer than everything else.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Target:
 
 
 class Targets(Mapping[str, Target]):
-    """Targets by name: those of the modules of some packages, and those of installed packages, which are loaded once."""
+    """Mapping of all targets by name: from modules of these packages, and from installed packages, which load once."""
 
     def __init__(self, *packages: str) -> None:
         own = [one for targets in declared_in("TARGETS", *packages) for one in targets]
@@ -84,6 +84,7 @@ class Targets(Mapping[str, Target]):
         return len(self._targets)
 
     def _load(self) -> None:
+        """Add the targets of installed packages, at the first call."""
         with self._lock:
             if self._complete:
                 return
@@ -91,11 +92,12 @@ class Targets(Mapping[str, Target]):
             add_installed(ENTRY_POINTS, "export", self._add)
 
     def _add(self, target: object) -> None:
+        """Add one target; raise an error if its name or file name is already used."""
         if not isinstance(target, Target):
             raise InputError(f"{target!r} is not an allanite.export.Target")
         for other in self._targets.values():
             if target.name == other.name or target.file_name == other.file_name:
                 raise InputError(
-                    f"its name {target.name!r} or its file name {target.file_name!r} is that of {other.title}"
+                    f"its name {target.name!r} or its file name {target.file_name!r} is already used by {other.title}"
                 )
         self._targets[target.name] = target

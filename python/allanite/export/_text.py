@@ -1,4 +1,4 @@
-"""Text of others inside a file: names of channels, paths, units and model strings are data."""
+"""Safe text in parameter files: names of channels, paths, units and model strings may contain anything."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import unicodedata
 
 __all__ = ["block", "comments", "plain"]
 
-#: Characters of a name that are shown.
-LONGEST = 120
+#: Maximum length of a text, characters.
+MAX_LENGTH = 120
 
 
 def plain(text: object) -> str:
-    """One line of harmless text: whatever could end a line, a comment or a string is spelled out.
+    """The text as one line that cannot end a line, a comment or a string in any of the formats.
 
-    Control characters, line and paragraph separators, invisible and surrogate characters become ``/uNNNN``, a
-    backslash (which would continue a line of C) a slash; ``--`` (the end of an XML comment), ``*/`` and
-    ``%{`` are parted by a space; quotes become typographic.
+    Control characters, line and paragraph separators, invisible and surrogate characters become ``/uNNNN``. A backslash,
+    which would continue a line of C, becomes a slash. A space separates ``--`` (the end of an XML comment), ``*/`` and
+    ``%{``. Quotes become typographic quotes.
     """
     out = []
-    for c in str(text)[: LONGEST + 1]:
+    for c in str(text)[: MAX_LENGTH + 1]:
         if unicodedata.category(c)[0] == "C" or unicodedata.category(c) in ("Zl", "Zp"):
             out.append(f"/u{ord(c):04x}")
         else:
@@ -27,14 +27,14 @@ def plain(text: object) -> str:
     for pair in ("--", "*/", "/*", "%{", "%}", "??", "<!", "->"):
         while pair in line:
             line = line.replace(pair, f"{pair[0]} {pair[1]}")
-    return line if len(line) <= LONGEST else line[: LONGEST - 1] + "…"
+    return line if len(line) <= MAX_LENGTH else line[: MAX_LENGTH - 1] + "…"
 
 
 def comments(lines: list[str], mark: str = "#") -> str:
-    """Lines behind a mark that makes each a comment."""
+    """Text in which every line is a comment that begins with `mark`."""
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
 
 
 def block(lines: list[str]) -> str:
-    """Lines as an XML comment."""
+    """Text of the lines as one XML comment."""
     return "<!--\n" + "".join(f"  {line}\n" for line in lines) + "-->\n"

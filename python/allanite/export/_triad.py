@@ -1,4 +1,4 @@
-"""The three places of a format that has x, y and z."""
+"""Assign the numbers of axes to x, y and z."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ PLACES = ("x", "y", "z")
 def in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
-    """Numbers of x, y and z, and what is to be said of a place that has those of others.
+    """Numbers of x, y and z, and remarks on axes without a model of their own.
 
-    Names say which axis is which; three without letters are taken in their order. A place without a model gets the largest
-    of each number: density and Allan variance of a lag rise with its strength and with its time.
+    The letter in its name assigns an axis; three axes without letters are taken in their order. An axis without a model
+    gets the largest of each number, because the density and Allan variance of a lag rise with its strength and time.
     """
     letters = [letter_of(axis.name) for axis in axes]
     if len(axes) == 3 and None in letters:
@@ -34,11 +34,9 @@ def in_xyz(
     said = []
     if bare and len(axes) > 1:
         names = ", ".join(axis.name for axis in axes)
-        said = [
-            f"{', '.join(bare)}: no model of it was given, it has the largest number of each kind of {names}"
-        ]
+        said = [f"{', '.join(bare)}: no own model was given; each number is the largest of {names}"]
     elif bare:
         said = [
-            f"{', '.join(bare)}: no model of it was given, it has the numbers of {axes[0].name}"
+            f"{', '.join(bare)}: no own model was given; the numbers are those of {axes[0].name}"
         ]
     return [given.get(place, most) for place in PLACES], said

@@ -1,4 +1,4 @@
-"""A C header: N, K and what else your own filter needs, one row an axis."""
+"""C header with N and K of each axis, for your own filter."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Arrays of N and K in SI, in the order of the axes given."""
+    """Arrays of N and K in SI units, in the order of the given axes."""
     pairs = chosen(axes, overbound=overbound)
     convention = (
-        "Continuous time, two-sided, deviations, SI: a sample has N/sqrt(dt), a step of the bias K*sqrt(dt).",
+        "N and K are continuous-time, two-sided, in SI. With the sampling interval dt, the standard deviation per sample",
+        "is N/sqrt(dt), and that of a bias step from sample to sample is K*sqrt(dt).",
     )
     lines = [comments(head(pairs, convention), "//")]
     lines += ["#ifndef ALLANITE_NOISE_H\n#define ALLANITE_NOISE_H\n\n"]

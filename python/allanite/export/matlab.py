@@ -1,4 +1,4 @@
-"""MATLAB: gyroparams and accelparams of an imuSensor."""
+"""MATLAB script with gyroparams and accelparams of an imuSensor."""
 
 from __future__ import annotations
 
@@ -22,22 +22,24 @@ if TYPE_CHECKING:
 __all__ = ["TARGETS"]
 
 NOTE = (
-    "imuSensor: continuous time, deviations. NoiseDensity is double-sided, and said to be; where NoiseType does",
-    "not exist, the density is taken as single-sided: multiply it by sqrt(2) there.",
+    "imuSensor: continuous-time densities. NoiseDensity is double-sided, as NoiseType states. Versions of MATLAB without",
+    "NoiseType expect a single-sided density: multiply NoiseDensity by sqrt(2) there.",
 )
 
 
-#: Kasdin's filter of n poles is 1/f down to one over n samples; the default of one pole is not (MATLAB from R2023b on).
-MEMORY = "fractalcoef(n, 1) remembers n samples; the default, one pole, has no flicker noise."
-#: Memory of the filter over the horizon: its Allan deviation is 1.5 % high at the horizon, 6 % with half of it.
+#: Kasdin's filter with n poles is 1/f down to the frequency of n samples. MATLAB's default of one pole (from R2023b on) is
+#: not 1/f.
+MEMORY = "fractalcoef(n, 1) gives flicker noise over n samples. The default, one pole, gives no flicker noise."
+#: Length of the filter divided by the horizon. Its Allan deviation is then 1.5 % too high at the horizon; with half of the
+#: length, 6 %.
 MEMORY_HORIZONS = 2.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N as NoiseDensity (declared double-sided), B as BiasInstability, K as RandomWalk, in SI.
+    """N as NoiseDensity (declared double-sided), B as BiasInstability, K as RandomWalk, in SI units.
 
-    K covers other slow processes. B and K that no axis needs are not written, and keep MATLAB's default of 0; an axis
-    that lacks what others have has 0. With an overbound, B is inside N and K.
+    K covers other slow processes. If no axis needs B or K, the parameter is not written and keeps MATLAB's default 0. An
+    axis without an effect that other axes have gets 0. With `overbound`, N and K also cover B.
     """
     fs = rate_of(axes, rate, "matlab")
     convention = [*NOTE]
@@ -77,7 +79,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _chosen(axis: Axis) -> Choice:
-    """N, B and K as they were fitted, or their upper limits; a K that covers what these do not hold, where it is larger."""
+    """The fitted N, B and K, or their upper limits; K is larger if other slow processes must be covered."""
     first = choose(axis, simulator=True) if axis.as_fitted else _white(axis)
     values = {"B": 0.0, "K": 0.0}
     remarks = {"N": first.remark("N")}
@@ -91,7 +93,7 @@ def _chosen(axis: Axis) -> Choice:
     if needed > values["K"]:
         values["K"] = needed
         remarks["K"] = (
-            "the smallest that keeps the Allan deviation of N, B and K above 98 % of that of white and slow noise"
+            "the smallest K with which N, B and K reach 98 % of the Allan deviation of the white and slow noise"
             f" up to {axis.taus[-1]:.3g} s"
         )
     holds = tuple(name for name in "NBK" if name in axis.coefficients) if axis.as_fitted else None
@@ -99,13 +101,13 @@ def _chosen(axis: Axis) -> Choice:
 
 
 def _white(axis: Axis) -> Choice:
-    """N as it was fitted, without a slow process; where the model has none, of the Allan deviation at one sample."""
+    """The fitted N without a slow process; without white noise, N from the Allan deviation at one sample."""
     fitted = replace(axis, as_fitted=True)
     return replace(choose(fitted), K=0.0, holds=None)
 
 
 def _has_others(axis: Axis) -> bool:
-    """Whether the model has a slow process that has no place of its own."""
+    """True if the model has a slow process other than B and K."""
     return any(
         isinstance(e, Stochastic)
         and not e.white
@@ -115,7 +117,7 @@ def _has_others(axis: Axis) -> bool:
 
 
 def _remarks(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
-    """What is to be said of the numbers of this name, with the axes that it is true of unless it is all of them."""
+    """Remarks on the numbers with this name. A remark that does not hold for all axes names its axes."""
     of: dict[str, list[str]] = {}
     for axis, choice in pairs:
         of.setdefault(choice.remark(name), []).append(axis.name)

@@ -1,4 +1,4 @@
-"""JSON in SI, with units and intervals: for your own programs."""
+"""JSON with coefficients, units and intervals in SI, for your own programs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """``allanite/parameters/1``: coefficients of each axis (N is two-sided) and all effects as they were fitted."""
+    """Document ``allanite/parameters/1``: the coefficients of each axis (N two-sided) and all effects as fitted."""
     document = {
         "schema": "allanite/parameters/1",
         "version": _kernels.version(),
@@ -28,6 +28,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
+    """JSON object of one axis."""
     out: dict[str, object] = {
         "name": axis.name,
         "kind": axis.kind,

@@ -1,4 +1,4 @@
-"""Diagonals of a ROS sensor_msgs/Imu message's covariances, as robot_localization reads them."""
+"""Covariances of a ROS sensor_msgs/Imu message, as robot_localization reads them."""
 
 from __future__ import annotations
 
@@ -29,17 +29,18 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Variance of one sample, row-major 3 × 3: N²·rate, and what lines, bands and slow noise add to each sample.
+    """Variance of one sample, row-major 3 × 3: N²·rate plus the variance of lines, bands and slow noise.
 
-    The filters that read the message take samples as independent of each other. White noise that a low-pass filter has
-    narrowed counts as if it had not, as it averages as slowly as the white noise; the variance in the band is a comment.
+    Filters that read the message treat samples as independent. White noise behind a low-pass filter counts with its
+    unfiltered variance, because it averages out as slowly as unfiltered white noise. A comment states the variance within
+    the band of the filter.
     """
     fs = rate_of(axes, rate, "ros")
     sensors = split(axes)
     low = 1.0 / max(a.horizon for a in axes)
     convention = [
-        f"sensor_msgs/Imu, robot_localization: variances per sample at {fs:g} Hz: N^2*rate of the white noise, and the",
-        f"variance of lines, bands and slow noise above {low:.3g} Hz. The filter takes samples as independent.",
+        f"sensor_msgs/Imu, robot_localization: variance per sample at {fs:g} Hz. It is N^2*rate of the white noise plus",
+        f"the variance of lines, bands and slow noise above {low:.3g} Hz, as the filter treats samples as independent.",
     ]
     rows, pairs = [], []
     for key, own, unit in zip(
@@ -57,7 +58,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             inside = variance(axis, fs, upper=overbound, in_band=True)
             if inside < 0.99 * one:
                 convention.append(
-                    f"{axis.name}: a sample varies by {inside:.3e} {unit} within the filter's band"
+                    f"{axis.name}: the variance of a sample within the band of the sensor's filter is {inside:.3e} {unit}"
                 )
             small = Choice(math.sqrt(one / fs))
             pairs.append((axis, replace(small, K=small_walk(small.N, axis), overbound=overbound)))
@@ -67,17 +68,17 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = False) -> float:
-    """Variance of a sample in SI, without what is slower than the horizon.
+    """Variance of a sample in SI, without noise that is slower than the horizon.
 
     Parameters
     ----------
     axis : Axis
     rate : float
-        Samples a second, Hz.
+        Sampling rate, Hz.
     upper : bool
         Whether every coefficient is at its upper limit.
     in_band : bool
-        Whether white noise counts as a bandwidth has left it; else with N²·rate.
+        Whether white noise counts with its variance after the sensor's filter. Otherwise it counts with N²·rate.
     """
     low = 2.0 * np.pi / (max(axis.horizon, 10.0 / rate) * rate)
     w = np.geomspace(low, np.pi, 4000)
@@ -92,7 +93,8 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
             if term.power is None:
                 total += _within(term, w)
             else:
-                # All of it is known exactly, a narrow band too; below the first frequency its density is that there.
+                # The total power is known exactly, also for a narrow band. Below the lowest frequency of `slower` the
+                # density is constant.
                 total += (
                     term.power
                     - _within(term, slower)
@@ -105,7 +107,7 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
 
 
 def _within(term: Term, w: NDArray[np.float64]) -> float:
-    """Power of a term between the first and the last of these frequencies, rad a sample."""
+    """Power of a term between the first and the last of these frequencies, in rad per sample."""
     return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
 
 

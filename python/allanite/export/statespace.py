@@ -1,4 +1,4 @@
-"""State space of the whole model: F, Q, H, R, P0 of each axis as JSON, in SI."""
+"""JSON with the state space of the whole model of each axis: F, Q, H, R, P0, in SI units."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS"]
 
+#: Maximum number of states per axis, if that many are enough. Chosen by judgment; not measured.
 STATES = 8
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """``allanite/state_spaces/1``: at most eight states an axis where fewer will do, and what the reduction costs.
+    """Document ``allanite/state_spaces/1``: at most `STATES` states per axis if possible, and the error of the reduction.
 
-    What was not detected has its expected size, as in every other file; 0 would be too sure.
+    An effect that was not detected has its expected size, as in all other files. With 0, a filter would be overconfident.
     """
     fs = rate_of(axes, rate, "statespace")
     out = []
@@ -56,7 +57,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _small(model: Model, rate: float, duration: float) -> StateSpace:
-    """With `STATES` states, or as many as a model has that cannot do with these."""
+    """State space with at most `STATES` states, or with all states if the model cannot be reduced."""
     try:
         return state_space(model, rate, states=STATES, duration=duration)
     except InputError:

@@ -78,7 +78,7 @@ def test_matlab_declares_its_side():
     assert "'NoiseType', 'double-sided'" in text
     densities = re.search(r"'NoiseDensity', \[(.*?)\]", text).group(1).split()
     assert [float(one) for one in densities] == pytest.approx([N * RAD] * 3, rel=1e-6)
-    assert "x, y, z: no model of it was given, it has the numbers of model" in text
+    assert "x, y, z: no own model was given; the numbers are those of model" in text
     assert "'RandomWalk'" not in export(axes("N(N=1)"), "matlab", rate=100)
 
 
@@ -245,7 +245,7 @@ def test_three_axes_and_two_sensors():
     text = export(found, "kalibr")
     assert value(text, "gyroscope_noise_density") == pytest.approx(3 * RAD, rel=1e-6)
     assert value(text, "accelerometer_noise_density") == pytest.approx(6e-3 * 9.80665, rel=1e-6)
-    assert "largest of 3 axes, gyro_y" in text
+    assert "largest of 3 axes: gyro_y" in text
     assert "gyr_n" in export(found, "vins")
     assert (
         len(re.search(r"'NoiseDensity', \[(.*?)\]", export(found, "matlab")).group(1).split()) == 3
@@ -255,11 +255,11 @@ def test_three_axes_and_two_sensors():
 def test_errors():
     with pytest.raises(InputError, match="one of airsim, ardupilot"):
         export(axes(), "simulink")
-    with pytest.raises(InputError, match="with unit="):
+    with pytest.raises(InputError, match="add unit="):
         axes_of([model_to_dict(parse_model("N(N=1)"))], None, "model")
     with pytest.raises(InputError, match="has no value"):
         axes_of([model_to_dict(parse_model("N"))], "deg/s", "model")
-    with pytest.raises(InputError, match="give rate="):
+    with pytest.raises(InputError, match="add rate="):
         export(axes(), "kalibr")
     with pytest.raises(InputError, match="gyroscopes and accelerometers"):
         export(axes(unit="1"), "kalibr", rate=1)
@@ -301,7 +301,7 @@ def test_a_fit_that_is_not_adequate_is_a_warning_in_every_file(target):
     accel = fit_document("ax", "m/s^2", **kinds)
     assert "not adequate" not in export(axes_of([good, accel]), target)
     text = export(axes_of([{**good, "adequate": False, "error": error}, accel]), target)
-    assert "the model is off the measured Allan deviation by a factor of 36 at 0.1 s" in text
+    assert "model and measured Allan deviation differ by a factor of 36 at 0.1 s" in text
     # The same of the last step of a ladder.
     rung = {"effects": good["effects"], "adequate": False, "error": error}
     path_less = {"ladder": [rung], "recording": good["recording"]}

@@ -51,7 +51,7 @@ def test_axes_are_placed_by_their_names(target):
     text = export(axes_of([own[0], own[2], *own[3:]]), target)
     found = white_of(text, target)
     np.testing.assert_allclose(found / found[0], [1.0, 3.0, 3.0], rtol=1e-5)
-    assert "y: no model of it was given" in text
+    assert "y: no own model was given" in text
 
 
 def test_a_place_without_a_model_has_at_least_the_density_of_each_other():

@@ -81,7 +81,7 @@ def test_quantization_alone_has_numbers_that_a_filter_accepts():
     white = float(re.search(r"noise_density: (\S+)", text).group(1))
     assert white > 0.0
     assert walk_of(text) > 0.0
-    assert "at shorter times by fast noise" in text
+    assert "at shorter times due to fast noise" in text
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_the_random_walk_of_matlab_covers_what_its_other_numbers_do_not(model):
     found = ratio(written, model)
     # τ of use are a grid, eight a decade; between them a little less.
     assert 0.97 < found[0] < 0.99
-    assert "the smallest that keeps the Allan deviation of N, B and K above 98 %" in text
+    assert "the smallest K with which N, B and K reach 98 %" in text
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_an_overbound_covers_the_loudest_stretch():
     assert white >= 0.99 * 4 * 1.1e-3
     # Within 1.3 of the tightest, at the upper end of the interval of the factor too.
     assert white < 1.3 * 4 * 1.1**2 * 1e-3
-    assert "N covers the loudest stretch of the log" in text
+    assert "N covers the loudest segment of the log" in text
 
 
 def test_an_overbound_of_a_power_law_is_near_its_density():

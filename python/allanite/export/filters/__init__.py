@@ -1,1 +1,1 @@
-"""Targets that are filters and their calibrators: one a file."""
+"""Formats of filters and calibration programs, one module each."""

@@ -1,4 +1,4 @@
-"""ArduPilot's EK3 parameters: deviations per step of the filter."""
+"""ArduPilot EK3 parameters: standard deviations per step of the filter."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS"]
 
-#: EKF_TARGET_DT = 0.012 s: the filter's own rate, whatever the sensor's, Hz.
+#: Rate of the filter, whatever the rate of the sensor, Hz: EKF_TARGET_DT = 0.012 s.
 FILTER_RATE = 1.0 / 0.012
-#: Range that the parameter's description allows (AP_NavEKF3.cpp).
+#: Documented range of each parameter (AP_NavEKF3.cpp).
 RANGES = {
     "EK3_GYRO_P_NSE": (1e-4, 0.1),
     "EK3_ACC_P_NSE": (0.01, 1.0),
@@ -33,15 +33,16 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N/√dt and K/√dt with dt of the filter: variances are (dt·σ)², of the biases times dt as (dt²·σ)².
+    """N/√dt and K/√dt with the step dt of the filter. EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases.
 
-    Notes have lines of their own: ground stations take a line of two words alone.
+    Comments are on their own lines, because ground stations only accept lines with two words.
     """
     fs = rate or FILTER_RATE
     convention = (
-        f"ArduPilot EK3: per step of the filter, here {fs:.4g} Hz, not of the sensor. The filter steps with the main loop,",
-        "at most every 12 ms: if SCHED_LOOP_RATE is below 83 Hz (planes: 50 Hz), write the file again with that rate;",
-        "deviations: N*sqrt(rate), K*sqrt(rate). Vibration in flight is not in a record at rest: keep larger defaults.",
+        f"ArduPilot EK3: standard deviations per step of the filter, N*sqrt(rate) and K*sqrt(rate), here at {fs:.4g} Hz.",
+        "The rate is that of the filter, not of the sensor: it steps with the main loop, at most every 12 ms. If",
+        "SCHED_LOOP_RATE is below 83 Hz (planes: 50 Hz), write this file again with that rate. A record at rest does not",
+        "contain the vibration of flight: keep a default that is larger.",
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}
     return value_lines(

@@ -1,4 +1,4 @@
-"""Basalt's calibration: continuous-time, two-sided N and K of each axis in SI, as JSON."""
+"""Basalt calibration (JSON): continuous-time, two-sided N and K of each axis in SI."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N and K of x, y and z, with the rate by which Basalt makes a deviation of a sample of N.
+    """N and K of x, y and z, and the rate with which Basalt converts N to the standard deviation of a sample.
 
-    ``dicrete_time_gyro_noise_std`` is std·√imu_update_rate; a walk over dt has the variance std²·dt
+    ``dicrete_time_gyro_noise_std`` is std·√imu_update_rate, and a random walk over dt has the variance std²·dt
     (basalt/calibration/calibration.hpp, basalt/linearization/imu_block.hpp).
     """
     update = rate_of(axes, rate, "basalt")
     needs_both(axes, "basalt")
     gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
     convention = (
-        f"Basalt: continuous time, two-sided, deviations of x, y, z; the program multiplies N by sqrt({update:g} Hz).",
-        "Lines for value0 of your calibration, which has the cameras too.",
+        f"Basalt: continuous-time, two-sided densities of x, y, z. Basalt multiplies N by sqrt({update:g} Hz) itself.",
+        "Copy these lines into value0 of your calibration file, which also holds the cameras.",
     )
     lines = head([*gyro, *accel], convention)
     values: dict[str, object] = {"imu_update_rate": update}
@@ -39,7 +39,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         values[f"{name}_noise_std"] = [N for N, _ in places]
         values[f"{name}_bias_std"] = [K for _, K in places]
         lines += [f"{name} {remark}" for remark in said]
-    # The reader takes the first member, whatever its name: what is said comes after it.
+    # Basalt reads the first member, whatever its name. Therefore the comment comes second.
     whole = {"value0": values, "_comment": lines}
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 

@@ -1,4 +1,4 @@
-"""cuVSLAM of Isaac ROS: parameters of its node, continuous-time, two-sided, as Kalibr's."""
+"""cuVSLAM of Isaac ROS: parameters of its node, with the conventions of Kalibr (continuous-time, two-sided)."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N, K and the rate of the samples; cuvslam.h refers to Kalibr's noise model for their units."""
+    """N, K and the sampling rate; cuvslam.h refers to Kalibr's noise model for the units."""
     needs_both(axes, "cuvslam")
     fs = rate_of(axes, rate, "cuvslam")
     convention = (
-        "cuVSLAM (isaac_ros_visual_slam): Kalibr's noise model, continuous time, two-sided, deviations.",
+        "cuVSLAM (isaac_ros_visual_slam): Kalibr's noise model with continuous-time, two-sided densities.",
     )
     same = {"N": float, "K": float}
     form = "    {key}: {value:.6e}  {note}"

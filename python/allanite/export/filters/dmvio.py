@@ -1,4 +1,4 @@
-"""DM-VIO: noise of its settings file, continuous-time deviations."""
+"""DM-VIO settings file: continuous-time, two-sided N and K in SI."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N and K: GTSAM's preintegration squares N; the bias moves by K·√Δt between frames (IMUUtils.cpp, fcc306b)."""
+    """N and K. GTSAM's preintegration squares N; a bias step between frames is K·√Δt (IMUUtils.cpp, fcc306b)."""
     needs_both(axes, "dmvio")
     convention = (
-        "DM-VIO: continuous time, two-sided, deviations; lines for the settings file.",
-        "DM-VIO's own files have larger numbers: they also stand for vibration, which a log at rest does not show.",
+        "DM-VIO: continuous-time, two-sided densities. Copy these lines into the settings file.",
+        "The example files of DM-VIO have larger numbers: they also cover vibration, which a record at rest does not show.",
     )
     lines = value_lines(axes, ROWS, {"N": float, "K": float}, convention, overbound=overbound)
     return lines + (
-        "# The rule of integration adds nothing worth naming; DM-VIO's default would be 0.1 m^2/s.\n"
+        "# Error of the integration itself: negligible. DM-VIO's default would be 0.1.\n"
         "integration_sigma: 1.0e-08\n"
     )
 

@@ -18,25 +18,22 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS"]
 
-#: Smallest SampleRate that the documentation of factorIMUParameters allows, Hz.
-SLOWEST = 100.0
+#: Minimum SampleRate in the documentation of factorIMUParameters, Hz.
+MIN_SAMPLE_RATE = 100.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N² and K² of x, y and z.
-
-    The factor divides the noise by the sampling interval for a sample, and multiplies the bias noise by the duration.
-    """
+    """N² and K² of x, y and z. The factor multiplies N² by the rate for a sample, and K² by the time between nodes."""
     fs = rate_of(axes, rate, "factorimu")
     needs_both(axes, "factorimu")
     gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
     convention = [
-        "factorIMUParameters: continuous time, covariances N^2 and K^2, whatever unit its documentation gives; the factor",
-        "multiplies N^2 by SampleRate for a sample and K^2 by the time between two nodes.",
+        "factorIMUParameters: continuous-time, two-sided covariances N^2 and K^2, despite the units in its documentation.",
+        "The factor multiplies N^2 by SampleRate for a sample, and K^2 by the time between two nodes.",
     ]
-    if fs < SLOWEST:
+    if fs < MIN_SAMPLE_RATE:
         convention.append(
-            f"SampleRate is below the documented minimum of {SLOWEST:g} Hz: give the factor more samples."
+            f"SampleRate is below the documented minimum of {MIN_SAMPLE_RATE:g} Hz: use a higher sampling rate."
         )
     rows = []
     for name, units, pairs in (

@@ -1,4 +1,4 @@
-"""FAST-LIO2's mapping section: variances per sample."""
+"""FAST-LIO2, section mapping: variances per sample."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N²·rate and K²·rate: the filter takes Q through dt on both sides."""
+    """N²·rate and K²·rate, because the filter adds dt²·Q per sample."""
     fs = rate_of(axes, rate, "fastlio")
     convention = (
-        f"FAST-LIO2 (below mapping:): per sample at {fs:g} Hz, variances: N^2*rate and K^2*rate.",
-        "The filter predicts with each sample of the IMU; it scales samples to m/s^2 itself.",
+        f"FAST-LIO2 (copy below mapping:): variances per sample at {fs:g} Hz, N^2*rate and K^2*rate.",
+        "The filter makes one prediction per IMU sample. It scales the acceleration to m/s^2 itself.",
     )
     convert = {"N": lambda v: v * v * fs, "K": lambda v: v * v * fs}
     return value_lines(axes, ROWS, convert, convention, overbound=overbound)

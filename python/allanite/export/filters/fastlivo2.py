@@ -1,4 +1,4 @@
-"""FAST-LIVO2's imu section: variances per sample; the variances of its biases are compiled in."""
+"""FAST-LIVO2, section imu: variances per sample. The variances of the biases are constants in its source code."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N²·rate; K²·rate for the source: IMU_Processing.cpp (107acae) multiplies each by dt² at each sample."""
+    """N²·rate and K²·rate, because IMU_Processing.cpp (107acae) multiplies both by dt² at each sample."""
     fs = rate_of(axes, rate, "fastlivo2")
     convention = (
-        f"FAST-LIVO2: per sample at {fs:g} Hz, variances: N^2*rate and K^2*rate.",
-        "The variances of the biases are numbers in LIVMapper.cpp, 0.0001: the commented lines say what to compile.",
+        f"FAST-LIVO2: variances per sample at {fs:g} Hz, N^2*rate and K^2*rate.",
+        "The variances of the biases are constants in LIVMapper.cpp (0.0001). Put the values of the commented lines there.",
     )
     convert = {"N": lambda v: v * v * fs, "K": lambda v: v * v * fs}
     whole = value_lines(axes, ROWS, convert, convention, overbound=overbound)

@@ -1,4 +1,4 @@
-"""fuse: process noise of the motion models of fuse_models."""
+"""fuse: process noise of the motion models in fuse_models."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ MODELS = {
     "unicycle_2d": ("x", "y", "yaw", "vx", "vy", "vyaw", "ax", "ay"),
     "omnidirectional_3d": STATES,
 }
-#: Process noise of the tutorials of fuse: the motion of the vehicle.
+#: Process noise of the other states, which describe the motion of the vehicle: the value in the tutorials of fuse.
 MOTION = 0.1
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """process_noise_diagonal of two motion models; a step of dt has dt times it as covariance."""
+    """process_noise_diagonal of two motion models. The covariance of a step of length dt is dt times the diagonal."""
     noise = process_noise(axes, overbound=overbound)
     convention = (
-        "fuse: continuous time, variances per second; the constraint between states dt apart has dt times the diagonal.",
-        "Take the lines of your motion model. With scale_process_noise the program multiplies the pose by the speed.",
+        "fuse: variances per second (continuous time). The covariance between two states is dt times the diagonal.",
+        "Copy the lines of your motion model. With scale_process_noise, the noise of the pose is multiplied by the speed.",
         *CONVENTION,
         *noise.remarks,
     )
@@ -41,7 +41,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         lines += [
             f"{name}:\n",
             f"  # {', '.join(states)}\n",
-            f"  # Values of the tutorials, for the motion of your vehicle: {others}.\n",
+            f"  # Values of the fuse tutorials; adapt them to the motion of your vehicle: {others}.\n",
             f"  process_noise_diagonal: [{numbers}]\n",
         ]
     return "".join(lines)

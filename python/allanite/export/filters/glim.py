@@ -1,4 +1,4 @@
-"""GLIM: config_sensors.json, densities for GTSAM's preintegration and one bias step from scan to scan."""
+"""GLIM config_sensors.json: densities for GTSAM's preintegration, and the bias step from scan to scan."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS"]
 
-#: Scans a second of a usual LiDAR, from one of which to the next the bias may step.
+#: Scan rate of a usual LiDAR, Hz. The bias steps from scan to scan.
 SCAN_RATE = 10.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N as density, squared by imu_integration.cpp; K/√(scan rate) as the deviation of the bias from scan to scan.
+    """N as density, which imu_integration.cpp squares; K/√(scan rate) as standard deviation of a bias step per scan.
 
-    odometry_estimation_imu.cpp (koide3 d1c23be) has one deviation for the six biases: the larger of both sensors'.
+    odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both sensors.
     """
     needs_both(axes, "glim")
     scans = rate or SCAN_RATE
     gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
     convention = (
-        "GLIM: imu_acc_noise and imu_gyro_noise are densities, continuous time, two-sided; imu_bias_noise is the step of a",
-        f"bias from scan to scan, K/sqrt(scan rate), here at {scans:g} Hz or the rate given, the larger one.",
+        "GLIM: imu_acc_noise and imu_gyro_noise are continuous-time, two-sided densities. imu_bias_noise is the standard",
+        f"deviation of a bias step from scan to scan, K/sqrt(scan rate), here for {scans:g} scans per second. GLIM uses",
+        "one number for gyroscope and accelerometer: the larger one.",
     )
     values = {
         "imu_acc_noise": largest(accel, "N")[0],

@@ -1,4 +1,4 @@
-"""GTSAM: continuous-time covariances of PreintegrationCombinedParams, as Python."""
+"""GTSAM: Python code with the continuous-time covariances of PreintegrationCombinedParams."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ __all__ = ["TARGETS"]
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Squares of N and K in SI: power spectral densities, not variances of samples.
 
-    The error of the integration itself is the identity unless it is set, which alone would be 1 m after 1 s.
+    The covariance of the integration itself must be set: GTSAM's default, the identity, would alone give 1 m after 1 s.
     """
     gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
     convention = (
-        "GTSAM: continuous-time covariances (densities squared): N^2 and K^2, independent of the sampling rate.",
+        "GTSAM: continuous-time, two-sided covariances N^2 and K^2. They do not depend on the sampling rate.",
     )
     lines = [
         comments(head([*shared(gyro), *shared(accel)], convention)),
         "import gtsam\nimport numpy as np\n\n",
-        "# Gravity along -z of a frame whose z points up; MakeSharedD for one that points down.\n",
+        "# For a frame whose z axis points up. Use MakeSharedD if the z axis points down.\n",
         "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",
     ]
     for own, setter, name, unit in (
@@ -46,16 +46,16 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             lines.append(f"parameters.{setter}({value:.6e}**2 * np.eye(3))  # {note}\n")
         else:
             lines.append(
-                f"# parameters.{setter}: no model was given; GTSAM's default stays until you set it.\n"
+                f"# parameters.{setter}: no model was given. GTSAM keeps its default until you set a value.\n"
             )
     walks = [f"{largest(own, 'K')[0] if own else 0.0:.6e}" for own in (accel, gyro)]
     lines.append(
-        "# GTSAM 4.2 adds this covariance to every preintegration, the identity unless it is set. The prior on the first\n"
-        "# bias of your graph holds the uncertainty of the bias; here is the walk within a thousandth of a second.\n"
+        "# GTSAM 4.2 adds this covariance to every preintegration; its default is the identity. The uncertainty of the\n"
+        "# bias belongs into the prior on the first bias of your graph. Here stands the random walk within 1 ms.\n"
         'if hasattr(parameters, "setBiasAccOmegaInit"):\n'
         f"    walk = np.array([{walks[0]}] * 3 + [{walks[1]}] * 3)\n"
         "    parameters.setBiasAccOmegaInit(np.diag(1e-3 * walk**2))\n"
-        "# The rule of integration adds nothing worth naming; left alone it would be 1 m^2/s.\n"
+        "# Error of the integration itself: negligible. GTSAM's default would be 1 m^2/s.\n"
         "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
     )
     known = [
@@ -67,7 +67,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ]
     if all(known):
         lines.append(
-            "# Prior on the first bias, accelerometer first: deviations at switch-on over several logs.\n"
+            "# Prior on the first bias, accelerometer first: standard deviations at switch-on from several logs.\n"
             f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{known[0]:.6e}] * 3 + [{known[1]:.6e}] * 3))\n"
         )
     else:

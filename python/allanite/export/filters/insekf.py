@@ -1,4 +1,4 @@
-"""MATLAB insEKF: process noise of the bias states and measurement noise."""
+"""MATLAB insEKF: process noise of the bias states, and measurement noise."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ SENSORS = (("Gyroscope", "rad/s"), ("Accelerometer", "m/s^2"))
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """K² as process noise of the bias states, N²·rate as measurement noise.
 
-    insEKF adds dt·AdditiveProcessNoise in a prediction over dt, and takes measurement noise as the variance of a sample.
+    A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample.
     """
     fs = rate_of(axes, rate, "insekf")
     sensors = [chosen(own, overbound=overbound) for own in split(axes)]
     convention = [
-        "insEKF: AdditiveProcessNoise is a density in continuous time, K^2 for a bias; a prediction over dt adds",
-        f"dt times it. Measurement noise is a variance per sample at {fs:g} Hz, N^2*rate. Orientation, velocity and",
+        "insEKF: AdditiveProcessNoise is a continuous-time density, K^2 for a bias. A prediction over dt adds dt times",
+        f"this density. Measurement noise is the variance of a sample at {fs:g} Hz, N^2*rate. Orientation, velocity and",
         "other states of motion keep the process noise of your filter.",
     ]
     body, members = [], []
@@ -56,7 +56,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         if known:
             body.append(
                 f"statecovparts(filter, '{name}_Bias', {max(known):.6e}^2);"
-                "  % deviation at switch-on, largest of the axes\n"
+                "  % standard deviation at switch-on, largest of the axes\n"
             )
         else:
             body.append(comments([unknown(own[0])], "%"))

@@ -1,4 +1,4 @@
-"""Kalibr's imu.yaml, which OpenVINS reads too: continuous-time, two-sided N and K in SI."""
+"""Kalibr imu.yaml: continuous-time, two-sided N and K in SI."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Noise density is N and random walk is K, both as Kalibr's wiki "IMU Noise Model" says.
+    """Noise density is N and random walk is K, as in "IMU Noise Model" of Kalibr's wiki.
 
-    There, sigma of a sample is N/sqrt(dt) and of a bias step K·sqrt(dt). Values of 0 are refused by Kalibr.
+    There, the standard deviation of a sample is N/√dt, and of a bias step K·√dt. Kalibr refuses values of 0.
     """
     logged = sorted({axis.rate for axis in axes if axis.rate is not None})
-    # N and K hold at any rate; a driver that unites two topics does so at the rate of the faster one.
+    # N and K hold at any rate. A driver that merges two topics publishes at the rate of the faster one.
     apart = rate is None and len(logged) > 1
     update = logged[-1] if apart else rate_of(axes, rate, "kalibr")
     slower = f"; the slower sensor was logged at {logged[0]:g} Hz" if apart else ""
     convention = (
-        "Kalibr and OpenVINS: continuous time, two-sided, deviations; the programs divide and multiply by sqrt(dt).",
+        "Kalibr and OpenVINS: continuous-time, two-sided densities. The programs apply sqrt(dt) themselves.",
     )
     same = {"N": float, "K": float}
     text = value_lines(axes, ROWS, same, convention, overbound=overbound)

@@ -1,4 +1,4 @@
-"""KF-GINS and OB_GINS: imunoise of the YAML, in data-sheet units, with Gauss-Markov biases of one correlation time."""
+"""KF-GINS and OB_GINS, section imunoise: data-sheet units, Gauss-Markov biases with one correlation time."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ DEGREE = math.pi / 180.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N in °/√h and m/s/√h; σ of the Gauss-Markov bias in °/h and mGal; one correlation time in h for all of them."""
+    """N in °/√h and m/s/√h; σ of the Gauss-Markov biases in °/h and mGal; one correlation time in h for all axes."""
     gyro, accel = split(axes)
     needs_both(axes, "kfgins")
     axes = [*gyro, *accel]
     if overbound:
-        # The lags that suit each axis best share their geometric mean.
+        # All axes get the geometric mean of their best correlation times.
         own = [choose_lag(axis, overbound=True).correlation_time for axis in axes]
         time = float(np.exp(np.mean(np.log(own))))
     else:
         time = shared_lag(axes)
     chosen = [(axis, choose_lag(axis, time, overbound=overbound)) for axis in axes]
     convention = [
-        "KF-GINS, OB_GINS: continuous time, two-sided, deviations; sigma (not density) of the Gauss-Markov biases.",
-        "Scale factors are no noise: gsstd and asstd are yours.",
+        "KF-GINS, OB_GINS: arw and vrw are continuous-time, two-sided densities. gbstd and abstd are the standard",
+        "deviation sigma (not the density) of Gauss-Markov biases. Set the scale factors gsstd and asstd yourself.",
     ]
     rows = []
     for sensor, pairs in (

@@ -1,4 +1,4 @@
-"""Kimera-VIO's ImuParams.yaml: continuous-time, two-sided N and K in SI."""
+"""Kimera-VIO ImuParams.yaml: continuous-time, two-sided N and K in SI."""
 
 from __future__ import annotations
 
@@ -18,19 +18,20 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """The keys that ImuFrontendParams.cpp reads; ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
+    """Keys that ImuFrontendParams.cpp reads. ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
 
-    Its combined factor (type 0) adds the identity to the covariance of the bias, which no parameter changes: type 1.
+    The file selects preintegration type 1. The combined factor (type 0) adds the identity to the covariance of the bias,
+    and no parameter changes this.
     """
     update = rate_of(axes, rate, "kimera")
     needs_both(axes, "kimera")
     convention = (
-        "Kimera-VIO: continuous time, two-sided, deviations; the program squares them for GTSAM's preintegration.",
+        "Kimera-VIO: continuous-time, two-sided densities. The program squares them for GTSAM's preintegration.",
     )
     same = {"N": float, "K": float}
     numbers = value_lines(axes, ROWS, same, convention, overbound=overbound)
     rest = (
-        "imu_preintegration_type: 1  # ImuFactor: the combined one adds an identity to the bias\n"
+        "imu_preintegration_type: 1  # ImuFactor; CombinedImuFactor (0) adds the identity to the bias covariance\n"
         "T_BS:\n  cols: 4\n  rows: 4\n"
         "  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"
         f"rate_hz: {update:g}\n"

@@ -1,4 +1,4 @@
-"""LIO-SAM's params.yaml: continuous-time N and K in SI."""
+"""LIO-SAM params.yaml: continuous-time, two-sided N and K in SI."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N, of which GTSAM's preintegration takes the square; K, which is multiplied by √Δt between key frames."""
+    """N, which GTSAM's preintegration squares, and K, which LIO-SAM multiplies by √Δt between key frames."""
     convention = (
-        "LIO-SAM (below lio_sam:): continuous time, two-sided, deviations; it squares them itself.",
+        "LIO-SAM (copy below lio_sam:): continuous-time, two-sided densities. LIO-SAM squares them itself.",
     )
     same = {"N": float, "K": float}
     return value_lines(axes, ROWS, same, convention, overbound=overbound)

@@ -1,4 +1,4 @@
-"""NaveGo: error fields of its IMU structure in SI, with Gauss-Markov biases of each axis, as MATLAB."""
+"""NaveGo: MATLAB code with the error fields of its IMU structure in SI, and a Gauss-Markov bias for each axis."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """The fields after `imu_si_errors`: N, density and correlation time of the bias, and its deviation as P0.
+    """Fields as after `imu_si_errors`: N, density, correlation time and standard deviation of the bias.
 
     ins_gnss.m squares arw, vrw, gb_psd and ab_psd for the continuous Q; F_update.m has -1/corr for the biases (017fd29).
-    `imu_si_errors` would make gb_psd of gb_dyn without the factor sqrt(2) of a Gauss-Markov process: set it afterwards.
+    The lines must come after `imu_si_errors`, which computes gb_psd without the factor √2 of a Gauss-Markov process.
     """
     needs_both(axes, "navego")
     convention = [
-        "NaveGo: continuous time, two-sided, deviations in SI, as after imu_si_errors: put these lines behind its call.",
+        "NaveGo: continuous-time, two-sided densities in SI. Put these lines after the call of imu_si_errors.",
     ]
     rows, pairs = [], []
     for own, white, bias, unit in zip(
@@ -41,9 +41,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         pairs += chosen
         for key, place, what in (
             (white, 0, f"{unit}/sqrt(Hz)"),
-            (f"{bias}_psd", 1, f"{unit}/s/sqrt(Hz), density that drives the bias"),
+            (f"{bias}_psd", 1, f"{unit}/s/sqrt(Hz), density of the noise that drives the bias"),
             (f"{bias}_corr", 2, "s"),
-            (f"{bias}_dyn", 3, f"{unit}, deviation of the bias, which P0 has"),
+            (f"{bias}_dyn", 3, f"{unit}, standard deviation of the bias, used in P0"),
         ):
             values = " ".join(f"{one[place]:.6e}" for one in places)
             rows.append(f"imu.{key} = [{values}];  % {what}\n")

@@ -1,4 +1,4 @@
-"""OKVIS2: imu_parameters of its configuration, continuous-time, two-sided."""
+"""OKVIS2, section imu_parameters: continuous-time, two-sided N and K in SI."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ ROWS = (
     ("sigma_gw_c", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
     ("sigma_aw_c", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
 )
-#: Deviation of the prior on the first bias, rad/s and m/s^2.
+#: Keys of the standard deviation of the prior on the first bias, rad/s and m/s^2.
 INITIAL = {"gyro": "sigma_bg", "accel": "sigma_ba"}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N and K; each step of dt adds dt·sigma² (okvis_ceres/src/ImuError.cpp, 0f18f34)."""
+    """N and K. Each step of length dt adds dt·sigma² (okvis_ceres/src/ImuError.cpp, 0f18f34)."""
     needs_both(axes, "okvis2")
     convention = (
-        "OKVIS2 (OKVIS): continuous time, two-sided, deviations; each step of dt adds sigma^2*dt.",
-        "Lines for the node imu_parameters; a_max, g_max, g and T_BS are yours.",
+        "OKVIS2 (OKVIS): continuous-time, two-sided densities. Each step of length dt adds sigma^2*dt.",
+        "Copy these lines into the node imu_parameters. Set a_max, g_max, g and T_BS yourself.",
     )
     same = {"N": float, "K": float}
     form = "    {key}: {value:.6e}  {note}"

@@ -1,4 +1,4 @@
-"""OpenVINS' kalibr_imu_chain.yaml: continuous-time, two-sided N and K in SI below the node imu0."""
+"""OpenVINS kalibr_imu_chain.yaml: continuous-time, two-sided N and K in SI below the node imu0."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS"]
 
-#: Rows of the matrices that the loader looks for: no rotation, no misalignment, no sensitivity to acceleration.
+#: Rows of the matrices that the loader requires: no rotation, no misalignment, no sensitivity to acceleration.
 IDENTITY = tuple([float(i == j) for j in range(3)] for i in range(3))
 MATRICES = {
     "T_i_b": tuple([float(i == j) for j in range(4)] for i in range(4)),
@@ -29,16 +29,16 @@ MATRICES = {
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """The file that ``relative_config_imu`` names: YAML 1.0 of OpenCV, all keys below ``imu0``.
+    """File that ``relative_config_imu`` names: YAML 1.0 of OpenCV, with all keys below ``imu0``.
 
-    The loader reads the rotation ``T_i_b``, ``model`` and the calibration matrices too (ov_core/utils/opencv_yaml_parse.h,
-    ov_msckf/core/VioManagerOptions.h); these are the identity.
+    The loader also reads the rotation ``T_i_b``, ``model`` and the calibration matrices (ov_core/utils/opencv_yaml_parse.h,
+    ov_msckf/core/VioManagerOptions.h). The file sets them to the identity.
     """
     update = rate_of(axes, rate, "openvins")
     needs_both(axes, "openvins")
     convention = (
-        "OpenVINS: continuous time, two-sided, deviations; the program divides and multiplies by sqrt(dt).",
-        "The matrices are the identity: put your calibration in their place.",
+        "OpenVINS: continuous-time, two-sided densities. The program applies sqrt(dt) itself.",
+        "The matrices are the identity: replace them by your calibration.",
     )
     same = {"N": float, "K": float}
     text = value_lines(

@@ -1,4 +1,4 @@
-"""ORB-SLAM3's settings: continuous-time N and K in SI."""
+"""ORB-SLAM3 settings: continuous-time, two-sided N and K in SI."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N and K as they are: the program multiplies by √frequency, and divides by it, when it reads them.
+    """N and K without conversion: the program multiplies N by √frequency and divides K by √frequency itself.
 
-    Its loaders refuse a frequency that is not an integer, and noises that are not written as real numbers.
+    Its loader refuses a frequency that is not an integer, and noises that are not written as real numbers.
     """
     fs = rate_of(axes, rate, "orbslam3")
     convention = (
-        "ORB-SLAM3: continuous time, two-sided, deviations; it applies sqrt(IMU.Frequency) itself.",
+        "ORB-SLAM3: continuous-time, two-sided densities. The program applies sqrt(IMU.Frequency) itself.",
     )
     same = {"N": float, "K": float}
     text = value_lines(axes, ROWS, same, convention, overbound=overbound)
     whole = max(1, round(fs))
     near = (
-        f"  # Hz; {fs:.6g} Hz, the loader demands an integer"
+        f"  # Hz; rounded from {fs:.6g} Hz, because the loader requires an integer"
         if abs(whole - fs) > 1e-6 * fs
         else "  # Hz"
     )

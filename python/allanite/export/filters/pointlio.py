@@ -1,4 +1,4 @@
-"""Point-LIO's mapping section: variances per sample, of its prediction and of its measurements."""
+"""Point-LIO, section mapping: variances per sample for its prediction and for its measurements."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N²·rate and K²·rate: esekfom.hpp (bbd402a) adds Q·dt² in each prediction, and R_IMU is of a sample."""
+    """N²·rate and K²·rate: esekfom.hpp (bbd402a) adds Q·dt² per prediction, and R_IMU is the variance of a sample."""
     fs = rate_of(axes, rate, "pointlio")
     convention = (
-        f"Point-LIO (below mapping:): per sample at {fs:g} Hz, variances: N^2*rate and K^2*rate.",
-        "With prop_at_freq_of_imu: 1. The _input lines hold with use_imu_as_input: 1, the imu_meas lines with 0; vel_cov,",
-        "gyr_cov_output and acc_cov_output are of the vehicle's motion, not of the IMU: they stay yours.",
+        f"Point-LIO (copy below mapping:): variances per sample at {fs:g} Hz, N^2*rate and K^2*rate.",
+        "They hold with prop_at_freq_of_imu: 1. The _input lines are used with use_imu_as_input: 1, the imu_meas lines",
+        "with use_imu_as_input: 0. vel_cov, gyr_cov_output and acc_cov_output describe the vehicle: keep yours.",
     )
     convert = {"N": lambda v: v * v * fs, "K": lambda v: v * v * fs}
     return value_lines(axes, ROWS, convert, convention, overbound=overbound)

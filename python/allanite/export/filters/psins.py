@@ -1,4 +1,4 @@
-"""PSINS: the call of imuerrset, in data-sheet units, with a Gauss-Markov bias of each axis."""
+"""PSINS: MATLAB code with the call of imuerrset in data-sheet units, and a Gauss-Markov bias for each axis."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["TARGETS"]
 
 DEGREE, UG = math.pi / 180.0, 1e-6 * 9.7803267714
-#: Of each sensor: arguments of imuerrset for N, σ and time constant, with their units in SI and in words.
+#: Gyroscope and accelerometer: arguments of imuerrset for N, σ and correlation time, each with its unit in SI and as text.
 SENSORS = (
     (("web", DEGREE / 60.0, "deg/sqrt(h)"), ("sqrtR0G", DEGREE / 3600.0, "deg/h"), ("TauG", 1.0, "s")),
     (("wdb", UG, "ug/sqrt(Hz)"), ("sqrtR0A", UG, "ug"), ("TauA", 1.0, "s")),
@@ -29,12 +29,13 @@ SENSORS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N in °/√h and µg/√Hz; σ of the Gauss-Markov bias in °/h and µg, and its time (imuerrset.m). Axes in PSINS' order."""
+    """N in °/√h and µg/√Hz; σ of the Gauss-Markov bias in °/h and µg, and its correlation time (imuerrset.m)."""
     needs_both(axes, "psins")
     pairs = []
     convention = [
-        "PSINS: continuous time, two-sided, deviations; sqrtR0G and sqrtR0A are sigma of Gauss-Markov biases.",
-        "g is glv.g0 of PSINS, 9.7803 m/s^2; eb and db, the constant biases, are yours.",
+        "PSINS: web and wdb are continuous-time, two-sided densities. sqrtR0G and sqrtR0A are sigma of Gauss-Markov",
+        "biases, TauG and TauA their correlation times. g is glv.g0 of PSINS, 9.7803 m/s^2. Set the constant biases eb and",
+        "db yourself.",
     ]
     lines = []
     for own, rows in zip(split(axes), SENSORS, strict=True):

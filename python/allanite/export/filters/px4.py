@@ -1,4 +1,4 @@
-"""PX4's EKF2 parameters: deviations per step of the filter."""
+"""PX4 EKF2 parameters: standard deviations per step of the filter."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS"]
 
-#: EKF2_PREDICT_US = 10 000: the filter's own rate, whatever the sensor's, Hz.
+#: Rate of the filter, whatever the rate of the sensor, Hz: EKF2_PREDICT_US = 10 000.
 FILTER_RATE = 100.0
-#: Range that the parameter's description allows (ekf2_params.c).
+#: Documented range of each parameter (ekf2_params.c).
 RANGES = {
     "EKF2_GYR_NOISE": (1e-4, 0.1),
     "EKF2_ACC_NOISE": (0.01, 1.0),
     "EKF2_GYR_B_NOISE": (0.0, 0.01),
     "EKF2_ACC_B_NOISE": (0.0, 0.01),
 }
-#: Deviation of the bias at switch-on, rad/s and m/s^2 (ekf2_params.c).
+#: Parameters for the standard deviation of the bias at switch-on, rad/s and m/s^2 (ekf2_params.c).
 INITIAL = {"gyro": "EKF2_GBIAS_INIT", "accel": "EKF2_ABIAS_INIT"}
 #: MAVLink's number of a 32-bit floating-point parameter.
 REAL32 = 9
@@ -38,22 +38,24 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Commands of PX4's shell: N/√dt and K/√dt with dt of the filter, whose variances are (dt·σ)²."""
+    """Commands of PX4's shell: N/√dt and K/√dt with the step dt of the filter, which uses the variances (dt·σ)²."""
     form = "param set {key} {value:.6e}  {note}"
     return _file(axes, rate, form, overbound=overbound)
 
 
 def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """A file that QGroundControl loads: system, component, name, value and type of each parameter, parted by tabs."""
+    """File for QGroundControl: system, component, name, value and type of each parameter, separated by tabs."""
     form = f"{{note}}\n1\t1\t{{key}}\t{{value:.9g}}\t{REAL32}"
     return _file(axes, rate, form, overbound=overbound)
 
 
 def _file(axes: Sequence[Axis], rate: float | None, form: str, *, overbound: bool) -> str:
+    """Text of a file whose lines have this format."""
     fs = rate or FILTER_RATE
     convention = (
-        f"PX4 EKF2: per step of the filter, {fs:g} Hz (EKF2_PREDICT_US, or the rate given), not of the sensor;",
-        "deviations: N*sqrt(rate), K*sqrt(rate). Vibration in flight is not in a record at rest: keep larger defaults.",
+        f"PX4 EKF2: standard deviations per step of the filter, N*sqrt(rate) and K*sqrt(rate), here at {fs:g} Hz. The rate",
+        "is that of the filter (EKF2_PREDICT_US), not of the sensor. A record at rest does not contain the vibration of",
+        "flight: keep a default that is larger.",
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}
     text = value_lines(

@@ -1,4 +1,4 @@
-"""robot_localization: process noise and initial covariance of its ekf_node and ukf_node."""
+"""robot_localization: process noise and initial covariance of ekf_node and ukf_node."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS"]
 
-#: Process noise that the program has without a parameter (src/filter_base.cpp, 1cb9533): the motion of the vehicle.
+#: Default process noise (src/filter_base.cpp, 1cb9533), kept for the states that describe the motion of the vehicle.
 DEFAULTS = dict(
     zip(
         STATES,
@@ -26,9 +26,9 @@ DEFAULTS = dict(
         strict=True,
     )
 )  # fmt: skip
-#: Initial variance of a state that the program has without a parameter.
+#: Default initial variance of a state.
 INITIAL = 1e-9
-#: States that begin with the bias at switch-on as error.
+#: States whose initial error is the bias at switch-on.
 RATES = {"gyro": STATES[9:12], "accel": STATES[12:15]}
 
 
@@ -39,7 +39,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """
     noise = process_noise(axes, overbound=overbound)
     convention = (
-        "robot_localization: continuous time, variances per second; a prediction over dt adds dt times the matrix.",
+        "robot_localization: variances per second (continuous time). A prediction over dt adds dt times the matrix.",
         *CONVENTION,
         *noise.remarks,
     )
@@ -48,7 +48,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     values = DEFAULTS | noise.variances
     others = ", ".join(state for state in STATES if state not in noise.variances)
     lines.append(
-        f"    # Defaults of robot_localization, for the motion of your vehicle: {others}.\n"
+        f"    # Defaults of robot_localization; adapt them to the motion of your vehicle: {others}.\n"
     )
     lines.append(f"    process_noise_covariance: {_diagonal(values)}\n")
     initial = dict.fromkeys(STATES, INITIAL)
@@ -64,14 +64,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             lines.append(comments([unknown(own[0])], "    #"))
     if known:
         lines.append(
-            f"    # Variance of the bias at switch-on ({', '.join(known)}), largest of the axes.\n"
+            f"    # Initial variance for {', '.join(known)}: variance of the bias at switch-on, largest of the axes.\n"
             f"    initial_estimate_covariance: {_diagonal(initial)}\n"
         )
     return "".join(lines)
 
 
 def _diagonal(values: dict[str, float]) -> str:
-    """A full matrix, row by row: older versions take no diagonal."""
+    """Text of the full matrix, row by row, because older versions accept no diagonal."""
     rows = [", ".join(f"{values[a]:.6e}" if a == b else "0.0" for b in STATES) for a in STATES]
     return "[" + (",\n" + 8 * " ").join(rows) + "]"
 

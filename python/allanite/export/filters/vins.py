@@ -1,4 +1,4 @@
-"""VINS-Mono / VINS-Fusion: acc_n, gyr_n, acc_w, gyr_w, all per sample."""
+"""VINS-Mono and VINS-Fusion: acc_n, gyr_n, acc_w, gyr_w, all per sample."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """N·√(2·rate) and K·√rate.
 
-    The midpoint rule of integration_base.h draws two independent noises a step and gives each half the weight, so that
-    the variance of a step is n²dt²/2: n = N√(2/dt). A bias step is w·dt: w = K/√dt.
+    The midpoint rule of integration_base.h averages two independent noises per step. The variance of a step is then
+    n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt.
     """
     fs = rate_of(axes, rate, "vins")
     convention = (
-        f"VINS: per sample at {fs:g} Hz, deviations: n = N*sqrt(2*rate), w = K*sqrt(rate).",
-        "The factor 2: the midpoint rule takes two independent draws of half weight a step.",
+        f"VINS: standard deviations per sample at {fs:g} Hz, n = N*sqrt(2*rate) and w = K*sqrt(rate).",
+        "The factor 2 is needed because the midpoint rule of VINS averages two independent noises per step.",
     )
     convert = {"N": lambda v: v * math.sqrt(2.0 * fs), "K": lambda v: v * math.sqrt(fs)}
     return value_lines(axes, ROWS, convert, convention, overbound=overbound)

@@ -1,1 +1,1 @@
-"""Targets that are simulators: one a file."""
+"""Formats of simulators, one module each."""

@@ -1,4 +1,4 @@
-"""AirSim's settings.json: N in data-sheet units, K as a bias stability over the root of a time."""
+"""AirSim settings.json: N in data-sheet units, K as BiasStability/√Tau."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["TARGETS"]
 
 #: Standard gravity, m/s² (CGPM 1901): AirSim counts acceleration in mg.
 GRAVITY = 9.80665
-#: Only BiasStability/√Tau enters; any time does, s.
+#: Any time gives the same noise, because only BiasStability/√Tau counts, s.
 TAU = 500.0
 
 
@@ -31,7 +31,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """
     gyro, accel = (chosen(own, overbound=overbound, simulator=True) for own in split(axes))
     convention = (
-        "AirSim: continuous time, two-sided, deviations; it divides by sqrt(dt) itself. K = BiasStability/sqrt(Tau).",
+        "AirSim: continuous-time, two-sided densities; AirSim divides by sqrt(dt) itself. K = BiasStability/sqrt(Tau).",
     )
     sensor: dict[str, object] = {"SensorType": 2, "Enabled": True}
     notes = head([*shared(gyro), *shared(accel)], convention, simulator=True)

@@ -1,4 +1,4 @@
-"""CARLA: attributes of its IMU's blueprint, as Python; white noise only."""
+"""CARLA: Python code with the attributes of the IMU blueprint. CARLA only simulates white noise."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N·√rate: InertialMeasurementUnit.cpp adds a normal number of this deviation to each sample, and a constant bias."""
+    """Standard deviation of a sample, N·√rate. InertialMeasurementUnit.cpp adds white noise and a constant bias."""
     fs = rate_of(axes, rate, "carla")
     pairs = []
     convention = [
-        f"CARLA: deviations per sample at {fs:g} Hz, N*sqrt(rate), for sensor.other.imu; its bias is a constant.",
-        "Slow noise has no place in it.",
+        f"CARLA (sensor.other.imu): standard deviation per sample at {fs:g} Hz, N*sqrt(rate).",
+        "CARLA's bias is constant, so this file cannot hold slow noise.",
     ]
     lines = []
     for own, sensor in zip(split(axes), ("gyro", "accel"), strict=True):

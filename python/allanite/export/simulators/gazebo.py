@@ -1,4 +1,4 @@
-"""Gazebo's SDF: <imu> with white noise per sample and a Gauss-Markov bias."""
+"""Gazebo SDF: <imu> with white noise per sample and a Gauss-Markov bias."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """``stddev`` is N·√rate of a sample; ``dynamic_bias_stddev`` is the density q_c that drives the bias, not its σ."""
+    """``stddev`` is N·√rate; ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, not its σ."""
     fs = rate_of(axes, rate, "gazebo")
     pairs = []
     convention = [
-        f"Gazebo: stddev is a deviation per sample at {fs:g} Hz, N*sqrt(rate); set update_rate to it.",
-        "dynamic_bias_stddev is a continuous-time density q_c, sigma = q_c*sqrt(T/2), T the correlation time.",
-        "bias_stddev is sigma: the bias of each run starts within its stationary distribution.",
+        f"Gazebo: stddev is the standard deviation of a sample at {fs:g} Hz, N*sqrt(rate). Set update_rate to {fs:g}.",
+        "dynamic_bias_stddev is the continuous-time density q_c of the noise that drives the bias. The bias has",
+        "sigma = q_c*sqrt(T/2) with the correlation time T. bias_stddev is sigma: the bias of each run starts there.",
     ]
     body = []
     for own, tag in zip(split(axes), ("angular_velocity", "linear_acceleration"), strict=True):

@@ -1,4 +1,4 @@
-"""gnss-ins-sim: the dictionary of an IMU's errors, as Python."""
+"""gnss-ins-sim: Python code with the dictionary of IMU errors."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ SENSORS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which begins at 0."""
+    """N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which starts at 0."""
     pairs = []
     convention = [
-        "gnss-ins-sim: continuous time, two-sided; b_stability is sigma of a Gauss-Markov bias, b_corr its time.",
+        "gnss-ins-sim: continuous-time, two-sided densities. b_stability is sigma of a Gauss-Markov bias, b_corr is its",
+        "correlation time.",
     ]
     lines = []
     for own, (sensor, rows) in zip(split(axes), SENSORS, strict=True):

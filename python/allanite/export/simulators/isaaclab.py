@@ -1,4 +1,4 @@
-"""Isaac Lab: noise of observations, as Python; white noise, and a bias drawn once an episode."""
+"""Isaac Lab: Python code with the noise of observations: white noise, and a bias that is drawn once per episode."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N·√rate of a sample; σ of the slow noise of a bias that is drawn at each reset (noise_model.py, 046b71b)."""
+    """N·√rate for a sample; σ of the slow noise for the bias, which is drawn at each reset (noise_model.py, 046b71b)."""
     fs = rate_of(axes, rate, "isaaclab")
     pairs = []
     convention = [
-        f"Isaac Lab: std is a deviation per sample at {fs:g} Hz, N*sqrt(rate): the rate of the observation.",
-        "The bias is drawn at each reset and stays through the episode; the largest numbers of the axes.",
+        f"Isaac Lab: std is the standard deviation per sample (observation) at {fs:g} Hz, N*sqrt(rate).",
+        "The bias is drawn at each reset and stays constant in an episode. Each number is the largest of the axes.",
     ]
     lines = []
     for own, name in zip(split(axes), ("imu_ang_vel", "imu_lin_acc"), strict=True):

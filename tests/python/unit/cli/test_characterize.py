@@ -152,7 +152,7 @@ def test_columns_without_a_unit_are_refused_before_anything_is_computed(run, tmp
 
 def test_what_a_target_has_no_place_for_is_refused_at_once(run, log, tmp_path):
     given = run("characterize", log, "--export", "kfgins", "--output", tmp_path / "k.yaml")
-    refused(given, 2, "kfgins needs a model of a gyroscope and one of an accelerometer")
+    refused(given, 2, "kfgins needs models of both a gyroscope and an accelerometer")
 
 
 @pytest.fixture
