@@ -254,7 +254,7 @@ def test_ros_takes_samples_as_independent():
     # is right with N²·rate. The variance of a filtered sample itself, which is smaller, is a comment.
     text = export(axes(gyro=f"N(N={N})+BW(cutoff=20,order=2,design=digital)"), "ros", RATE)
     first = float(re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1))
-    inside = float(re.search(r"a sample varies by (\S+) \(rad/s\)\^2", text).group(1))
+    inside = float(re.search(r"filter is (\S+) \(rad/s\)\^2", text).group(1))
     samples = parse_model(f"N(N={N})+BW(cutoff=20,order=2,design=digital)").simulate(
         n=200_000, rate=RATE, seed=1, unit="rad/s"
     )
