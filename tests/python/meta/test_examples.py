@@ -31,8 +31,8 @@ def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
         found = study.fit[name]
         assert abs(found.value - truth) < 4 * found.std_error, found
     # Quantization is 3Q²/τ² / (N²/τ) = 4.3 % of the variance at one sample, 2.1 % of the deviation; 720 000 samples scatter
-    # by 0.1 % there. N+B+K has no room for it but in N, which the discrepancy keeps within 0.6 % (without a discrepancy N is
-    # 1.5 % too high). The sensor lies 1.5 … 2.1 % above the simulation, printed in whole per cent.
+    # by 0.1 % there. N+B+K has no room for it but in N, which the discrepancy keeps within 0.6 % (without a discrepancy N
+    # is 1.5 % too high). The sensor lies 1.5 … 2.1 % above the simulation, printed in whole per cent.
     # With Q they agree. At 0.3 s and beyond, sensor and simulation have a standard error of 0.7 % together.
     said = re.findall(r"simulation[^:]*: ([+-][\d.]+) % at τ = ([\d.]+)", words)
     (first, at), (last, _) = ((float(v), float(tau)) for v, tau in said)
