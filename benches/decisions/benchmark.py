@@ -162,7 +162,7 @@ def _jobs(part: str, full: bool) -> list[tuple[Any, ...]]:
 
 
 def measure(path: Path, parts: list[str], full: bool, workers: int) -> dict[str, Any]:
-    """Results of all parts. Each search is written to the file when it ends; a repeated run of the same commit continues."""
+    """Results of all parts, written after each search; a repeated run of the same commit continues."""
     commit = subprocess.run(
         ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
     )
