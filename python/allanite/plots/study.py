@@ -162,5 +162,6 @@ def _ending(study: Any) -> str:
         "nothing helps": "nothing in the catalogue helps further",
         "limit": "stopped at the limit of steps",
         "time": "stopped at the time limit",
+        "interrupted": "interrupted",
     }
     return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}, something is left unexplained"

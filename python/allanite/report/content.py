@@ -390,6 +390,7 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         "within tolerance": "The ladder ended at the tolerance that was asked for.",
         "limit": "The limit of steps was reached: further effects were not examined.",
         "time": "The time limit was reached: further effects were not examined.",
+        "interrupted": "The search was interrupted: further effects were not examined.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
     out += _where(check)

@@ -5,13 +5,14 @@ move of the search as a module here, and call it in `search.py`.
 """
 
 from allanite.study.final_replacement import best_replacement
-from allanite.study.ladder import Rung, Study, misfit_left
+from allanite.study.ladder import Rung, SearchInterrupted, Study, misfit_left
 from allanite.study.search import improve, improve_columns, is_full, next_step
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
 __all__ = [
     "MAX_ADDED_EFFECTS",
     "Rung",
+    "SearchInterrupted",
     "Study",
     "best_replacement",
     "improve",

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.suggestion import Check
 
-__all__ = ["Rung", "Study", "kinds_added_again", "misfit_left"]
+__all__ = ["Rung", "SearchInterrupted", "Study", "kinds_added_again", "misfit_left"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +128,7 @@ class Study:
     check : Check
         Check of the last model.
     stopped_because : str
-        ``adequate``, ``within tolerance``, ``nothing helps``, ``limit`` or ``time``.
+        ``adequate``, ``within tolerance``, ``nothing helps``, ``limit``, ``time`` or ``interrupted``.
     tolerance : float or None
         Requested limit of the model discrepancy, % of the deviation.
     tried : tuple of Effect
@@ -318,10 +318,14 @@ class Study:
             told = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
             return f"nothing helps further (significant, but: {told})"
         steps = len(self.ladder) - 1
-        ended = {"limit": "the limit of steps", "time": "the time limit"}.get(self.stopped_because)
+        ended = {
+            "limit": "the limit of steps was reached",
+            "time": "the time limit was reached",
+            "interrupted": "the search was interrupted",
+        }.get(self.stopped_because)
         if ended is not None:
             count = f"{steps} step{'' if steps == 1 else 's'}"
-            return f"{ended} was reached after {count}; further effects were not examined"
+            return f"{ended} after {count}; further effects were not examined"
         return self.reason
 
     def __repr__(self) -> str:
@@ -372,3 +376,17 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     return tuple(
         100.0 * max(value, 0.0) / whole if whole > 0.0 else 100.0 for value in reversed(left)
     )
+
+
+class SearchInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a search.
+
+    Attributes
+    ----------
+    study : Study
+        The steps up to the last one that was checked.
+    """
+
+    def __init__(self, study: Study) -> None:
+        super().__init__()
+        self.study = study

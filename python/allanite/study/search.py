@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.blas import one_thread
@@ -34,7 +34,7 @@ from allanite.study.error_comparison import (
 )
 from allanite.study.final_replacement import best_replacement
 from allanite.study.harmonics_and_side_bands import with_harmonics_or_side_bands
-from allanite.study.ladder import Rung, Study, kinds_added_again
+from allanite.study.ladder import Rung, SearchInterrupted, Study, kinds_added_again
 from allanite.study.merged_excursions import with_all_excursions
 from allanite.study.merged_levels import levels_to_merge, with_merged_level
 from allanite.study.nameless_shape import nameless_shape_step
@@ -110,6 +110,8 @@ def improve(
         Samples that cannot be fitted, or an unknown model.
     TooShortError
         Fewer than 32 samples, or constant ones.
+    SearchInterrupted
+        Ctrl-C after the first check. This `KeyboardInterrupt` holds the steps found so far in `study`.
 
     Examples
     --------
@@ -135,37 +137,71 @@ def improve(
         allowed = positive(seconds, "seconds", "s", "give seconds, such as 60")
     deadline = clock() + allowed
     fit = fit_model(recording, with_given_designs(as_model(model)))
-    recording = fit.recording
-    ladder = [Rung(fit)]
-    while True:
-        check = check_fit(fit)
-        if on_progress is not None:
-            on_progress(len(ladder), max(limit + 1, len(ladder)))
-        stop = _stop_reason(check, tolerance)
-        if stop is None and is_full(ladder, limit):
-            stop = "limit"
-        better = None
-        try:
-            with with_deadline(deadline, clock):
-                if stop is None:
-                    better, stop = next_step(ladder, check), "nothing helps"
-                elif stop != "within tolerance":
-                    better = _final_step(ladder, check)
-        except TimeoutError:
-            stop = stop or "time"
-        if better is None:
-            return _study(recording, ladder, check, stop or "nothing helps", tolerance)
-        ladder.append(better)
-        with suppress(TimeoutError), with_deadline(deadline, clock):
-            for rung in _further_steps(ladder, check):
-                if is_full(ladder, limit) or _is_within_tolerance(rung.fit, tolerance):
-                    break
-                ladder.append(rung)
-        fit = ladder[-1].fit
-        for rung in ladder:
-            if rung.fit.data is not fit.data:
-                rung.fit.data.forget()
-        trim_memory(fit.data.n)
+    search = _Search([Rung(fit)], limit, tolerance)
+    try:
+        stop = search.run(deadline, clock, on_progress)
+    except KeyboardInterrupt:
+        if search.check is None:
+            raise
+        raise SearchInterrupted(search.study("interrupted")) from None
+    return search.study(stop)
+
+
+@dataclass
+class _Search:
+    """Stepwise search: its steps so far, and the last check with the number of steps that it covers."""
+
+    ladder: list[Rung]
+    limit: int
+    tolerance: float | None
+    check: Check | None = None
+    checked: int = 0
+
+    def run(
+        self,
+        deadline: float,
+        clock: Callable[[], float],
+        on_progress: Callable[[int, int], None] | None,
+    ) -> str:
+        """Add steps until the search ends. Returns the reason, as `Study.stopped_because` states it."""
+        ladder = self.ladder
+        while True:
+            fit = ladder[-1].fit
+            for rung in ladder:
+                if rung.fit.data is not fit.data:
+                    rung.fit.data.forget()
+            trim_memory(fit.data.n)
+            check = check_fit(fit)
+            self.check, self.checked = check, len(ladder)
+            if on_progress is not None:
+                on_progress(len(ladder), max(self.limit + 1, len(ladder)))
+            stop = _stop_reason(check, self.tolerance)
+            if stop is None and is_full(ladder, self.limit):
+                stop = "limit"
+            better = None
+            try:
+                with with_deadline(deadline, clock):
+                    if stop is None:
+                        better, stop = next_step(ladder, check), "nothing helps"
+                    elif stop != "within tolerance":
+                        better = _final_step(ladder, check)
+            except TimeoutError:
+                stop = stop or "time"
+            if better is None:
+                return stop or "nothing helps"
+            ladder.append(better)
+            with suppress(TimeoutError), with_deadline(deadline, clock):
+                for rung in _further_steps(ladder, check):
+                    within = _is_within_tolerance(rung.fit, self.tolerance)
+                    if is_full(ladder, self.limit) or within:
+                        break
+                    ladder.append(rung)
+
+    def study(self, stop: str) -> Study:
+        """Study of the steps that were checked."""
+        assert self.check is not None
+        ladder = self.ladder[: self.checked]
+        return _study(self.check.fit.recording, ladder, self.check, stop, self.tolerance)
 
 
 def improve_columns(
@@ -222,7 +258,7 @@ def _study(
     tolerance: float | None,
 ) -> Study:
     """Result of a search, with its steps in the order that users read."""
-    steps = story(ladder) if stop != "time" else tuple(ladder)
+    steps = tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)
     study = Study(recording, steps, check, stop, tolerance, tried_and_dropped(ladder))
     return (
         replace(study, stopped_because="nothing helps")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from allanite.cli.options import (
@@ -12,6 +14,11 @@ from allanite.cli.options import (
     plot_option,
     time_option,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.study import Study
 
 
 class Percent(click.types.FloatParamType):
@@ -61,15 +68,16 @@ def command(
     """Build a noise model of LOG step by step.
 
     Starting with MODEL, each step fits the model, searches for missing effects and adds the best one. The steps end when
-    the model is adequate, no effect helps, or the time is up. Prints for each step the added effect, its evidence and the
-    remaining error, then the final coefficients. Two columns are computed at a time.
+    the model is adequate, no effect helps, or the time is up. Ctrl-C prints and saves the steps so far. Prints for each
+    step the added effect, its evidence and the remaining error, then the final coefficients. Two columns are computed at
+    a time.
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output
     from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
     from allanite.common.threads import results_or_raise
-    from allanite.study import improve
+    from allanite.study import SearchInterrupted, improve
 
     models = models_of(model)
     columns = columns_of(log, options)
@@ -77,18 +85,26 @@ def command(
         for_column(models, column.columns[0], model).in_unit(column.unit) for column in columns
     ]
     output.check_targets(plot, save)
-    if len(columns) == 1:
-        with output.progress(columns[0].columns[0], options) as on_progress:
+    names = [c.columns[0] for c in columns]
+
+    def write(studies: Sequence[Study]) -> None:
+        if save is not None:
+            output.save_fits([study.fit for study in studies], save)
+        output.plot(studies, names, plot)
+        output.notes(columns, options)
+        output.show(studies, options)
+
+    if len(columns) > 1:
+        with output.progress_of_axes(len(columns), options) as on_axes:
+            found = improve_columns(columns, starts, on_axes, tolerance=tolerance, seconds=seconds)
+        write(results_or_raise(found))
+        return
+    try:
+        with output.progress(names[0], options) as on_progress:
             study = improve(
                 columns[0], starts[0], on_progress, tolerance=tolerance, seconds=seconds
             )
-            studies = [study]
-    else:
-        with output.progress_of_axes(len(columns), options) as on_axes:
-            found = improve_columns(columns, starts, on_axes, tolerance=tolerance, seconds=seconds)
-        studies = results_or_raise(found)
-    if save is not None:
-        output.save_fits([study.fit for study in studies], save)
-    output.plot(studies, [c.columns[0] for c in columns], plot)
-    output.notes(columns, options)
-    output.show(studies, options)
+    except SearchInterrupted as interrupt:
+        write([interrupt.study])
+        raise
+    write([study])
