@@ -1,4 +1,4 @@
-"""Axes that a person can read: limits with room, ticks at round values."""
+"""Axes with margins around the data and ticks at round values."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from allanite.plots.spec import Axis
 __all__ = ["linear_axis", "log_axis", "rung_axis", "score_axis"]
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-#: More decades than this and only every second (third, …) is written.
+#: Maximum number of labeled decades; with more decades, only every second (third, …) is labeled.
 MOST_LABELS = 8
 
 
 def finite(arrays: Iterable[Any], positive: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """All finite (and positive) numbers of some arrays."""
+    """All finite numbers of the arrays; only positive ones if `positive`."""
     values = np.concatenate([np.zeros(0), *(np.ravel(np.asarray(a, dtype=float)) for a in arrays)])
     keep = np.isfinite(values) & ((values > 0) | (not positive))
     return np.asarray(values[keep])
 
 
 def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
-    """A logarithmic axis about the positive numbers of `arrays`, with `room` (a factor) at both ends."""
+    """A logarithmic axis that covers the positive numbers of `arrays`, extended by the factor `room` at both ends."""
     values = finite(arrays, positive=True)
     if values.size == 0:
         values = np.array([1.0])
@@ -47,7 +47,7 @@ def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
         if step > 1:
             minor = [10.0**k for k in decades if k % step]
     else:
-        # Few decades: 1, 2, 5 are written so that values can be read off.
+        # On few decades, 1, 2, 5 are labeled too, so that values can be read.
         chosen = range(1, 10) if high / low < 4 else (1, 2, 5) if high / low < 60 else (1, 3)
         steps = [(m, k) for k in range(first, last + 1) for m in chosen]
         kept = [(m, k) for m, k in steps if low <= m * 10.0**k <= high]
@@ -57,7 +57,7 @@ def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
 
 
 def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
-    """0.001 or 10⁻³; 0.002 or 2·10⁻³."""
+    """Tick text, as 0.001 if `plain`, else as 10⁻³; with a mantissa 0.002 or 2·10⁻³."""
     if plain:
         return f"{mantissa * 10.0**exponent:g}" if exponent < 5 else f"{mantissa}e{exponent}"
     power = "10" + str(exponent).translate(_SUPERSCRIPT)
@@ -77,7 +77,7 @@ def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bo
 
 
 def score_axis(label: str, *scores: Any) -> Axis:
-    """A symmetric axis of standard normal scores that always shows ±4.5."""
+    """A symmetric axis for standard normal scores that covers at least ±4.5."""
     values = np.abs(finite(scores))
     top = max(4.6, 1.12 * float(values.max()) if values.size else 0.0)
     sizes = [m * 10.0**k for k in range(7) for m in (1, 2, 4, 5)]
@@ -86,6 +86,6 @@ def score_axis(label: str, *scores: Any) -> Axis:
 
 
 def rung_axis(texts: Iterable[str]) -> Axis:
-    """One place a rung, the first at the top."""
+    """A categorical axis with one place per step, the first at the top."""
     ticks = tuple((float(i), text) for i, text in enumerate(texts))
     return Axis("", -0.6, len(ticks) - 0.4, False, ticks, reverse=True)

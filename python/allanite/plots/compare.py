@@ -1,4 +1,4 @@
-"""Several recordings, models and data-sheet lines on one pair of axes."""
+"""Figure that compares recordings, models and data sheets."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ __all__ = ["plot_compare"]
 def plot_compare(
     curves: Any, path: str | Path | None = None, theme: str = "light", title: str = "Comparison"
 ) -> Figure:
-    """Allan curves one upon another: recordings as points with 95 % intervals, models and data sheets as lines.
+    """Allan deviations in one figure: recordings as points with 95 % intervals, models and data sheets as lines.
 
     Parameters
     ----------
     curves : Curves or sequence of Curve
-        Of `allanite.compare`; anything with ``name, kind, unit, tau, deviation, low, high``. All are drawn in
-        the first one's unit; other kinds of sensor get an axis of their own below it, over the same τ.
+        Result of `allanite.compare`, or objects with ``name, kind, unit, tau, deviation, low, high``. Curves are
+        converted to the unit of the first one; other kinds of sensors have their own panel below, over the same τ.
     path : str or Path, optional
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
@@ -42,7 +42,7 @@ def plot_compare(
     items = tuple(getattr(curves, "curves", curves))
     named = list(dict.fromkeys(c.name for c in items))
     kinds = tuple(dict.fromkeys(parse_unit(c.unit).kind for c in items))
-    # Over the time of what was measured: a line of a data sheet has none of its own.
+    # The τ axis covers the measured curves, because the line of a data sheet has no limits.
     measured = [c.tau for c in items if c.low is not None] or [c.tau for c in items]
     x = log_axis(TAU, *measured)
     panels = tuple(
@@ -63,6 +63,7 @@ def plot_compare(
 
 
 def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str) -> Panel:
+    """Panel of the curves of one kind of sensor; `items` are pairs (index of the color, curve)."""
     unit = items[0][1].unit
     marks: list[Mark] = []
     shown: list[Any] = []

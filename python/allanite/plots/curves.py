@@ -1,4 +1,4 @@
-"""The two views of a fit as panels: Allan curve and spectrum, each with a strip of residuals below."""
+"""Panels of a fit: Allan deviation and spectrum, each with a strip of residuals below."""
 
 from __future__ import annotations
 
@@ -42,39 +42,39 @@ __all__ = [
 Array = NDArray[np.float64]
 
 TAU = "averaging time τ (s)"
-SINGLE = "single frequencies where it matters"
-#: Scores beyond which a strip has a guide: 95 % of chance, and about 1 % for the worst of a whole curve.
+SINGLE = "single frequencies (full resolution)"
+#: Residuals at which a strip has guide lines: 95 % for one point, and about 99 % for the largest of a whole curve.
 GUIDES = (2.0, 3.5)
-#: Averaging times a decade at which model and effects are drawn: lines of any shape look smooth.
-DENSE = 32
-#: |z| within which a failing range goes on beside its largest.
-NEIGHBOR = 2.0
-#: Parts of its width at each side of a failing range in which single ordinates are drawn.
-ASIDE = 1.0
-#: Ordinates at each side of a line that are drawn one by one.
-NEAR_LINE = 40
-#: Points of single ordinates in one range; where there are more, neighbors are averaged.
-MOST_SINGLE = 600
-#: Ordinates of a point of the spectrum; with fewer its interval spans decades and hides the curve.
-FEWEST = 4
-#: Where taking the deterministic effects out changed the density by more than this, both are shown.
-CHANGED = 0.1
+#: Averaging times per decade at which model and effects are drawn, so that lines look smooth.
+PER_DECADE = 32
+#: A failing range extends as long as |z| exceeds this value.
+RANGE_Z = 2.0
+#: Single ordinates are drawn in a failing range and, on each side, over this multiple of its width.
+MARGIN_WIDTHS = 1.0
+#: Number of single ordinates drawn on each side of a spectral line.
+LINE_ORDINATES = 40
+#: Maximum number of points for single ordinates in one range; with more, neighbors are averaged.
+MAX_SINGLE = 600
+#: Minimum number of degrees of freedom of a point of the spectrum. With fewer, its interval spans decades.
+MIN_DOF = 4
+#: The density before removing deterministic effects is shown where its logarithm differs by more than this.
+MIN_LOG_CHANGE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """The effect at a place of a model as it is drawn.
+    """Style and label with which an effect of a model is drawn.
 
     Attributes
     ----------
     color, dash, label : str
     place : int
-        In the model.
+        Index of the effect in the model.
     frequency : float or None
-        Of a line, Hz.
+        Frequency of a spectral line in Hz.
     limit : float or None
-        Of an effect that is not detected the ratio of the 95 % limit of its coefficient to the fitted one; infinite where
-        that is 0. The effect is drawn at the limit.
+        For an effect that is not detected, the ratio of the 95 % limit of its coefficient to the fitted value; infinite
+        if the fitted value is 0. The effect is drawn at the limit.
     """
 
     color: str
@@ -86,7 +86,7 @@ class Part:
 
 
 def parts(fit: Fit) -> tuple[Part, ...]:
-    """Stochastic effects, then deterministic ones: the order of ``fit.curve.components``."""
+    """Style and label of each effect: stochastic, then deterministic ones, in the order of ``fit.curve.components``."""
     placed = list(enumerate(fit.model))
     random = [(k, e) for k, e in placed if isinstance(e, Stochastic)]
     known = [(k, e) for k, e in placed if isinstance(e, Deterministic)]
@@ -105,6 +105,7 @@ def parts(fit: Fit) -> tuple[Part, ...]:
 
 
 def _limit(effect: Effect, values: dict[str, Any]) -> float | None:
+    """Ratio of the 95 % limit of the coefficient to its fitted value; None for detected or deterministic effects."""
     value = values.get(effect.coefficient) if isinstance(effect, Stochastic) else None
     if not isinstance(value, Estimate) or value.detected or value.interval is None:
         return None
@@ -112,17 +113,17 @@ def _limit(effect: Effect, values: dict[str, Any]) -> float | None:
 
 
 def failing(fit: Fit) -> list[tuple[float, float, float]]:
-    """Ranges of τ in which the curve leaves the model, with measured over model where that is furthest off."""
+    """Ranges (low, high) of τ in which the curve deviates from the model, with the extreme ratio measured/model."""
     curve = fit.curve
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     out, start = [], 0
-    sign = np.where(np.abs(z) > NEIGHBOR, np.sign(z), 0.0)
+    sign = np.where(np.abs(z) > RANGE_Z, np.sign(z), 0.0)
     for i in range(1, z.size + 1):
         if i < z.size and sign[i] == sign[start]:
             continue
         inside = np.abs(z[start:i])
         if sign[start] and inside.max() >= MIN_FAILING_SCORE:
-            # The factor that the verdict says of this range.
+            # The same factor as in the verdict.
             apart = np.log(curve.measured[start:i] / curve.model[start:i])
             ratio = float(np.exp(apart[np.abs(apart).argmax()]))
             out.append((float(curve.tau[start]), float(curve.tau[i - 1]), ratio))
@@ -131,7 +132,7 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
 
 
 def tau_spans(fit: Fit) -> tuple[Span, ...]:
-    """The ranges of τ in which a model fails, each with its factor."""
+    """Shaded ranges of τ in which a model fails, each labeled with its factor."""
     return tuple(
         Span(
             low / 1.06,
@@ -145,7 +146,7 @@ def tau_spans(fit: Fit) -> tuple[Span, ...]:
 
 
 def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, ...]:
-    """The range of frequencies in which a model fails most, Hz, with the largest factor there."""
+    """Shaded range of frequencies in Hz in which a model fails most, labeled with the ratio measured/model there."""
     if worst is None:
         return ()
     low, high = fit.data.bins.limits(fit.data.rate)
@@ -157,7 +158,7 @@ def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, .
 
 
 def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
-    """95 % interval of a deviation with `edf` equivalent degrees of freedom."""
+    """95 % interval (low, high) of a deviation with `edf` equivalent degrees of freedom."""
     from scipy.special import chdtri
 
     low = deviation * np.sqrt(edf / chdtri(edf, 0.025))
@@ -165,10 +166,10 @@ def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
 
 
 def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
-    """τ, the model and each of `parts` at `DENSE` averaging times a decade and those of the curve."""
+    """τ, deviation of the model, and deviation of each of `parts`, at the τ of the curve and `PER_DECADE` per decade."""
     data, model = fit.curve.of
     own = fit.curve.factors
-    grid = 10 ** np.arange(0.0, np.log10(own[-1]), 1.0 / DENSE)
+    grid = 10 ** np.arange(0.0, np.log10(own[-1]), 1.0 / PER_DECADE)
     factors = np.unique(np.concatenate([own, np.round(grid).astype(np.int64)]))
     factors = factors[factors >= own[0]]
     total = expected_variance(data.terms(model), factors)
@@ -191,7 +192,7 @@ def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
 def allan_panels(
     fit: Fit, column: int = 0, spans: Sequence[Span] = (), strip: bool = True
 ) -> tuple[Panel, ...]:
-    """Allan curve with its interval, the model with its band and its effects; residuals in σ below."""
+    """Panel of the Allan deviation with intervals, model, band and effects, and a strip of residuals in σ."""
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
     marks: list[Mark] = [*spans]
@@ -210,7 +211,7 @@ def allan_panels(
     marks.append(Line(tau, total, "model", "model", 2.2))
     marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     x = log_axis(TAU, curve.tau)
-    # Effects may lie decades below: the curve decides what is shown.
+    # Effects may lie decades below, so only the curve determines the limits.
     sure = curve.edf >= 2.0
     y = log_axis(
         allan_label(fit.recording.unit),
@@ -226,12 +227,12 @@ def allan_panels(
 
 
 def ordinates_between(
-    fit: Fit, low: float, high: float, whole: bool = False, most: int = MOST_SINGLE
+    fit: Fit, low: float, high: float, whole: bool = False, most: int = MAX_SINGLE
 ) -> tuple[Array, Array]:
-    """Frequencies and densities of the single ordinates between two frequencies, Hz; neighbors averaged above `most`.
+    """Frequencies in Hz and densities of the single ordinates between two frequencies.
 
-    Of the record without the model's known functions of time, or of the `whole` record. Empty where single ordinates
-    say little: of summaries, and where many samples are missing.
+    The model's known functions of time are removed, unless `whole`. With more than `most` ordinates, neighbors are
+    averaged. Empty if single ordinates are not meaningful: for summaries, and if many samples are missing.
     """
     data = fit.data
     if not has_all_ordinates(data):
@@ -251,22 +252,22 @@ def ordinates_between(
 
 
 def _singles(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
-    """Single ordinates around the failing ranges, lines that may be missing, and those of the model as recorded."""
+    """Lines of single ordinates around failing ranges, possibly missing spectral lines, and lines of the model."""
     out = []
     for span in spans:
-        aside = ASIDE * (span.high - span.low)
+        aside = MARGIN_WIDTHS * (span.high - span.low)
         f, power = ordinates_between(fit, span.low - aside, span.high + aside)
         out.append(Line(f, power, "raw", SINGLE, 1.0))
     step = fit.data.rate / (2.0 * fit.data.n)
     known = [(p.frequency, True) for p in parts(fit) if p.frequency is not None]
     for frequency, whole in (*known, *((f, False) for f in lines)):
-        low, high = frequency - NEAR_LINE * step, frequency + NEAR_LINE * step
+        low, high = frequency - LINE_ORDINATES * step, frequency + LINE_ORDINATES * step
         out.append(Line(*ordinates_between(fit, low, high, whole), "raw", SINGLE, 1.0))
     return [line for line in out if line.x.size]
 
 
 def missing_lines(check: Check | None) -> tuple[float, ...]:
-    """Frequencies of the lines that are significantly missing, Hz."""
+    """Frequencies in Hz of the spectral lines that are significantly missing."""
     found = () if check is None else check.significant
     return tuple(
         s.effect.frequency
@@ -278,9 +279,9 @@ def missing_lines(check: Check | None) -> tuple[float, ...]:
 def spectrum_panels(
     fit: Fit, column: int = 1, spans: Sequence[Span] = (), lines: Sequence[float] = ()
 ) -> tuple[Panel, ...]:
-    """Two-sided density with the model and its effects; residuals in σ below.
+    """Panel of the two-sided density with model and effects, and a strip of residuals in σ.
 
-    Single ordinates are drawn in the `spans` where the model fails and at `lines` that may be missing, Hz.
+    Single ordinates are drawn in the failing ranges `spans` and at the frequencies `lines` (Hz) of missing lines.
     """
     from scipy.special import chdtri
 
@@ -319,9 +320,9 @@ def spectrum_panels(
             marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
     if fit.model.deterministic:
         raw = mean(bins.power(fit.data.ordinates))
-        changed = np.abs(np.log(raw / measured)) > CHANGED
+        changed = np.abs(np.log(raw / measured)) > MIN_LOG_CHANGE
         if changed.any():
-            words = "before steps, lines and drifts were taken out"
+            words = "before removing steps, lines and drifts"
             marks.append(
                 Points(frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True)
             )
@@ -339,7 +340,7 @@ def spectrum_panels(
     )
     x = log_axis("frequency f (Hz)", frequency)
     label = bracket("density", density_unit(fit.recording.unit))
-    sure = count >= min(FEWEST, count.max())
+    sure = count >= min(MIN_DOF, count.max())
     y = log_axis(
         label,
         measured,
@@ -360,7 +361,7 @@ def spectrum_panels(
 
 
 def _at_limit(fit: Fit, part: Part, own: Process) -> Array:
-    """Bin power of an effect that is not detected, at the 95 % limit of its coefficient."""
+    """Power per bin of an undetected effect at the 95 % limit of its coefficient."""
     assert part.limit is not None
     if np.isfinite(part.limit):
         return own.power * part.limit**2
@@ -369,29 +370,30 @@ def _at_limit(fit: Fit, part: Part, own: Process) -> Array:
 
 
 def _shown(marks: list[Mark]) -> list[Array]:
+    """Densities of the points before removing deterministic effects, which must fit on the axis."""
     return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
 
 
 def _merge(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """First bin and degrees of freedom of each point: whole cells, neighbours together until they have `FEWEST`.
+    """First bin and degrees of freedom of each plotted point: cells, merged until they have `MIN_DOF`.
 
-    The bins of a cell are drawn as one: more than a screen can tell apart, and each of them less certain.
+    The bins of a cell are drawn as one point, because a screen could not resolve them.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0
     for cell, value in zip(cells, np.add.reduceat(count, cells), strict=True):
-        if total >= FEWEST:
+        if total >= MIN_DOF:
             first.append(cell)
             total = 0.0
         total += value
-    if total < FEWEST and len(first) > 1:
+    if total < MIN_DOF and len(first) > 1:
         first.pop()
     starts = np.array(first, dtype=np.int64)
     return starts, np.maximum(np.add.reduceat(count, starts), 1e-9)
 
 
 def _strip(x: Axis, at: Array, z: Array, column: int, spans: Sequence[Span]) -> Panel:
-    """Residuals as standard normal scores, with guides."""
+    """Panel of residuals as standard normal scores, with guide lines."""
     marks: list[Mark] = [
         *(replace(span, text="") for span in spans),
         Rule(0.0, "y", "guide", "solid"),

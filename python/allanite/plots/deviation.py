@@ -1,4 +1,4 @@
-"""A deviation with its interval."""
+"""Figures of deviations with their intervals."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_deviation", "plot_stability"]
 
-#: Slopes of σ(τ) that noise of clocks has, and the noise.
+#: Slopes of σ(τ) for common clock noise, and their labels.
 SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
-#: What clock makers call the deviations of fractional frequency.
+#: Symbols that clock manufacturers use for deviations of fractional frequency.
 SIGMA = {
     "adev": "σ_y(τ)",
     "oadev": "σ_y(τ)",
@@ -42,7 +42,7 @@ def plot_deviation(
     theme: str = "light",
     recording: Recording | None = None,
 ) -> Figure:
-    """A deviation over averaging time with its interval where one is known, on logarithmic axes.
+    """A deviation over averaging time, with its interval if known, on logarithmic axes.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def plot_deviation(
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
     recording : Recording, optional
-        Named in the title.
+        Named in the subtitle.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def plot_deviation(
 
 
 def _name(deviation: Deviation) -> str:
-    """The name of an axis: σ_y(τ) of clocks, else the estimator's with its unit."""
+    """Axis label: the name of the estimator with its unit, or with the symbol such as σ_y(τ) for clocks."""
     words = estimator_named(deviation.kind).title
     if deviation.unit == "1" and deviation.kind in SIGMA:
         words = f"{words}, {SIGMA[deviation.kind]}"
@@ -97,12 +97,12 @@ def plot_stability(
     theme: str = "light",
     recording: Recording | None = None,
 ) -> Figure:
-    """Several deviations of one record with intervals and guides of the slopes of noise, and their numbers below.
+    """Several deviations of one record with intervals, guide lines for noise slopes, and a table of the values.
 
     Parameters
     ----------
     deviations : sequence of Deviation
-        Of one unit.
+        Deviations in the same unit.
     path : str or Path, optional
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
@@ -146,7 +146,7 @@ def plot_stability(
 
 
 def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> tuple[Line, Note]:
-    """A dotted line of a slope through the middle of a curve, and its name where it leaves the panel or ends."""
+    """A dotted guide line with a given slope through the middle of a curve, and its label near its end."""
     tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
     kept = np.flatnonzero(np.isfinite(values) & (values > 0))
     middle = kept[kept.size // 2]
@@ -156,7 +156,7 @@ def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> t
     def place(value: float, axis: Axis) -> float:
         return float(np.log(value / axis.low) / np.log(axis.high / axis.low))
 
-    # Along the line from its middle to the end at long τ, as far as the panel goes.
+    # Place the label on the line as close to the end at long τ as the panel allows.
     inside = np.linspace(1.0, 0.0, 50)
     at = np.exp(np.log(tau[middle]) + inside * np.log(ends[1] / tau[middle]))
     across = [place(float(t), x) for t in at]
@@ -167,7 +167,7 @@ def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> t
 
 
 def _table(deviations: Sequence[Deviation]) -> str:
-    """τ, and each deviation with its interval, a line an averaging time that all have."""
+    """Text table of τ and each deviation with its interval, one line per averaging time common to all."""
     common = [t for t in deviations[0].tau if all(np.isclose(d.tau, t).any() for d in deviations)]
     rows = [
         [

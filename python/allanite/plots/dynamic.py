@@ -1,4 +1,4 @@
-"""How a deviation changes along the record."""
+"""Figure of a deviation in moving windows over the record."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_dynamic"]
 
-#: Windows up to which each is marked.
-FEW = 80
+#: Maximum number of windows that are marked individually.
+MAX_MARKED = 80
 
 
 def plot_dynamic(
     dynamic: DynamicDeviation, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Deviation over the time of the window, a line for each of up to six averaging times; gaps stay open.
+    """Deviation over time, one line for each of up to six averaging times; gaps interrupt the lines.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def plot_dynamic(
     for color, k in zip(COMPONENTS, dynamic.shown(len(COMPONENTS)), strict=False):
         time, values = dynamic.time / size, dynamic.deviation[:, k]
         marks.append(Line(time, values, color, f"τ = {dynamic.tau[k]:.4g} s"))
-        if time.size <= FEW:
+        if time.size <= MAX_MARKED:
             marks.append(Points(time, values, color, size=3.0))
     words = "overlapping Allan deviation"
     shown = [m.y for m in marks if isinstance(m, Line)]

@@ -1,4 +1,4 @@
-"""A fit, and a criticised fit: Allan curve and spectrum side by side, residuals below."""
+"""Figures of a fit and of a check: Allan deviation and spectrum side by side, residuals below."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["plot_check", "plot_fit"]
 
 
 def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Allan curve and spectrum with the model, its band and its effects; residuals in σ below each.
+    """Allan deviation and spectrum with the model, its band and its effects; residuals in σ below each.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
     Returns
     -------
     Figure
-        The figure as data; a notebook draws it.
+        The figure as data; notebooks display it.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 
 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """As `plot_fit`, with the ranges shaded in which the model fails, and the first suggestion in the title."""
+    """Figure like `plot_fit` with failing ranges shaded and the first suggestion in the subtitle."""
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
     figure = _figure(fit, tau_spans(fit), spans, missing_lines(check))
@@ -69,6 +69,7 @@ def _figure(
     frequency: Sequence[Span] = (),
     lines: Sequence[float] = (),
 ) -> Figure:
+    """Figure of a fit with shaded ranges of τ and frequency and with single ordinates at `lines` (Hz)."""
     panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency, lines))
     return Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
@@ -81,7 +82,7 @@ def _figure(
 
 
 def agreement(fit: Fit) -> str:
-    """One line on how well a model agrees."""
+    """One line on the goodness of fit of a model."""
     misfit, error = fit.misfit, fit.error
     text = f"χ²/dof {number(misfit.reduced)} (p = {number(max(misfit.p_value, 1e-300), 2)})"
     if error.adev_rms_percent is not None and error.chance_rms_percent is not None:
@@ -93,13 +94,14 @@ def agreement(fit: Fit) -> str:
 
 
 def _verdict(check: Check) -> str:
+    """Goodness of fit and the first missing effect, as two lines."""
     text = agreement(check.fit)
     if check.significant:
         first = check.significant[0]
         numbers = values_text(first.effect, first.estimates)
         name = effect_text(check.fit, first.effect)
-        share = f", removes {first.removes_percent:.0f} % of the spectrum's misfit"
-        return f"{text}\nMissing first: {name} ({numbers}){share}"
+        share = f", explains {first.removes_percent:.0f} % of the spectrum's misfit"
+        return f"{text}\nStrongest missing effect: {name} ({numbers}){share}"
     if check.adequate:
-        return f"{text}\nNothing is significantly missing"
-    return f"{text}\nThe model fails, and no effect of the catalogue explains it"
+        return f"{text}\nNo effect is significantly missing"
+    return f"{text}\nThe model fails, and no effect of the catalog explains the misfit"

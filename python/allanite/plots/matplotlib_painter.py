@@ -1,4 +1,4 @@
-"""Figures on paper: SVG, PNG and PDF by matplotlib, without pyplot and without touching its global settings."""
+"""Drawing of figures as SVG, PNG and PDF by matplotlib, without pyplot and without changing global settings."""
 
 from __future__ import annotations
 
@@ -35,39 +35,39 @@ __all__ = ["STYLES", "draw", "render", "save"]
 
 SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
-#: Inches that the title and each line of the subtitle take.
+#: Heights of the title and of a line of the subtitle, in inches.
 TITLE, LINE_HEIGHT = 0.29, 0.22
-#: Inches of a row of a table or a legend.
+#: Height of a row of a table or a legend, in inches.
 ROW = 0.185
-#: Letters in the width of a legend of `WIDTH`, and of the key before each label.
+#: Width of a legend of `WIDTH`, and of the symbol before each label, in letters.
 LETTERS, KEY = 177, 9
 MONO = "DejaVu Sans Mono"
-FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
-#: Texts are as they are: a dollar sign begins no formula.
+FONT = "DejaVu Sans"  # included in matplotlib; contains all characters that are used
+#: Texts are literal: a dollar sign does not start a formula.
 TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
-#: Part of an axis near its ends where the words of a shaded range stand to one side of it.
+#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
 EDGE = 0.15
-# What lies over what.
+# Drawing order.
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
 
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """How a figure is laid out for what it is shown on.
+    """Layout of a figure for a medium.
 
     Attributes
     ----------
     width : float
-        Inches.
+        Width in inches.
     height : float
-        Inches; of a `column`, of each row of panels of unit height.
+        Height in inches; with `column`, of a row of panels with unit height.
     column : bool
-        Whether panels stand below each other, without title and subtitle.
+        True to place all panels below each other, without title and subtitle.
     points : float or None
-        Size of all letters; None for the sizes of the screen.
+        Size of all letters; None for the sizes on the screen.
     strokes : float
-        Widths of lines and sizes of points, times those of the screen.
+        Widths of lines and sizes of points relative to those on the screen.
     """
 
     width: float = WIDTH
@@ -77,7 +77,7 @@ class Style:
     strokes: float = 1.0
 
 
-#: On a screen; one column of a journal (88 mm, 8 pt); on a slide (16:9).
+#: Styles: screen, one column of a journal (88 mm, 8 pt), and slides (16:9).
 STYLES = {
     "screen": Style(),
     "paper": Style(88.0 / 25.4, 1.8, True, 8.0, 0.6),
@@ -86,13 +86,13 @@ STYLES = {
 
 
 def save(figure: Figure, path: str | Path, theme: str = "light", style: str = "screen") -> None:
-    """Write a figure; the file appears whole or not at all.
+    """Write a figure to a file, which is complete or absent.
 
     Parameters
     ----------
     figure : Figure
     path : str or Path
-        Ends in .svg, .png or .pdf.
+        Path that ends in .svg, .png or .pdf.
     theme : {"light", "dark"}
     style : {"screen", "paper", "slides"}
 
@@ -118,12 +118,12 @@ def render(
     size: tuple[float, float] | None = None,
     style: str = "screen",
 ) -> bytes:
-    """The bytes of an SVG, PNG or PDF; `size` in inches of 100 pixels, None for that of the style."""
+    """The figure as bytes of an SVG, PNG or PDF; `size` in inches of 100 pixels, None for that of the style."""
     canvas = draw(figure, theme, size, style)
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with warnings.catch_warnings():
-        # A name may be of letters that the font does not have.
+        # Names may contain letters that the font lacks.
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         canvas.savefig(
             stream, format=kind, dpi=DPI, facecolor=canvas.get_facecolor(), metadata=metadata
@@ -179,13 +179,13 @@ def draw(
 
 
 def _in_one_column(figure: Figure) -> Figure:
-    """All panels below each other, in the order of their columns, without title and subtitle."""
+    """The figure with all panels below each other, in the order of their columns, without title and subtitle."""
     ordered = sorted(figure.panels, key=lambda p: (p.column, p.row))
     heights = [sum(figure.heights[p.row : p.row + p.rows]) for p in ordered]
     most = max(heights)
     panels = []
     for row, panel in enumerate(ordered):
-        # A strip goes on below the curve whose axis it shares.
+        # A strip stays below the curve whose axis it shares.
         below = row + 1 < len(ordered) and ordered[row + 1].x == panel.x
         panels.append(replace(panel, row=row, rows=1, column=0, show_x=not below))
     return replace(
@@ -199,7 +199,7 @@ def _in_one_column(figure: Figure) -> Figure:
 
 
 def _resize(canvas: Any, form: Style) -> None:
-    """Letters, lines and points in the sizes of a style."""
+    """Set letters, lines and points to the sizes of a style."""
     if form.points is None:
         return
     from matplotlib.collections import LineCollection
@@ -218,7 +218,7 @@ def _resize(canvas: Any, form: Style) -> None:
 
 
 def _words(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
-    """Title, subtitle, words below and one legend for all panels; the parts of the height between which panels stand."""
+    """Draw title, subtitle, table and legend; return the upper and lower limit of the panels as parts of the height."""
     width, height = canvas.get_size_inches()
     grown = 1.0 if form.points is None else form.points / 9.5
     bottom = 0.0
@@ -243,9 +243,9 @@ def _words(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float
     below = 1 - (top + 0.02) / height
     if not marks:
         return below, bottom
-    # A label that begins with _ would be left out.
+    # matplotlib ignores labels that start with _.
     labels = [f" {label}" if (label := label_of(m)).startswith("_") else label for m in marks]
-    # Below the panels, or where a table stands there, in the corner above falling curves.
+    # The legend is below the panels, or, if a table is there, in the upper right corner above falling curves.
     corner = bool(figure.below)
     owner = canvas.axes[0] if corner else canvas
     legend = owner.legend(
@@ -265,7 +265,7 @@ def _words(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float
 
 
 def _columns(labels: list[str], letters: float) -> int:
-    """Most columns of a legend that fit the width; the first columns take what does not divide."""
+    """Maximum number of legend columns that fit the width; the first columns may be one label longer."""
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)
         starts = [i * rows + min(i, longer) for i in range(columns + 1)]
@@ -276,7 +276,7 @@ def _columns(labels: list[str], letters: float) -> int:
 
 
 def _handle(mark: Mark, look: Theme) -> Any:
-    """What stands for a mark in the legend."""
+    """Symbol of a mark in the legend."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -292,6 +292,7 @@ def _handle(mark: Mark, look: Theme) -> Any:
 
 
 def _marker(mark: Points, look: Theme) -> dict[str, Any]:
+    """Marker properties of points."""
     color = look.color(mark.color)
     return {
         "marker": "o",
@@ -303,6 +304,7 @@ def _marker(mark: Points, look: Theme) -> dict[str, Any]:
 
 
 def _panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
+    """Draw a panel with its axes and marks."""
     axes.set_facecolor(look.panel)
     for side, spine in axes.spines.items():
         spine.set_color(look.faint)
@@ -325,6 +327,7 @@ def _panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
 
 
 def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
+    """Set scale, limits, ticks and label of one axis."""
     from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
     getattr(axes, f"set_{name}scale")("log" if axis.log else "linear")
@@ -350,6 +353,7 @@ def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
 
 
 def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
+    """Draw one mark."""
     match mark:
         case Line():
             axes.plot(
@@ -413,7 +417,7 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
 
 
 def _span_text(axes: Any, mark: Span, axis: Axis, look: Theme) -> None:
-    """The words at the top of a shaded range, kept inside the axis."""
+    """Draw the text of a shaded range, at its top and inside the axis."""
     scale = np.log10 if axis.log else np.asarray
     first, last = scale(axis.low), scale(axis.high)
     middle = 0.5 * (max(scale(mark.low), first) + min(scale(mark.high), last))
@@ -435,6 +439,7 @@ def _span_text(axes: Any, mark: Span, axis: Axis, look: Theme) -> None:
 
 
 def _points(axes: Any, mark: Points, look: Theme) -> None:
+    """Draw markers with error bars."""
     if mark.low is not None and mark.high is not None:
         kept = np.isfinite(mark.low) & np.isfinite(mark.high)
         axes.vlines(
@@ -450,6 +455,7 @@ def _points(axes: Any, mark: Points, look: Theme) -> None:
 
 
 def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
+    """Draw bars with their texts."""
     places = np.arange(mark.values.size)
     values = np.nan_to_num(mark.values)
     axes.barh(places, values, height=0.5, color=[look.color(c) for c in mark.colors], zorder=LINE)
@@ -470,6 +476,7 @@ def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
 
 
 def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
+    """Draw a heat map with its color bar and frames around marked cells."""
     from matplotlib.colors import LinearSegmentedColormap
 
     blank = LinearSegmentedColormap.from_list("ratio", list(look.diverging))
@@ -493,8 +500,8 @@ def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
         )
     bar = canvas.colorbar(mesh, ax=axes, pad=0.015, fraction=0.05)
     bar.outline.set_visible(False)
-    bar.solids.set_edgecolor("face")  # no hair lines between shades
-    bar.solids.set_rasterized(False)  # a page recolours what is drawn, not pictures in it
+    bar.solids.set_edgecolor("face")  # avoids thin lines between shades
+    bar.solids.set_rasterized(False)  # a page can recolor vector graphics, but not embedded images
     bar.set_ticks([v for v, _ in mark.ticks], labels=[t for _, t in mark.ticks])
     bar.ax.tick_params(labelsize=9.5, color=look.faint, labelcolor=look.text)
     for label in bar.ax.get_yticklabels():

@@ -1,4 +1,4 @@
-"""Figures on a page: plotly's JSON as plain Python, so that neither the page nor the report needs plotly to make it."""
+"""Conversion of figures to plotly's JSON format, without the plotly package."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ __all__ = ["paint", "words"]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
 DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
-#: Room between columns and rows of the grid, in parts of the figure.
+#: Gaps between columns and rows of the grid, as fractions of the figure.
 GAP_X, GAP_Y = 0.075, 0.03
-#: Part of an axis near its ends where the words of a shaded range stand to one side of it.
+#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
 EDGE = 0.15
 
 
 def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
-    """Turn a figure into ``{"data": […], "layout": {…}}`` of plain numbers, lists and texts.
+    """A figure as ``{"data": […], "layout": {…}}`` of plain numbers, lists and texts.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
     Returns
     -------
     dict
-        What ``Plotly.newPlot(div, data, layout)`` takes; no NaN (null instead).
+        Arguments of ``Plotly.newPlot(div, data, layout)``; NaN is replaced by None.
     """
     look = theme_of(theme)
     layout: dict[str, Any] = {
@@ -93,6 +93,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
 
 
 def _title(figure: Figure, look: Theme) -> dict[str, Any]:
+    """Title and subtitle as a plotly title."""
     rest = words(figure.subtitle)
     text = f"<b>{words(figure.title)}</b>" + (
         f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""
@@ -108,14 +109,14 @@ def _title(figure: Figure, look: Theme) -> dict[str, Any]:
 
 
 def _bare_columns(figure: Figure) -> frozenset[int]:
-    """Columns without tick texts on the left, which may stand closer to their neighbour."""
+    """Columns without tick texts on the left, which may be closer to the column before."""
     return frozenset(p.column for p in figure.panels if not p.show_y)
 
 
 def _domain(
     sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
 ) -> list[float]:
-    """First and last part (0 … 1) of a row or column, with gaps between."""
+    """Start and end (0 … 1) of a row or column of the grid."""
     gaps = [0.25 * gap if i + 1 in bare else gap for i in range(len(sizes) - 1)]
     unit = (1.0 - sum(gaps)) / sum(sizes)
     start = sum(s * unit for s in sizes[:place]) + sum(gaps[:place])
@@ -124,7 +125,7 @@ def _domain(
 
 
 def _partner(figure: Figure, panel: Panel) -> str | None:
-    """The panel above whose x axis this one shares: they zoom together."""
+    """Name of the x axis of the panel above that shares this axis, so that both zoom together; else None."""
     for count, other in enumerate(figure.panels, 1):
         if other is not panel and other.column == panel.column and other.x == panel.x:
             return None if other.row > panel.row else ("x" if count == 1 else f"x{count}")
@@ -134,6 +135,7 @@ def _partner(figure: Figure, panel: Panel) -> str | None:
 def _axis(
     axis: Axis, panel: Panel, domain: list[float], anchor: str, show: bool, look: Theme
 ) -> dict[str, Any]:
+    """Layout of one axis."""
     ends = [math.log10(axis.low), math.log10(axis.high)] if axis.log else [axis.low, axis.high]
     return {
         "type": "log" if axis.log else "linear",
@@ -157,15 +159,17 @@ def _axis(
 
 
 def words(text: str) -> str:
-    """Text as plotly takes it: as HTML."""
+    """Text as HTML, which plotly expects."""
     return escape(text, quote=False).replace("\n", "<br>")
 
 
 def _numbers(values: Any) -> list[float | None]:
+    """Numbers as a list, with None for values that are not finite."""
     return [float(v) if math.isfinite(v) else None for v in np.asarray(values, dtype=float)]
 
 
 def _rgba(color: str, alpha: float) -> str:
+    """A hexadecimal color with an opacity, in CSS notation."""
     red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},{alpha})"
 
@@ -177,6 +181,7 @@ def _draw(
     layout: dict[str, Any],
     look: Theme,
 ) -> None:
+    """Add the traces, shapes and annotations of one mark."""
     axes = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"}
     match mark:
         case Line():
@@ -235,13 +240,13 @@ def _draw(
 
 
 def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:
-    """The words at the top of a shaded range, kept inside the axis."""
+    """Annotation with the text of a shaded range, at its top and inside the axis."""
     axis = layout[f"xaxis{suffix}"]
     first, last = sorted(axis["range"])
     ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
     middle = 0.5 * (max(ends[0], first) + min(ends[1], last))
     place = (middle - first) / (last - first)
-    # Each below the one before: neighboring ranges are narrower than their words.
+    # Each text is below the previous one, because neighboring ranges are narrower than their texts.
     before = [
         a for a in layout["annotations"] if (a.get("name"), a["xref"]) == ("span", f"x{suffix}")
     ]
@@ -262,6 +267,7 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
 
 
 def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
+    """Scatter trace with a label for the legend."""
     plain = [[None] if list(v) == [None] else _numbers(v) for v in (x, y)]
     return {
         "type": "scatter",
@@ -275,6 +281,7 @@ def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
 
 
 def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
+    """Trace of markers with error bars."""
     color = look.color(mark.color)
     symbol = "circle-open" if mark.hollow else "circle"
     trace = _trace(mark.x, mark.y, mark.label, axes)
@@ -296,7 +303,7 @@ def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
 
 
 def _outline(band: Band) -> tuple[Any, Any]:
-    """Once around each piece of a band: one outline over a gap would fill what is beside it."""
+    """Outline (x, y) of a band, one closed piece per gap-free range, so that gaps are not filled."""
     there = np.isfinite(band.low) & np.isfinite(band.high)
     pieces = [
         p
@@ -319,6 +326,7 @@ def _rule(
     layout: dict[str, Any],
     look: Theme,
 ) -> None:
+    """Add a straight line across a panel, and its legend entry."""
     line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
     if mark.axis == "x":
         ends = {"x0": mark.value, "x1": mark.value, "y0": 0, "y1": 1}
@@ -339,6 +347,7 @@ def _heat(
     layout: dict[str, Any],
     look: Theme,
 ) -> None:
+    """Add a heat map and frames around its marked cells."""
     low, middle, high = look.diverging
     data.append(
         {
@@ -373,11 +382,12 @@ def _heat(
 
 
 def _ratio_text(log2: float) -> str:
+    """Text of a ratio given by its binary logarithm."""
     return number(2.0**log2, 2) if math.isfinite(log2) else "–"
 
 
 def _name_once(data: list[dict[str, Any]], named: set[str]) -> None:
-    """One entry of the legend a label; a click on it hides all that bear the label."""
+    """Keep one legend entry per label; a click on it hides all traces with this label."""
     for trace in data:
         label = trace.get("name", "")
         if trace.get("showlegend") and label in named:

@@ -1,4 +1,4 @@
-"""The samples themselves over time: the least and the largest of each stretch, and their mean."""
+"""Figure of samples over time: minimum, maximum and mean of short segments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_recording", "samples_panel"]
 
-#: Stretches that a figure resolves.
+#: Number of segments that a figure resolves.
 STRETCHES = 600
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 def plot_recording(
     recording: Recording, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Samples over time, a panel a column: the span of each stretch and its mean; gaps stay open.
+    """Samples over time, one panel per column: range and mean of short segments; gaps interrupt the lines.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def plot_recording(
     Returns
     -------
     Figure
-        The figure as data; a notebook draws it.
+        The figure as data; notebooks display it.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def samples_panel(
     stretches: int = STRETCHES,
     worst: tuple[float, float] | None = None,
 ) -> Panel:
-    """One column over time; `worst` is a range of time in s to be shaded."""
+    """Panel of one column over time; `worst` is a time range in s to be shaded."""
     size, name = time_scale(column.duration)
     time, low, high, mean = _stretches(column.rate_samples(), stretches)
     time *= column.duration / size
@@ -96,10 +96,10 @@ def samples_panel(
 
 
 def _stretches(samples: NDArray[Any], stretches: int) -> tuple[Array, Array, Array, Array]:
-    """Time (0 to 1), least, largest and mean sample of each stretch; NaN where all are missing."""
+    """Relative time (0 to 1), minimum, maximum and mean of each segment; NaN if all its samples are missing."""
     values = np.ascontiguousarray(samples, dtype=np.float64)
     low, high = _kernels.envelope(values, stretches)
-    # The edges of the envelope.
+    # The same segments as in the envelope.
     edges = np.arange(low.size + 1) * values.size // low.size
     here = ~np.isnan(values)
     count = np.add.reduceat(here, edges[:-1], dtype=float)

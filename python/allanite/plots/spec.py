@@ -1,4 +1,4 @@
-"""A figure as plain data: what is drawn, in which units, on which axes. Painters turn it into ink."""
+"""Figures as plain data: marks, panels and axes, which the painters draw."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 def _fix(thing: object, *names: str) -> None:
-    """Turn fields into read-only float arrays of one length (None stays None)."""
+    """Convert fields to read-only float arrays of equal length; None is kept."""
     sizes = set()
     for name in names:
         value = getattr(thing, name)
@@ -100,7 +100,7 @@ class Band:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A shaded range of the x axis, over the whole height; `text` is written at its top."""
+    """A shaded range of the x axis over the whole height, with `text` at its top."""
 
     low: float
     high: float
@@ -123,7 +123,7 @@ class Rule:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bars:
-    """Horizontal bars from 0, one a category (y = 0, 1, …), with the colour of each and what is written at its end."""
+    """Horizontal bars from 0, one per category (y = 0, 1, …), each with a color and a text at its end."""
 
     values: Array
     texts: tuple[str, ...]
@@ -135,23 +135,23 @@ class Bars:
         _fix(self, "values")
         if not len(self.texts) == len(self.colors) == self.values.size:
             raise InputError(
-                f"Bars: {self.values.size} values, {len(self.texts)} texts, {len(self.colors)} colours"
+                f"Bars: {self.values.size} values, {len(self.texts)} texts, {len(self.colors)} colors"
             )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeatMap:
-    """Cells with a colour each.
+    """A map of colored cells.
 
     Attributes
     ----------
     x_edges, y_edges : ndarray, shapes (columns + 1,) and (rows + 1,)
     values : ndarray, shape (rows, columns)
-        NaN where there is none; the colours span −limit … +limit.
+        NaN for empty cells; the color scale covers −limit … +limit.
     ticks : tuple of (value, text)
-        Of the colour bar.
+        Ticks of the color bar.
     marked : ndarray of bool, shape (rows, columns)
-        Cells beyond what chance allows.
+        Significant cells, which are framed.
     """
 
     x_edges: Array
@@ -174,7 +174,7 @@ class HeatMap:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Words at a place of the panel, both coordinates from 0 to 1."""
+    """Text at a position of the panel; both coordinates run from 0 to 1."""
 
     x: float
     y: float
@@ -186,15 +186,15 @@ Mark = Line | Points | Band | Span | Rule | Bars | HeatMap | Note
 
 
 def label_of(mark: Mark) -> str:
-    """What the legend calls a mark; empty where it is not in the legend."""
+    """Label of a mark in the legend; empty if it is not in the legend."""
     return "" if isinstance(mark, HeatMap | Note | Bars) else mark.label
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One axis: what it shows with its unit, its limits and its ticks.
+    """An axis: label with unit, limits, and ticks.
 
-    `ticks` are (value, text); minor ticks have no text. `reverse` puts the low end at the top (or right).
+    `ticks` are pairs (value, text); minor ticks have no text. `reverse` puts the low end at the top (or right).
     """
 
     label: str
@@ -209,12 +209,12 @@ class Axis:
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
             raise InputError(f"axis {self.label!r}: limits {self.low} … {self.high}")
         if self.log and self.low <= 0:
-            raise InputError(f"axis {self.label!r}: a logarithmic axis cannot begin at {self.low}")
+            raise InputError(f"axis {self.label!r}: a logarithmic axis cannot start at {self.low}")
 
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """Marks on a pair of axes, at a place of the figure's grid."""
+    """Marks on a pair of axes, at a position in the grid of the figure."""
 
     x: Axis
     y: Axis
@@ -223,20 +223,20 @@ class Panel:
     column: int = 0
     rows: int = 1
     title: str = ""
-    #: Whether tick texts (and the axis label) are drawn; a strip under a curve shares the curve's axis.
+    #: True to draw tick texts and the axis label; a strip below a curve shares the axis of the curve.
     show_x: bool = True
     show_y: bool = True
-    #: Whether lines of the grid are drawn.
+    #: True to draw grid lines.
     grid: bool = True
 
     def find(self, kind: type[Any]) -> tuple[Any, ...]:
-        """The marks of one kind."""
+        """All marks of one kind."""
         return tuple(m for m in self.marks if isinstance(m, kind))
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Figure:
-    """Panels on a grid under a title.
+    """A figure: panels on a grid, with title and subtitle.
 
     Attributes
     ----------
@@ -245,9 +245,9 @@ class Figure:
     heights, widths : tuple of float
         Relative sizes of the grid's rows and columns.
     kind : str
-        What it shows: ``fit``, ``check``, ``study``, …
+        Kind of figure: ``fit``, ``check``, ``study``, …
     below : str
-        Lines of a table below the panels, in letters of one width; on paper alone.
+        Text of a table below the panels, in a monospaced font; drawn only by matplotlib.
     """
 
     title: str
@@ -259,7 +259,7 @@ class Figure:
     below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Marks that have a label, each label once: the measured, the model, then the rest in the order of drawing."""
+        """Marks with a label, each label once: measured, model, then the others in drawing order."""
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:
@@ -281,13 +281,13 @@ class Figure:
         return paint(self, theme)
 
     def to_matplotlib(self, theme: str = "light", size: tuple[float, float] = (12.8, 7.2)) -> Any:
-        """The figure as a ``matplotlib.figure.Figure`` of `size` inches, to be changed at will."""
+        """The figure as a ``matplotlib.figure.Figure`` of `size` inches, which can be modified."""
         from allanite.plots.matplotlib_painter import draw
 
         return draw(self, theme, size)
 
     def save(self, path: str | Path, theme: str = "light", style: str = "screen") -> None:
-        """Write SVG, PNG or PDF, by the suffix of `path`; `style` is screen, paper (one column, 8 pt) or slides."""
+        """Write SVG, PNG or PDF, as the suffix of `path` says; `style` is screen, paper (one column, 8 pt) or slides."""
         from allanite.plots.matplotlib_painter import save
 
         save(self, path, theme, style)

@@ -1,4 +1,4 @@
-"""The ladder as falling error, beside the Allan curve of its first and last model."""
+"""Figure of the stepwise model building: errors of each step, and the Allan deviation of first and last model."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_study"]
 
-#: Letters that a title has room for, and lines of text the names of all rungs.
+#: Maximum number of letters of a title, and of text lines for the names of all steps.
 TITLE, LINES = 92, 31
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """The error of each rung (unexplained misfit, Allan deviation, model discrepancy) beside the first and the last model.
+    """Errors of each step (unexplained misfit, Allan deviation, model discrepancy), and the first and the last model.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
 
 
 def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
-    """What each rung did, with numbers where they have room beside the names above and below."""
+    """Text of each step, with values if they fit between the texts above and below."""
     full, short = ([_rung_text(rung, numbers) for rung in ladder] for numbers in (True, False))
     lines = [text.count("\n") + 1 for text in full]
     beside = [
@@ -79,11 +79,12 @@ def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
 
 
 def _rung_text(rung: Rung, numbers: bool) -> str:
+    """Changes of one step, with the values of new effects if `numbers`."""
     if not rung.changes:
         return f"start\n{rung.fit.model.name}"
     if rung.removed or not numbers:
         return "\n".join(rung.changes)
-    # What is new is at the end of the model, in the order in which it was tried.
+    # New effects are at the end of the model, in the order in which they were added.
     new = list(zip(rung.fit.model.effects, rung.fit.estimates, strict=True))[-len(rung.new) :]
     last = []
     for effect in rung.new:
@@ -94,7 +95,7 @@ def _rung_text(rung: Rung, numbers: bool) -> str:
 
 
 def _colors(rungs: int) -> tuple[str, ...]:
-    """The first and the last model in the colours of their curves."""
+    """Colors of the bars: the first and the last step have the colors of their curves."""
     return tuple("c1" if i == rungs - 1 else "model" if i == 0 else "before" for i in range(rungs))
 
 
@@ -105,7 +106,7 @@ def _bars(
     guide: float | None,
     column: int,
 ) -> Panel:
-    """One measure of error over the rungs."""
+    """Panel of bars for one error measure, one bar per step."""
     numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
     texts = tuple("–" if v is None else number(v) for v in values)
     marks: list[Mark] = [Bars(numbers, texts, _colors(len(values)))]
@@ -114,13 +115,14 @@ def _bars(
     shown = numbers[np.isfinite(numbers)]
     top = max([*shown, guide or 0.0]) or 1.0
     low = min([*shown, 0.0])
-    # Room for the number at the end of the longest bar.
+    # Leave space for the number at the end of the longest bar.
     room = 0.42 * (top - low)
     x = linear_axis(label, low - (room if low < 0 else 0.0), top + room, 3)
     return Panel(x, rung_axis(names), tuple(marks), column=column, show_y=column == 0)
 
 
 def _before_after(study: Study, column: int) -> Panel:
+    """Panel of the measured Allan deviation with the first and the last model."""
     first, last = study.ladder[0].fit, study.fit
     curve = last.curve
     low, high = interval(curve.measured, curve.edf)
@@ -151,6 +153,7 @@ def _before_after(study: Study, column: int) -> Panel:
 
 
 def _ending(study: Any) -> str:
+    """Number of added effects and the reason why the model building ended."""
     last, first = (Counter(e.kind for e in fit.model) for fit in (study.fit, study.ladder[0].fit))
     added = (last - first).total()
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
@@ -159,9 +162,9 @@ def _ending(study: Any) -> str:
     if study.verdict == "within tolerance":
         return f"{what} added; {study.ending}"
     why = {
-        "nothing helps": "nothing in the catalogue helps further",
-        "limit": "stopped at the limit of steps",
+        "nothing helps": "no further effect of the catalog helps",
+        "limit": "stopped at the maximum number of steps",
         "time": "stopped at the time limit",
         "interrupted": "interrupted",
     }
-    return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}, something is left unexplained"
+    return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}; a misfit remains unexplained"

@@ -1,4 +1,4 @@
-"""Colours by role, for light and dark ground. Okabe and Ito (2008), *Color universal design*: told apart by all eyes."""
+"""Colors of roles for light and dark backgrounds, after Okabe and Ito (2008), *Color universal design*."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from allanite.common.errors import InputError
 
 __all__ = ["COMPONENTS", "LOGS", "Theme", "theme_of"]
 
-#: Roles of the effects of a model, in its order.
+#: Roles of the effects of a model, in their order.
 COMPONENTS = ("c1", "c2", "c3", "c4", "c5", "c6")
-#: Roles of logs that are compared: none is the color of an effect.
+#: Roles of compared logs; their colors differ from those of effects.
 LOGS = ("measured", "l2", "l3", "l4", "l5", "l6")
 
 
 @dataclass(frozen=True, slots=True)
 class Theme:
-    """What each role looks like."""
+    """Colors of all roles."""
 
     name: str
     ground: str
@@ -25,11 +25,11 @@ class Theme:
     faint: str
     grid: str
     roles: dict[str, str]
-    #: Below, at and above what is expected.
+    #: Colors for values below, at and above the expectation.
     diverging: tuple[str, str, str]
 
     def color(self, role: str) -> str:
-        """Colour of a role."""
+        """Color of a role."""
         return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[
             role
         ]

@@ -1,4 +1,4 @@
-"""When a model fails: measured over expected power on a map of time and octave bands."""
+"""Map of measured over expected power by time and octave band, which shows when a model fails."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_time", "time_scale"]
 
-#: The colours end at this factor of power, and beyond it.
-FACTOR = 4.0
-#: About 1 % for the largest of some 450 cells.
-REMARKABLE = 4.3
+#: Factor of power at which the color scale saturates.
+MAX_FACTOR = 4.0
+#: Cells with a larger |z| are framed. About 1 % of maps of 450 cells exceed it by chance.
+MIN_FRAMED_Z = 4.3
 UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60.0, "min"))
 
 
 def plot_time(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Heat map of measured over expected power, time by octave bands; cells beyond chance are framed.
+    """Heat map of measured over expected power by time and octave band; significant cells are framed.
 
     Parameters
     ----------
@@ -47,14 +47,14 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
         "record too short for a map"
         if not check.where.time
         else (
-            f"{marked} cell{'s' if marked != 1 else ''} beyond chance"
+            f"{marked} significant cell{'s' if marked != 1 else ''}"
             if marked
-            else "no cell beyond chance"
+            else "no significant cell"
         )
     )
     figure = Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
-        f"power over time, measured over expected: {what}",
+        f"measured over expected power: {what}",
         (panel,),
         kind="time",
     )
@@ -64,11 +64,12 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
 
 
 def time_scale(span: float) -> tuple[float, str]:
-    """Seconds in the unit in which a record of `span` seconds is drawn, and its name."""
+    """Unit for the time axis of a record of `span` seconds: its size in s and its name."""
     return next(((s, n) for above, s, n in UNITS if span >= above), (1.0, "s"))
 
 
 def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:
+    """Panel of the map; `rows` are its cells, `worst` the failing time range in s."""
     size, name = time_scale(span)
     label = f"time ({name})"
     if not rows:
@@ -84,8 +85,8 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
         a, b = np.searchsorted(bands, (row["low_hz"], row["high_hz"]))
         c, d = np.searchsorted(times, (row["start_s"], row["end_s"]))
         values[a:b, c:d] = np.log2(max(float(row["ratio"]), 1e-6))
-        marked[a:b, c:d] = abs(float(row["z"])) > REMARKABLE
-    limit = float(np.log2(FACTOR))
+        marked[a:b, c:d] = abs(float(row["z"])) > MIN_FRAMED_Z
+    limit = float(np.log2(MAX_FACTOR))
     ticks = ((-2.0, "≤ ¼"), (-1.0, "½"), (0.0, "1"), (1.0, "2"), (2.0, "≥ 4"))
     heat = HeatMap(
         times / size, bands, values, limit, "measured over expected power", ticks, marked

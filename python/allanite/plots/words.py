@@ -1,4 +1,4 @@
-"""Words and numbers of figures: units as they are printed, coefficients in a few figures, times in fit units."""
+"""Texts of figures: printed units, values of effects, durations, and descriptions of recordings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def unit_text(unit: str) -> str:
-    """A unit as it is printed: ``deg/s`` → °/s, ``ug`` → µg, ``rad/s·s^½`` → rad/√s."""
+    """Printed form of a unit: ``deg/s`` → °/s, ``ug`` → µg, ``rad/s·s^½`` → rad/√s."""
     text = unit
     for plain, root in (("/s·s^½", "/√s"), ("/s·s", ""), ("/s/s^½", "/s/√s"), ("/s/s", "/s²")):
         if text.endswith(plain):
@@ -44,17 +44,17 @@ def unit_text(unit: str) -> str:
 
 
 def in_unit(words: str, unit: str) -> str:
-    """``Allan deviation (°/s)``; a pure number has no bracket."""
+    """Label with its unit in brackets, e.g. ``Allan deviation (°/s)``; pure numbers have no brackets."""
     return words if unit in ("", "1") else bracket(words, unit_text(unit))
 
 
 def allan_label(unit: str) -> str:
-    """``Allan deviation (°/s)``; of a clock, whose samples have no unit, ``Allan deviation σ_y(τ)``."""
+    """Label ``Allan deviation (°/s)``; for clocks, whose samples have no unit, ``Allan deviation σ_y(τ)``."""
     return "Allan deviation σ_y(τ)" if unit == "1" else in_unit("Allan deviation", unit)
 
 
 def bracket(words: str, unit: str) -> str:
-    """A unit behind words, in brackets that do not meet its own."""
+    """Label with a unit in brackets: square ones if the unit itself starts with a round bracket."""
     return f"{words} [{unit}]" if unit.startswith("(") else f"{words} ({unit})"
 
 
@@ -67,12 +67,12 @@ def density_unit(unit: str) -> str:
 
 
 def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int = 2) -> str:
-    """``T 30.1 s, σ 0.0074 rad/s``: the numbers that say most of an effect, with units."""
+    """The most important values of an effect with units, e.g. ``T 30.1 s, σ 0.0074 rad/s``."""
     found: list[str] = []
     for name in effect.shown():
         value = values.get(name)
         if effect.parameter(name).role == "derived" and not value:
-            # What follows from a coefficient that is 0 has no limit of its own.
+            # A value derived from a coefficient of 0 has no limit; show the coefficient instead.
             name = str(getattr(effect, "coefficient", name))
             value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:
@@ -81,7 +81,7 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
         symbol = declared.symbol or name
         value = in_sheet(value, declared.sheet)
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
-        # A time or frequency has no upper limit that says anything.
+        # An upper limit of a time or a frequency is not meaningful.
         size = value.unit not in ("s", "Hz")
         if size and not value.detected and value.interval is not None:
             found.append(f"{symbol} < {number(value.interval[1], 2)}{unit}")
@@ -91,13 +91,13 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
 
 
 def effect_text(fit: Any, effect: Any) -> str:
-    """Name of an effect for this sensor, with the column that it follows."""
+    """Name of an effect for this sensor, with the logged column that it follows."""
     name = str(fit.display_name(effect))
     return f"{name} {effect.follows}" if effect.follows else name
 
 
 def duration_text(seconds: float) -> str:
-    """``2 h``, ``15 min``, ``40 s``."""
+    """Duration in a readable unit, e.g. ``2 h``, ``15 min``, ``40 s``."""
     for size, name in ((86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2 * size or seconds == size:
             return f"{seconds / size:.3g} {name}"
@@ -105,7 +105,7 @@ def duration_text(seconds: float) -> str:
 
 
 def recording_text(recording: Any) -> str:
-    """Which log, which column, how long."""
+    """Log, column, duration and rate of a recording."""
     from pathlib import Path
 
     name = Path(recording.path).name if recording.path else ""

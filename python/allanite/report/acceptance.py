@@ -1,4 +1,4 @@
-"""The acceptance report: one page with the part, the record, every figure with its limit, and a plot."""
+"""Acceptance report of a part: one page with the record, every figure with its limit, the verdict, and a plot."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 __all__ = ["acceptance_page", "save_acceptance"]
 
-#: Height of the one plot, inches: the page stays one page of A4.
+#: Height of the plot in inches, chosen so that the report fits on one page of A4.
 PLOT_HEIGHT = 3.6
 
 
 def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "") -> str:
-    """HTML of the report on all axes of a part.
+    """HTML page of the acceptance report on all axes of a part.
 
     Parameters
     ----------
     found : sequence of Acceptance
-        One for each axis.
+        Result of each axis.
     serial, date : str
         Serial number of the part and date of the test, as the user gave them.
     """
@@ -46,8 +46,8 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
     words = f"The part {verdict} the data sheet."
     if verdict not in (MEETS, DOES_NOT_MEET):
         needs = max((a.needs for a in found if a.needs is not None), default=None)
-        words = "Undecided." + (
-            f" A record of {duration_text(needs)} would probably decide." if needs else ""
+        words = "The verdict is undecided." + (
+            f" A record of {duration_text(needs)} would probably settle it." if needs else ""
         )
     blocks: list[Block] = [
         Paragraph(words, tone),
@@ -94,13 +94,13 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
 def save_acceptance(
     found: Sequence[Acceptance], path: str | Path, serial: str = "", date: str = ""
 ) -> None:
-    """Write the page; the file is whole or absent."""
+    """Write the acceptance report to a file; the file is complete or absent."""
     with whole_file(path) as draft:
         draft.write_text(acceptance_page(found, serial, date), encoding="utf-8")
 
 
 def overall(found: Sequence[Acceptance]) -> str:
-    """Verdict on all axes: the worst one."""
+    """Verdict on the part: the worst of all axes."""
     verdicts = {a.verdict for a in found}
     if DOES_NOT_MEET in verdicts:
         return DOES_NOT_MEET
@@ -108,6 +108,7 @@ def overall(found: Sequence[Acceptance]) -> str:
 
 
 def _about(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[str, str]]:
+    """Rows (name, text) that describe the part, the test, and the record."""
     first = found[0]
     recording = first.recording
     rows = [
@@ -119,15 +120,15 @@ def _about(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[st
         ("temperature", _temperature(first)),
     ]
     if first.sheet.temperature:
-        rows.append(("temperature of the sheet", first.sheet.temperature))
+        rows.append(("temperature of the data sheet", first.sheet.temperature))
     if first.margin:
-        rows.append(("margin", f"{100 * first.margin:g} % above the printed figures"))
+        rows.append(("margin", f"{100 * first.margin:g} % added to the data sheet's values"))
     warnings = [tidy(str(f.message)) for f in recording.audit if f.severity == "warning"]
     return [(name, plain(text)) for name, text in rows] + [("note", w) for w in warnings[:2]]
 
 
 def _temperature(found: Acceptance) -> str:
-    """Range of the logged temperature, where the log has one."""
+    """Range of the logged temperature, or "not logged"."""
     recording = found.recording
     for name, values in recording.covariates.items():
         if "temp" in name.lower():
@@ -138,6 +139,7 @@ def _temperature(found: Acceptance) -> str:
 
 
 def _interval(figure: FigureVerdict) -> str:
+    """95 % interval of a measured figure as text."""
     if figure.low > 0.0:
         return f"{figure.low:.4g} … {figure.high:.4g}"
-    return f"below {figure.high:.4g}" if np.isfinite(figure.high) else "none"
+    return f"< {figure.high:.4g}" if np.isfinite(figure.high) else "none"

@@ -1,4 +1,4 @@
-"""A report as a list of blocks, which HTML and Markdown paint each in its own way."""
+"""Building blocks of a report, which HTML and Markdown writers render in their own way."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Block", "Bullets", "Card", "Cell", "Heading", "Number", "Paragraph",
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number as it is printed, and the number itself with its place in the JSON document."""
+    """A number: its printed text, its value, and its path in the JSON document."""
 
     text: str
     value: float
@@ -25,7 +25,7 @@ Cell = str | Number | tuple["str | Number", ...]
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """The title of a part; level 2 a column, 3 a section of it."""
+    """A heading: level 2 for a column of the recording, 3 and 4 for its sections."""
 
     text: str
     level: int = 3
@@ -33,7 +33,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """Running text; `tone` is plain, good, bad (a verdict) or quiet."""
+    """A paragraph; `tone` is plain, good or bad (for a verdict), or quiet (for remarks)."""
 
     cell: Cell
     tone: str = "plain"
@@ -41,7 +41,7 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True)
 class Bullets:
-    """Short remarks; `tone` as of a paragraph."""
+    """A bulleted list; `tone` as for a paragraph."""
 
     cells: tuple[Cell, ...]
     tone: str = "plain"
@@ -49,7 +49,7 @@ class Bullets:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows under a head (empty: a list of terms); `right` are the columns of numbers."""
+    """A table. Without `head` it is a list of terms; `right` are the indices of right-aligned columns."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
@@ -59,7 +59,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A suggestion: its title, what it is, and terms with what is known of each."""
+    """A suggested effect: title, explanation, and terms with their values."""
 
     title: str
     text: str
@@ -69,7 +69,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure with the sentence below it, the `name` of its file, and its size in inches of 100 pixels."""
+    """A figure with its caption, the `name` of its file, and its size in inches (100 pixels each)."""
 
     figure: Figure
     caption: str

@@ -1,4 +1,4 @@
-"""The parts of a report on one column, in the order in which a reader asks."""
+"""Sections of a report on one column."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ if TYPE_CHECKING:
 
 __all__ = ["column_title", "parts"]
 
-#: Suggestions that are told in full.
-MOST_CARDS = 3
+#: Maximum number of suggested effects that are described in full. Chosen by judgment; not measured.
+MAX_CARDS = 3
 
 
 def column_title(entry: Entry) -> str:
-    """``gyro.csv · gyro_x``."""
+    """File and column of an entry, for example ``gyro.csv · gyro_x``."""
     recording = entry.recording
     file = Path(recording.path).name if recording.path else "recording"
     return f"{file} · {recording.columns[0]}"
 
 
 def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
-    """All blocks of one column; `place` is the path of its `document` in the whole report's."""
+    """All blocks of one column. `place` is the path of its `document` in the document of the whole report."""
     at = f"{place}." if place else ""
     tone, words = verdict(entry.study, entry.first)
     return [
@@ -67,12 +67,13 @@ def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block
     ]
 
 
-def _bare(figure: Figure) -> Figure:
-    """A figure without its title: headings and captions say it."""
+def _without_title(figure: Figure) -> Figure:
+    """The figure without its title, which the heading and the caption replace."""
     return replace(figure, title="", subtitle="")
 
 
 def _recorded(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    """Section on the record: file, size, unit, findings of the audit, and a plot of the samples."""
     told, recording = document["recording"], entry.recording
     place = f"{at}recording"
     rows: list[tuple[Cell, ...]] = [
@@ -94,34 +95,40 @@ def _recorded(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         named = (
             (n, column_unit(n, recording.covariate_units.get(n))) for n in recording.covariates
         )
-        rows.append(("covariates", ", ".join(n if n == u else in_unit(n, u) for n, u in named)))
+        rows.append(("logged columns", ", ".join(n if n == u else in_unit(n, u) for n, u in named)))
     found = told["audit"]
     warnings = tuple(tidy(str(f["message"])) for f in found if f["severity"] == "warning")
     remarks = tuple(tidy(str(f["message"])) for f in found if f["severity"] != "warning")
-    out: list[Block] = [Heading("What was recorded"), Table((), tuple(rows))]
+    out: list[Block] = [Heading("Record"), Table((), tuple(rows))]
     if warnings:
         out.append(Bullets(warnings, "bad"))
     if remarks:
         out.append(Bullets(remarks))
     if not found:
-        out.append(Paragraph("The audit of the data found nothing odd.", "quiet"))
-    caption = "The samples over time: the least and the largest of each stretch, and their mean."
-    out.append(Picture(_bare(plot_recording(recording)), caption, "samples", 2.6))
+        out.append(Paragraph("The data audit found no problem.", "quiet"))
+    caption = "Samples over time: minimum, maximum and mean of short segments."
+    out.append(Picture(_without_title(plot_recording(recording)), caption, "samples", 2.6))
     return out
 
 
 def _curve(entry: Entry) -> list[Block]:
+    """Section with the Allan deviation and the spectrum of the last model."""
     fit = entry.study.fit
     caption = (
-        f"Allan deviation and two-sided density with the last model, {fit.model.name}, and its effects. Below each, the "
-        "residual in standard deviations; dashed at 2, dotted at 3.5 (about 1 % for the worst of a curve)."
+        f"Allan deviation and two-sided density with the last model, {fit.model.name}, and its effects. The strips below "
+        "show the residuals in standard deviations, with guides at 2 (dashed) and 3.5 (dotted; the largest residual of a "
+        "true model exceeds it in 1 % of records)."
     )
     if fit.data.missing is not None:
         caption += f" {COMPLETED}"
-    return [Heading("The curve"), Picture(_bare(plot_fit(fit)), caption, "curve", 6.0)]
+    return [
+        Heading("Allan deviation and spectrum"),
+        Picture(_without_title(plot_fit(fit)), caption, "curve", 6.0),
+    ]
 
 
 def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
+    """Section with the goodness of fit and the parameters of the last model."""
     rows: list[tuple[Cell, ...]] = []
     sheet = False
     for i, effect in enumerate(fit["effects"]):
@@ -132,7 +139,7 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
             if name == "overtones" and value.get("value"):
                 first = effect["parameters"]["frequency"]["value"]
                 shown = harmonics_text(first, value["value"], unit_text(entry.recording.unit))
-            for key, word in (("held", "held"), ("at_limit", "at its limit")):
+            for key, word in (("held", "held fixed"), ("at_limit", "at its limit")):
                 if name in effect.get(key, ()):
                     interval = word
             other = (
@@ -147,12 +154,12 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
         "value",
         "95 % interval",
         "unit",
-        "as data sheets write it",
+        "in data-sheet units",
     )
     if not sheet:
         head, rows = head[:-1], [row[:-1] for row in rows]
     out: list[Block] = [
-        Heading("The model"),
+        Heading("Model"),
         Paragraph(_agreement(fit, place)),
         Table(head, tuple(rows), (2, 3, 5)),
     ]
@@ -164,13 +171,14 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
     ]
     if any(v.get("detected") is False for e in fit["effects"] for v in e["parameters"].values()):
         notes.append(
-            "Not detected: the record cannot tell the coefficient from zero; the limit holds with 95 %."
+            "Not detected: the coefficient is compatible with zero; the limit is at 95 % confidence."
         )
     out.append(Paragraph(" ".join(notes), "quiet"))
     return out
 
 
 def _agreement(fit: dict[str, Any], place: str) -> Cell:
+    """Sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies that are not judged."""
     m, e = fit["misfit"], fit["error"]
     words: list[str | Number] = [f"{fit['model']}: χ²/dof "]
     words += _flat(exact(m["reduced"], f"{place}.misfit.reduced"))
@@ -184,41 +192,42 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
         words += _flat(exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2))
         words += [" % rms)"]
     if e["adev_worst"] is not None:
-        words += [", worst where the model is "]
-        words += _factor(e["adev_worst"], f"{place}.error.adev_worst")
+        words += [", largest error "]
+        words += _worst_error(e["adev_worst"], f"{place}.error.adev_worst")
     if fit["discrepancy"]["percent"]:
-        words += [". It is within "]
+        words += [". Model discrepancy: "]
         words += _flat(exact(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2))
-        words += [" % of the spectrum, in units of the deviation"]
+        words += [" % of the deviation"]
     if fit["not_judged_hz"]:
-        words += [". Not judged is"]
+        words += [". Not judged:"]
     for k, (low, high) in enumerate(fit["not_judged_hz"]):
-        words += [" what lies between " if k == 0 else ", and between "]
+        words += [" " if k == 0 else ", "]
         words += _flat(exact(low, f"{place}.not_judged_hz.{k}.0", 3))
-        words += [" and "]
+        words += [" … "]
         words += _flat(exact(high, f"{place}.not_judged_hz.{k}.1", 3))
         words += [" Hz"]
     if fit["not_judged_hz"]:
-        words += [", where a filter left less than a ten-thousandth of the power beside it"]
+        words += [", where a filter removed more than 99.99 % of the power"]
     return (*words, ".")
 
 
-def _factor(worst: dict[str, Any], place: str) -> list[str | Number]:
-    """How far the model is from the measured deviation at the worst τ."""
-    factor = worst["factor"]
-    words: list[str | Number] = [
-        "×",
-        *_flat(exact(factor, f"{place}.factor", 3)),
-        " the measured, at ",
+def _worst_error(worst: dict[str, Any], place: str) -> list[str | Number]:
+    """The τ with the largest error and the ratio of model to measured deviation there, as text."""
+    return [
+        "at τ = ",
+        *_flat(exact(worst["tau_s"], f"{place}.tau_s", 3)),
+        " s: model/measured = ",
+        *_flat(exact(worst["factor"], f"{place}.factor", 3)),
     ]
-    return [*words, *_flat(exact(worst["tau_s"], f"{place}.tau_s", 3)), " s"]
 
 
 def _flat(cell: Cell) -> list[str | Number]:
+    """The parts of a cell as a list."""
     return list(cell) if isinstance(cell, tuple) else [cell]
 
 
 def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    """Section on the first model: goodness of fit, where the model fails, and the missing effects."""
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
         Heading(_title(check)),
@@ -230,38 +239,42 @@ def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         caption = f"The first model, {fit.model.name}" + (
             "; shaded where it fails." if shaded else "."
         )
-        out.append(Picture(_bare(plot_check(check)), caption, "first", 6.0))
+        out.append(Picture(_without_title(plot_check(check)), caption, "first", 6.0))
     if check.where.time:
-        caption = "Over time: power measured over expected in octave bands; framed cells are beyond chance."
-        out.append(Picture(_bare(plot_time(check)), caption, "time", 3.4))
+        caption = (
+            "Measured over expected power, by time and octave band. Frames mark significant cells."
+        )
+        out.append(Picture(_without_title(plot_time(check)), caption, "time", 3.4))
     if check.significant:
-        out.append(Heading("What is missing, best evidence first", 4))
+        out.append(Heading("Missing effects, strongest evidence first", 4))
         out += _cards(check, document["check"]["suggestions"], f"{at}check.suggestions")
     return out
 
 
 def _title(check: Any) -> str:
-    """Heading of the first model's criticism: it says what the sentences below it say."""
+    """Heading of the section on the first model, in agreement with the sentences below it."""
     name = check.fit.model.name
     if check.left:
         return f"Where {name} fails"
-    return f"{name} against the record" if check.adequate else f"What {name} lacks"
+    return f"{name} fits the record" if check.adequate else f"Effects missing from {name}"
 
 
 def _where(check: Any) -> list[Block]:
+    """Sentences on the averaging times, frequencies and times at which a model fails."""
     sentences = tuple(_sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(_sentence(check.nowhere))]
 
 
 def _sentence(words: str) -> str:
+    """The words as a sentence: with a capital letter and a full stop."""
     return tidy(words[0].upper() + words[1:]) + "."
 
 
 def _cards(check: Any, documents: list[dict[str, Any]], place: str) -> list[Block]:
-    """The best, what may stand in its place, and what is missing besides; the rest by name."""
+    """Cards of the best suggestions, of their alternatives and of further missing effects; the others by name only."""
     cards: list[Block] = []
     rest = []
-    left = MOST_CARDS
+    left = MAX_CARDS
     for title, group in check.grouped:
         if left > 0 and cards:
             cards.append(Paragraph(f"{_sentence(title)[:-1]}:", "quiet"))
@@ -273,11 +286,12 @@ def _cards(check: Any, documents: list[dict[str, Any]], place: str) -> list[Bloc
                 rest.append(check.fit.display_name(suggestion.effect))
             left -= 1
     if rest:
-        cards.append(Paragraph(f"Further down: {', '.join(rest)}.", "quiet"))
+        cards.append(Paragraph(f"Further suggestions: {', '.join(rest)}.", "quiet"))
     return cards
 
 
 def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: int) -> Card:
+    """Card of a suggestion: values, evidence, size, alternatives, and how to confirm it."""
     evidence = told["evidence"]
     terms: list[tuple[str, Cell]] = []
     values: list[str | Number] = []
@@ -312,15 +326,15 @@ def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: i
         )
     )
     removes = exact(told["removes_percent"], f"{place}.removes_percent", 2)
-    terms.append(("size", ("removes ", *_flat(removes), " % of the spectrum's misfit")))
+    terms.append(("size", ("explains ", *_flat(removes), " % of the spectrum's misfit")))
     rivals = told.get("rivals")
     if rivals:
         names = ", ".join(map(title_of, rivals))
-        terms.append(("cannot be told from", names))
+        terms.append(("alternative explanations", names))
     terms.append(("to confirm", tidy(str(told["check_by"]))))
     name = check.fit.display_name(suggestion.effect)
     words = str(told["explanation"])
-    # The sentence begins with the name and the values, which the card says by itself.
+    # Drop the name and the values from the sentence, because the card shows them separately.
     if words.startswith(f"{name} (") and "): " in words:
         words = words.split("): ", 1)[1]
     words = tidy(words[0].upper() + words[1:])
@@ -328,10 +342,11 @@ def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: i
 
 
 def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    """Section on the stepwise model building: a table of steps and a plot."""
     ladder = document["improve"]["ladder"]
     if len(ladder) == 1:
-        words = "No effect was added: there is one rung."
-        return [Heading("The ladder"), Paragraph(words)]
+        words = "No effect was added: there is only one step."
+        return [Heading("Stepwise model building"), Paragraph(words)]
     rows: list[tuple[Cell, ...]] = []
     for i, (rung, told) in enumerate(zip(entry.study.ladder, ladder, strict=True)):
         where = f"{at}improve.ladder.{i}"
@@ -339,7 +354,7 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         rows.append(
             (
                 ", ".join(rung.changes) or ("values changed by hand" if i else "start"),
-                told["model"].replace("+", "+\u200b"),  # a place to break a long sum
+                told["model"].replace("+", "+\u200b"),  # allows a line break in a long sum
                 exact(error["misfit_left_percent"], f"{where}.error.misfit_left_percent", 3),
                 exact(told["misfit"]["reduced"], f"{where}.misfit.reduced"),
                 exact(told["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
@@ -361,41 +376,42 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         "predictive score",
     )
     caption = (
-        "The error of every rung, and the Allan deviation of the first and the last model. Predictive score: loss on "
-        "unseen data, left out of the fit in turn (nats a bin above the saturated model)."
+        "The errors of each step, and the Allan deviation of the first and the last model. Predictive score: loss on data "
+        "that were left out of the fit in turn, in nats per bin above the saturated model."
     )
     return [
-        Heading("The ladder"),
+        Heading("Stepwise model building"),
         Table(head, tuple(rows), (2, 3, 4, 5, 6, 7)),
-        Picture(_bare(plot_study(entry.study)), caption, "ladder", 5.4, 12.8),
+        Picture(_without_title(plot_study(entry.study)), caption, "ladder", 5.4, 12.8),
     ]
 
 
 def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    """Section on what the last model does not explain, and on alternatives that the record cannot exclude."""
     study, check = entry.study, entry.study.check
     out: list[Block] = []
     if study.undecided is not None:
         said = tidy(undecided_sentence(study.fit, study.undecided))
-        out = [Heading("What is not decided"), Paragraph(f"{said[0].upper()}{said[1:]}.")]
-    out.append(Heading("What is left unexplained"))
+        out = [Heading("Undecided alternatives"), Paragraph(f"{said[0].upper()}{said[1:]}.")]
+    out.append(Heading("Unexplained misfit"))
     if study.adequate:
         out.append(
             Paragraph(
-                "Nothing significant: neither the whole curve nor any effect speaks against the last model."
+                "No significant misfit remains, and no significant effect is missing from the last model."
             )
         )
         return out
     why = {
-        "nothing helps": "No further effect of the catalogue helps without predicting unseen data worse.",
-        "within tolerance": "The ladder ended at the tolerance that was asked for.",
-        "limit": "The limit of steps was reached: further effects were not examined.",
-        "time": "The time limit was reached: further effects were not examined.",
-        "interrupted": "The search was interrupted: further effects were not examined.",
+        "nothing helps": "No further effect of the catalog helps without worse predictions of unseen data.",
+        "within tolerance": "Model building ended at the requested tolerance.",
+        "limit": "The maximum number of steps was reached, so further effects were not tested.",
+        "time": "The time limit was reached, so further effects were not tested.",
+        "interrupted": "The search was interrupted, so further effects were not tested.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
     out += _where(check)
     out += [Paragraph(f"{doubt[0].upper()}{doubt[1:]}.") for doubt in study.doubts]
     if check.significant and len(study.ladder) > 1:
-        out.append(Heading("Candidates that did not help", 4))
+        out.append(Heading("Tested effects that did not help", 4))
         out += _cards(check, document["left"]["suggestions"], f"{at}left.suggestions")
     return out

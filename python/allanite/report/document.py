@@ -1,4 +1,4 @@
-"""What a report is about: of each column its deviation, the criticism of the first model, and the ladder."""
+"""The report object: for each column its deviation, the check of the first model, and the stepwise model building."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Entry:
     Attributes
     ----------
     study : Study
-        The ladder; its last check says what is left.
+        Result of the stepwise model building, with the check of the last model.
     first : Check
-        Criticism of the model at the foot of the ladder.
+        Check of the first model.
     deviation : Deviation
-        Overlapping Allan deviation with the intervals that need no model.
+        Overlapping Allan deviation with intervals that do not depend on a model.
     """
 
     study: Study
@@ -47,14 +47,14 @@ class Entry:
 
     @property
     def recording(self) -> Recording:
-        """The column."""
+        """Recording of the column."""
         return self.study.recording
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/report/1``: the documents of adev, check, improve and fit, in one.
+        """JSON document ``allanite/report/1``, which combines the documents of adev, check, improve and fit.
 
-        ``adev`` is that of ``adev --json``; ``check`` that of the first model; ``improve`` the ladder; ``fit`` the
-        last model; ``left`` what its own check still finds.
+        ``adev`` is the document of ``adev --json``, ``check`` that of the first model, ``improve`` that of the stepwise
+        model building, and ``fit`` that of the last model. ``left`` holds the findings of the last check.
         """
         last = self.study.check
         return {
@@ -73,26 +73,26 @@ class Entry:
         }
 
     def __repr__(self) -> str:
-        return f"Entry({self.recording!r}, {len(self.study.ladder)} rungs)"
+        return f"Entry({self.recording!r}, {len(self.study.ladder)} steps)"
 
 
 def _bare(document: dict[str, Any]) -> dict[str, Any]:
-    """A document without the head that the report says once."""
+    """The document without the fields that the report contains only once."""
     return {k: v for k, v in document.items() if k not in ("version", "recording")}
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Report:
-    """The analysis of one or more columns, ready to be handed on.
+    """Report on the analysis of one or more columns.
 
     Attributes
     ----------
     entries : tuple of Entry
-        One a column.
+        One per column.
     options : mapping of str to str
-        What was asked for, as it is printed under "how it was computed".
+        Options of the analysis, as printed in the last section.
     axes : Characterization, optional
-        All columns at once: told first, if there are several.
+        Analysis of all axes together, shown first if there are several columns.
 
     Examples
     --------
@@ -109,7 +109,7 @@ class Report:
     axes: Characterization | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/report/1``, or its columns in a list if there are several."""
+        """JSON document ``allanite/report/1``; several columns are combined in a list."""
         documents = [{**e.to_dict(), "options": dict(self.options)} for e in self.entries]
         if len(documents) == 1:
             return documents[0]
@@ -117,33 +117,33 @@ class Report:
         return {"schema": "allanite/report/1", "columns": documents, **common}
 
     def to_html(self, interactive: bool = False) -> str:
-        """One page with everything inside: figures as SVG, light and dark, nothing fetched.
+        """The report as one self-contained HTML page, with figures as SVG in light and dark colors.
 
         Parameters
         ----------
         interactive : bool
-            Embed plotly once and let figures be zoomed and read off; needs plotly.
+            Embed plotly, so that figures can be zoomed and values read; needs plotly.
         """
         from allanite.report.html import page
 
         return page(self, interactive)
 
     def to_markdown(self, figures: str | None = None) -> str:
-        """The same words and tables in Markdown.
+        """The report as Markdown, with the same text and tables.
 
         Parameters
         ----------
         figures : str, optional
-            Folder, as a link from the file, in which `save` puts the figures; none are shown without it.
+            Folder of the figures, as a link from the file. Without it no figures are shown.
         """
         from allanite.report.markdown import text
 
         return text(self, figures)
 
     def save(self, path: str | Path, interactive: bool = False) -> Path:
-        """Write HTML or Markdown, by the suffix of `path`; `interactive` as of `to_html`.
+        """Write HTML or Markdown, according to the suffix of `path`; `interactive` as for `to_html`.
 
-        The figures of a Markdown file are put beside it, in a folder of its name ending in ``_figures``.
+        The figures of a Markdown file are written to a folder next to it, whose name ends in ``_figures``.
 
         Raises
         ------
@@ -178,7 +178,7 @@ class Report:
 
 
 def kind_of(path: Path) -> str:
-    """``html`` or ``markdown``, by the suffix.
+    """Format of a report, ``html`` or ``markdown``, from the suffix of its path.
 
     Raises
     ------
@@ -197,18 +197,18 @@ def make_report(
     on_progress: Callable[[int, int], None] | None = None,
     options: Mapping[str, str] | None = None,
 ) -> Report:
-    """Measure, fit, criticise and improve every column of a recording.
+    """Report on every column of a recording: deviation, fit, check, and stepwise model building.
 
     Parameters
     ----------
     recording : Recording
         One or more columns.
     model : Model, Effect or str
-        Where the ladder starts.
+        Model of the first step.
     on_progress : callable, optional
-        Called with (rungs done, most rungs) of each column, several at a time.
+        Called with (steps done, maximum number of steps) of each column, for several columns in parallel.
     options : mapping of str to str, optional
-        What was asked for, to be printed.
+        Options to be printed in the report.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def make_report(
     InputError
         Samples that cannot be fitted.
     TooShortError
-        Too few of them.
+        Too few samples.
 
     Examples
     --------
@@ -241,7 +241,7 @@ def make_report(
 
 
 def report_of(found: Characterization, options: Mapping[str, str] | None = None) -> Report:
-    """The report on a characterised sensor: all axes at once, then each by itself."""
+    """Report on a characterized sensor: all axes together, then each axis."""
     from allanite.common.threads import results_or_raise, side_by_side
 
     tasks = [partial(_entry, study) for study in found.studies.values()]
@@ -251,9 +251,10 @@ def report_of(found: Characterization, options: Mapping[str, str] | None = None)
 
 
 def _entry(study: Study) -> Entry:
+    """Entry of one column, with the check of its first model and its deviation."""
     from allanite.deviation import oadev
 
-    # Of a ladder of one rung the last check is the first.
+    # With a single step, the last check is also that of the first model.
     alone = len(study.ladder) == 1
     first = study.check if alone else study.ladder[0].fit.check()
     return Entry(study, first, oadev(study.recording))

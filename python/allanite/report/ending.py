@@ -1,4 +1,4 @@
-"""How a report was computed, and its numbers in full."""
+"""Last sections of a report: version, options and method, and the table of the Allan deviation."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 __all__ = ["computed", "curve_table"]
 
 METHOD = (
-    "Coefficients are those of the Whittle likelihood of cosine ordinates in 24 cells a decade, each of up to eight bins, "
-    "with deterministic effects fitted by generalised least squares in the same ordinates. Model curves are those of the "
-    "discrete process, not of asymptotic lines. p-values account for the number of shapes, frequencies, times and "
-    "effects searched; a check raises a false alarm in about 1 % of records. Statistical significance is not size: both "
-    "are given throughout."
+    "Coefficients maximize the Whittle likelihood of cosine-transform ordinates in 24 cells per decade, each of up to "
+    "eight bins. Deterministic effects are fitted by generalized least squares in the same ordinates. Model curves are "
+    "those of the discrete process, not asymptotic lines. p-values account for the number of shapes, frequencies, times "
+    "and effects searched; the false-alarm probability of a check is about 1 % per record. A significant effect is not "
+    "always large, so the report gives significance and size."
 )
 
 
 def computed(report: Report) -> list[Block]:
-    """Version, options and method."""
+    """Section with version, options, method, and versions of the libraries."""
     import numpy as np
     import scipy
 
@@ -39,11 +39,11 @@ def computed(report: Report) -> list[Block]:
             f"Python {platform.python_version()}, NumPy {np.__version__}, SciPy {scipy.__version__}",
         )
     )
-    return [Heading("How it was computed"), Table((), tuple(rows))]
+    return [Heading("How this report was computed"), Table((), tuple(rows))]
 
 
 def curve_table(document: dict[str, Any], place: str) -> list[Block]:
-    """The overlapping Allan deviation, every point of it."""
+    """Section with all points of the overlapping Allan deviation."""
     at = f"{place}." if place else ""
     adev, unit = document["adev"], unit_text(document["recording"]["unit"])
     rows: list[tuple[Cell, ...]] = []
@@ -63,13 +63,14 @@ def curve_table(document: dict[str, Any], place: str) -> list[Block]:
                 )
             )
         )
-    head = ("τ (s)", "m", "terms", f"deviation ({unit})", "95 % low", "high", "edf")
-    words = "Overlapping Allan deviation. The interval needs no model: the noise is identified at each τ."
+    head = ("τ (s)", "m", "samples", f"deviation ({unit})", "95 % low", "high", "edf")
+    words = "Overlapping Allan deviation. The interval uses the noise type identified at each τ and needs no model."
     table = Table(head, tuple(rows), tuple(range(7)), small=True)
-    return [Heading("The curve in numbers"), Paragraph(words, "quiet"), table]
+    return [Heading("Allan deviation in numbers"), Paragraph(words, "quiet"), table]
 
 
 def _plain(value: float | None, place: str, form: str) -> Cell:
+    """Cell with a number in the given format ("count" for counts); a dash for None."""
     if value is None:
         return "–"
     if form == "count":

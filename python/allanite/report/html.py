@@ -1,4 +1,4 @@
-"""A report as one HTML page: nothing is fetched, nothing has to run, light and dark, ready to print."""
+"""Reports as one self-contained HTML page without scripts, in light and dark colors, ready to print."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 
 __all__ = ["blocks_html", "body", "page", "skeleton"]
 
-#: Only of a page that is the report's own: a notebook has sheets of its own.
+#: Print layout of a stand-alone page; not used inside a notebook, which has its own layout.
 SHEETS = (
     "<style>@page { size: A4; margin: 15mm 14mm 16mm; @bottom-right { content: counter(page) ' / ' counter(pages); "
     "font: 8pt sans-serif; color: #666; } }</style>"
 )
 
 
-#: Nothing is fetched, framed or sent, and no script runs but those whose digest is listed. Figures have styles of their
-#: own; plotly makes pictures to save from data: and blob:.
+#: Content security policy: nothing is fetched, framed or sent, and only scripts with a listed digest run. Figures need
+#: inline styles, and plotly saves pictures through data: and blob: addresses.
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'; "
     "script-src {scripts}"
@@ -49,7 +49,7 @@ POLICY = (
 
 
 def page(report: Report, interactive: bool = False) -> str:
-    """The whole page."""
+    """Complete HTML page of a report."""
     title = f"Noise report: {', '.join(column_title(e) for e in report.entries)}"
     plots = PlotlyFigures() if interactive else None
     content = _content(report, plots)
@@ -58,7 +58,7 @@ def page(report: Report, interactive: bool = False) -> str:
 
 
 def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'") -> str:
-    """A whole page with the style of reports around some content; `sources` lists the digests of its scripts."""
+    """Complete HTML page in the style of reports around `content`. `sources` lists the digests of its scripts."""
     policy = POLICY.format(scripts=sources)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -72,21 +72,23 @@ def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'
 
 
 def blocks_html(blocks: Sequence[Block]) -> str:
-    """HTML of some blocks."""
+    """HTML of blocks."""
     return "\n".join(_block(block, None) for block in blocks)
 
 
 def body(report: Report) -> str:
-    """The report inside another page, as a notebook shows it."""
+    """HTML of a report for embedding in another page, such as a notebook."""
     return f'{_style()}<div class="allanite"><main>{_content(report, None)}</main></div>'
 
 
 def _style() -> str:
+    """Style element of reports."""
     own = files(__package__).joinpath("style.css").read_text("utf-8")
     return f"<style>\n{own}{colors()}\n</style>"
 
 
 def _content(report: Report, plots: PlotlyFigures | None) -> str:
+    """HTML of all sections of a report."""
     documents = report.to_dict().get("columns") or [report.to_dict()]
     several = len(documents) > 1
     places = [f"columns.{i}" if several else "" for i in range(len(documents))]
@@ -119,6 +121,7 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
 
 
 def _block(block: Block, plots: PlotlyFigures | None) -> str:
+    """HTML of one block."""
     match block:
         case Heading():
             return f"<h{block.level}>{escape(block.text)}</h{block.level}>"
@@ -149,6 +152,8 @@ def _block(block: Block, plots: PlotlyFigures | None) -> str:
 
 
 def _table(table: Table) -> str:
+    """HTML of a table."""
+
     def row(cells: tuple[Cell, ...]) -> str:
         inside = [_cell(c) for c in cells]
         if not table.head:
@@ -168,13 +173,15 @@ def _table(table: Table) -> str:
 
 
 def _side(column: int, table: Table) -> str:
+    """Class attribute that right-aligns a column, or nothing."""
     return ' class="r"' if column in table.right else ""
 
 
 def _cell(cell: Cell) -> str:
+    """HTML of a cell."""
     if isinstance(cell, tuple):
         return "".join(_cell(part) for part in cell)
     if isinstance(cell, Number):
-        # The number itself, to copy or to check: its place in the JSON and all its digits.
+        # Add the full value and its path in the JSON document, so that it can be copied and checked.
         return f'<data value="{cell.value!r}" data-at="{cell.place}">{escape(cell.text)}</data>'
     return escape(cell)

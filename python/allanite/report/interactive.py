@@ -1,4 +1,4 @@
-"""Figures that can be zoomed and read off: plotly, embedded once, and each figure in both themes."""
+"""Interactive figures of a report: plotly, embedded once, and each figure in the light and the dark theme."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PlotlyFigures"]
 
-#: Pixels a page is wide at most.
+#: Maximum width of a page in pixels.
 WIDTH = 1000
 
 _DRAW = """
@@ -29,13 +29,13 @@ draw();
 
 
 class PlotlyFigures:
-    """Gathers the figures of a page while it is written."""
+    """Collector of the figures of a page while the page is written."""
 
     def __init__(self) -> None:
         self.documents: list[str] = []
 
     def place(self, figure: Figure, shape: float) -> str:
-        """The element that shows a figure; `shape` is its height over its width."""
+        """HTML element that shows a figure; `shape` is the ratio of its height to its width."""
         both = [_sized(figure.to_plotly(theme)) for theme in ("light", "dark")]
         text = json.dumps(both, allow_nan=False).replace("<", "\\u003c")
         name = f"figure-{len(self.documents)}"
@@ -44,28 +44,29 @@ class PlotlyFigures:
         return f'<div class="plot" data-figure="{name}" style="height: {pixels}px"></div>'
 
     def scripts(self) -> str:
-        """Plotly itself, the figures and what draws them."""
+        """Script elements: plotly, the figures, and the program that draws them."""
         library, draw = (f"<script>{text}</script>" for text in _programs())
         return "\n".join([library, *self.documents, f"{draw}\n"])
 
     def sources(self) -> str:
-        """Sources of scripts for a Content-Security-Policy: the digests of the two programs of `scripts`."""
+        """Digests of the two programs of `scripts`, as sources for a content security policy."""
         return " ".join(f"'sha256-{_digest(text)}'" for text in _programs())
 
 
 def _programs() -> tuple[str, str]:
-    """Return plotly and the program that draws with it, as the browser reads them: a digest is of those bytes."""
+    """The source of plotly and of the drawing program, with the line ends that browsers use to compute digests."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n"), _DRAW
 
 
 def _digest(text: str) -> str:
+    """SHA-256 digest in base64."""
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
 def _sized(document: dict[str, Any]) -> dict[str, Any]:
-    """Let the container set the size; drop the title margin."""
+    """The figure without a fixed size, title, and title margin, so that it fills its container."""
     layout = {k: v for k, v in document["layout"].items() if k not in ("width", "height", "title")}
     layout["margin"] = {**layout.get("margin", {}), "t": 44}
     return {"data": document["data"], "layout": layout}

@@ -1,4 +1,4 @@
-"""A report as Markdown: the same words and tables, figures as files beside it."""
+"""Reports as Markdown, with figures in separate files."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = ["text", "write_figures"]
 
 
 def text(report: Report, figures: str | None = None) -> str:
-    """The file; `figures` is the folder of the figures, as a link."""
+    """Markdown text of a report; `figures` is the folder of the figures, as a link."""
     one = len(report.entries) == 1
     out = [f"# {_escape(column_title(report.entries[0]))}" if one else "# Noise report"]
     out.append(f"Noise report · allanite {_kernels.version()}")
@@ -46,7 +46,7 @@ def text(report: Report, figures: str | None = None) -> str:
 
 
 def write_figures(report: Report, folder: Path) -> None:
-    """Write every figure of the report as SVG; a folder that was not there before stays only with all of them."""
+    """Write all figures of a report as SVG. A new folder is removed again if a figure cannot be written."""
     from allanite.plots.matplotlib_painter import render
 
     new = not folder.exists()
@@ -65,8 +65,8 @@ def write_figures(report: Report, folder: Path) -> None:
 
 
 def _columns(report: Report) -> list[tuple[str, list[Block]]]:
+    """Name and blocks of each column; the blocks on all axes together come first, without a name."""
     documents = report.to_dict().get("columns") or [report.to_dict()]
-    # What is said of all axes stands under no column's name.
     axes = report.axes if len(documents) > 1 else None
     first: list[tuple[str, list[Block]]] = [] if axes is None else [("", overview(axes))]
     return first + [
@@ -76,10 +76,12 @@ def _columns(report: Report) -> list[tuple[str, list[Block]]]:
 
 
 def _file(column: str, picture: Picture) -> str:
+    """File name of a figure."""
     return f"{file_name(column)}-{picture.name}.svg" if column else f"{picture.name}.svg"
 
 
 def _block(block: Block, column: str, figures: str | None) -> str:
+    """Markdown of one block."""
     match block:
         case Heading():
             return f"{'#' * block.level} {_escape(block.text)}"
@@ -103,6 +105,7 @@ def _block(block: Block, column: str, figures: str | None) -> str:
 
 
 def _table(table: Table) -> str:
+    """Markdown of a table."""
     if not table.head:
         return "\n".join(f"* {_cell(a)}: {_cell(b)}" for a, b in table.rows)
     rule = ["---:" if i in table.right else "---" for i in range(len(table.head))]
@@ -111,13 +114,14 @@ def _table(table: Table) -> str:
 
 
 def _cell(cell: Cell) -> str:
+    """Markdown of a cell."""
     if isinstance(cell, tuple):
         return "".join(_cell(part) for part in cell)
     return _escape(cell.text if isinstance(cell, Number) else cell)
 
 
 def _escape(words: str) -> str:
-    """Signs that Markdown would take as its own."""
+    """Text with Markdown's special characters escaped, on one line."""
     for sign in "\\`*_<>|[]#&$~":
         words = words.replace(sign, f"\\{sign}")
     return words.replace("\n", " ")

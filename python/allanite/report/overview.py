@@ -1,4 +1,4 @@
-"""All axes at once: the first part of a report on several columns."""
+"""First section of a report on several columns: all axes together."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["overview"]
 
 
 def overview(found: Characterization) -> list[Block]:
-    """A table a sensor, what its axes have in common, all curves in one figure, and remarks."""
+    """Section on all axes: a table per sensor, the common model, effects seen by several axes, a figure, and remarks."""
     out: list[Block] = [Heading("All axes", 2)]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}
@@ -35,10 +35,10 @@ def overview(found: Characterization) -> list[Block]:
         out.append(Paragraph(f"{told}.", "quiet"))
     seen = tuple(seen_by_several(found.common))
     if seen:
-        out.append(Heading("Seen by several axes"))
+        out.append(Heading("Effects found on several axes"))
         out.append(Bullets(seen))
     figure = replace(found.plot(), title="", subtitle="")
-    caption = "Allan deviation of every axis: measured, with 95 % intervals, and its last model."
+    caption = "Measured Allan deviation of every axis with 95 % intervals, and the last model of each axis."
     if any(study.fit.data.missing is not None for study in found.studies.values()):
         caption += f" {COMPLETED}"
     out.append(Picture(figure, caption, "axes", 5.4))
@@ -49,4 +49,5 @@ def overview(found: Characterization) -> list[Block]:
 
 
 def _sentence(text: str) -> str:
+    """The text as a sentence: with a capital letter and a full stop."""
     return text[0].upper() + text[1:] + ("" if text.endswith(".") else ".")

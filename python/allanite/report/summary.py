@@ -1,4 +1,4 @@
-"""The first page of a report: what was recorded, the verdict and the filter values of every axis, and the next step."""
+"""First page of a report: the test, the verdict and filter values of every axis, and the next step."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 __all__ = ["GIVEN", "summary"]
 
-#: What a log rarely says: told by whoever makes the report.
+#: Facts that a log rarely contains; the user gives them when making the report.
 GIVEN = ("sensor", "serial number", "date")
-#: Units of temperatures, as they are printed.
+#: Printed form of temperature units.
 TEMPERATURE = {"degC": "°C", "degF": "°F", "K": "K"}
-#: Coefficients that filters take.
+#: Coefficients that navigation filters use.
 COEFFICIENTS = ("N", "B", "K")
 
 
 def summary(report: Report) -> list[Block]:
-    """Sensor, serial number, date, temperature and duration; verdict and filter values of every axis; the next step."""
+    """Blocks of the first page: sensor, serial number, date, temperature, duration, verdicts, filter values, next step."""
     first = report.entries[0].recording
     rows: list[tuple[Cell, ...]] = [
         (name, report.options.get(name, "not stated")) for name in GIVEN
@@ -53,7 +53,7 @@ def summary(report: Report) -> list[Block]:
 
 
 def _temperature(recording: Recording) -> str:
-    """Mean and range of the logged temperature."""
+    """Mean and range of the logged temperature as text, or "not logged"."""
     for name, column in recording.covariates.items():
         unit = recording.covariate_units.get(name, "")
         values = np.asarray(column, dtype=float)
@@ -66,7 +66,7 @@ def _temperature(recording: Recording) -> str:
 
 
 def _axis(entry: Entry) -> tuple[str, ...]:
-    """Name, verdict, N, B and K of an axis in the units of data sheets; – where the model has none."""
+    """Name, verdict, N, B and K of an axis in data-sheet units; a dash if the model lacks the effect."""
     fit, found = entry.study.fit, {}
     known = {effect.kind: name for name, effect in standard().items()}
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
@@ -85,7 +85,7 @@ def _axis(entry: Entry) -> tuple[str, ...]:
 
 
 def _next(report: Report) -> tuple[str, ...]:
-    """What to do now: use the values, or how to settle what is left on each axis."""
+    """Recommended actions: use the values, or how to clarify the misfit of each axis."""
     out = []
     for entry in report.entries:
         study, name = entry.study, entry.recording.columns[0]
@@ -97,16 +97,19 @@ def _next(report: Report) -> tuple[str, ...]:
                 f"{name}: {study.fit.display_name(s.effect)} may be missing. {_sentence(s.check_by)}"
             )
         else:
-            left = study.left[0] if study.left else "the misfit has no known cause"
-            out.append(f"{name}: {tidy(left)}. Repeat the record, or look at this part of it.")
+            left = study.left[0] if study.left else "the cause of the misfit is unknown"
+            out.append(
+                f"{name}: {tidy(left)}. Repeat the measurement, or examine this part of the record."
+            )
     if len(out) < len(report.entries):
         log = Path(report.entries[0].recording.path or "LOG").name
         which = "the adequate axes" if out else "every axis"
         out.append(
-            f"Use the values of {which}: allanite characterize {log} writes the file of a filter."
+            f"Use the values of {which}: allanite characterize {log} writes a filter configuration file."
         )
     return tuple(out)
 
 
 def _sentence(text: str) -> str:
+    """The text as a sentence: with a capital letter and a full stop."""
     return f"{text[:1].upper()}{text[1:].rstrip('.')}."

@@ -1,6 +1,6 @@
-"""A figure as SVG inside a page: small, quickly drawn, in colors of the page's style for light and dark.
+"""Figures as compact SVG inside a page, in the page's light and dark colors.
 
-Every mark has the class of its role, whose color the style sheet gives (`colors`). A hundred pixels are an inch.
+Every mark has the class of its role, whose color the style sheet defines (`colors`). One inch is 100 pixels.
 """
 
 from __future__ import annotations
@@ -35,23 +35,23 @@ if TYPE_CHECKING:
 
 __all__ = ["colors", "inline"]
 
-#: Pixels of a letter of the labels, on average, and between lines of text.
+#: Average width of a letter of the labels, and distance of text lines, in pixels.
 LETTER, LINE = 6.3, 14
-#: Room left of a panel for ticks and the name of an axis, between rows and above a panel with a title, px.
+#: Margins in pixels: left of a panel, above a panel without and with a title, and below a panel with an x axis.
 LEFT, GAP, TITLE, BELOW = 66, 14, 24, 42
-#: Room at the right of a map for the bar of its colors, px.
+#: Margin right of a map for its color bar, in pixels.
 BAR = 84
 DASHES = {"solid": "", "dash": ' stroke-dasharray="6 4"', "dot": ' stroke-dasharray="1.5 3"'}
-#: Pixels by which a line may miss points that are left out.
+#: Largest distance in pixels between a simplified line and the points that it omits.
 FLAT = 0.2
-#: Shades of each half of a map.
+#: Number of shades in each half of the color scale of a map.
 SHADES = 12
-#: Part of an axis near its ends where the words of a shaded range stand to one side of it.
+#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
 EDGE = 0.15
 
 
 def colors() -> str:
-    """The rules of a style sheet that give every role its color, for light and dark."""
+    """Style-sheet rules that define the color of every role, for the light and the dark theme."""
     light, dark = theme_of("light"), theme_of("dark")
     pairs = {role: (light.roles[role], dark.roles[role]) for role in light.roles}
     pairs |= {"faint": (light.faint, dark.faint), "grid": (light.grid, dark.grid)}
@@ -67,7 +67,7 @@ def colors() -> str:
 
 
 def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
-    """The ``<svg>`` element of a figure of `size` inches, which the page scales."""
+    """The ``<svg>`` element of a figure with a size in inches; the page scales it."""
     width, height = (100.0 * inches for inches in size)
     legend, used = _legend(figure, width)
     parts = []
@@ -81,7 +81,7 @@ def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
 
 
 def _left(panel: Panel) -> float:
-    """Room for the texts left of a panel."""
+    """Width in pixels of the texts left of a panel."""
     texts = [line for _, text in panel.y.ticks for line in text.split("\n")]
     longest = max(map(len, texts), default=0) if panel.show_y else 0
     return max(LEFT if panel.y.label else 0.0, 10 + LETTER * longest) if panel.show_y else 12.0
@@ -90,7 +90,7 @@ def _left(panel: Panel) -> float:
 def _boxes(
     figure: Figure, width: float, height: float
 ) -> list[tuple[Panel, tuple[float, float, float, float]]]:
-    """Each panel with its left, top, width and height."""
+    """Each panel with its left, top, width and height in pixels."""
     columns, rows = len(figure.widths), len(figure.heights)
     left = [
         max((_left(p) for p in figure.panels if p.column == i), default=0) for i in range(columns)
@@ -123,7 +123,7 @@ def _boxes(
 
 
 class _Scale:
-    """From values of an axis to pixels."""
+    """Conversion of axis values to pixels."""
 
     def __init__(self, axis: Axis, size: float, upright: bool) -> None:
         self.log, self.size = axis.log, size
@@ -136,21 +136,24 @@ class _Scale:
         if self.log:
             v = np.log10(np.maximum(v, 1e-300))
         part = (v - self.low) / (self.high - self.low)
-        # What lies far outside would only make long numbers.
+        # Values far outside the axis would only produce long numbers.
         part = np.clip(part, -3.0, 4.0)
         return self.size * (1.0 - part if self.flip else part)
 
 
 def _n(value: float) -> str:
+    """Number with one decimal, without a trailing zero."""
     return f"{value:.1f}".removesuffix(".0")
 
 
 def _text(x: float, y: float, words: str, anchor: str = "start", more: str = "") -> str:
+    """Text element."""
     side = "" if anchor == "start" else f' text-anchor="{anchor}"'
     return f'<text x="{_n(x)}" y="{_n(y)}"{side}{more}>{escape(words, quote=False)}</text>'
 
 
 def _panel(panel: Panel, left: float, top: float, width: float, height: float) -> str:
+    """Elements of one panel."""
     x, y = _Scale(panel.x, width, upright=False), _Scale(panel.y, height, upright=True)
     grid = _grid(panel, x, y, width, height)
     marks = "".join(_mark(mark, x, y, width, height) for mark in sorted(panel.marks, key=_depth))
@@ -162,6 +165,7 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float) -
 
 
 def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
+    """Path of the grid lines."""
     if not panel.grid:
         return ""
     lines = [f"M{_n(float(x(v)))} 0V{_n(height)}" for v, _ in panel.x.ticks]
@@ -171,6 +175,7 @@ def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
 
 
 def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
+    """Ticks, tick texts, axis labels, and title of a panel."""
     out = []
     ticks = "".join(f"M{_n(float(x(v)))} {_n(height)}v4" for v, _ in panel.x.ticks)
     if not panel.find(Bars):
@@ -193,7 +198,7 @@ def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
 
 
 def _bar(panel: Panel, width: float, height: float) -> str:
-    """The bar beside a map that says what its colors mean."""
+    """Color bar of a map; empty without a map."""
     found = panel.find(HeatMap)
     if not found:
         return ""
@@ -214,11 +219,13 @@ def _bar(panel: Panel, width: float, height: float) -> str:
 
 
 def _depth(mark: Mark) -> int:
+    """Drawing order of a mark: lower numbers are drawn first."""
     order = (HeatMap, Span, Band, Rule, Line, Bars, Points, Note)
     return next(i for i, kind in enumerate(order) if isinstance(mark, kind))
 
 
 def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
+    """Elements of one mark."""
     match mark:
         case Line():
             return _stroke(mark.color, _path(*_simple(x(mark.x), y(mark.y))), mark.width, mark.dash)
@@ -242,12 +249,13 @@ def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
 
 
 def _stroke(role: str, way: str, width: float, dash: str = "solid", more: str = "") -> str:
+    """Path element that strokes `way` in the color of a role."""
     style = f'stroke="currentColor" stroke-width="{width:g}" fill="none"{DASHES[dash]}{more}'
     return f'<path class="k-{role}" {style} d="{way}"/>'
 
 
 def _simple(x: Array, y: Array) -> tuple[Array, Array]:
-    """A line without the points that lie within `FLAT` pixels of it (Ramer 1972; Douglas and Peucker 1973)."""
+    """A line without the points that are within `FLAT` pixels of it (Ramer 1972; Douglas and Peucker 1973)."""
     if x.size < 3 or not (np.isfinite(x).all() and np.isfinite(y).all()):
         return x, y
     kept = np.zeros(x.size, dtype=bool)
@@ -270,7 +278,7 @@ def _simple(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _path(x: Array, y: Array, unit: float = 0.1) -> str:
-    """A line through points in steps of `unit` pixels, broken where there is none."""
+    """Path through points rounded to `unit` pixels, interrupted at points that are not finite."""
     out: list[str] = []
     last = None
     for a, b in zip(x, y, strict=True):
@@ -294,6 +302,7 @@ def _short(text: str) -> str:
 
 
 def _area(band: Band, x: _Scale, y: _Scale) -> str:
+    """Path around the area of a band, one closed piece per gap-free range."""
     there = np.isfinite(band.low) & np.isfinite(band.high)
     out = []
     for piece in np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1):
@@ -308,6 +317,7 @@ def _area(band: Band, x: _Scale, y: _Scale) -> str:
 
 
 def _points(mark: Points, x: _Scale, y: _Scale) -> str:
+    """Markers with their error bars."""
     a, b = x(mark.x), y(mark.y)
     kept = np.isfinite(a) & np.isfinite(b) & np.isfinite(mark.y)
     out = ""
@@ -323,6 +333,7 @@ def _points(mark: Points, x: _Scale, y: _Scale) -> str:
 
 
 def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
+    """Shaded range with its text."""
     low, high = sorted(float(x(v)) for v in (mark.low, mark.high))
     out = (
         f'<rect class="k-{mark.color}" x="{_n(low)}" width="{_n(max(high - low, 1.0))}" height="{_n(height)}" '
@@ -337,6 +348,7 @@ def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
 
 
 def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
+    """Bars with their texts."""
     out, zero = [], float(x(0.0))
     half = abs(float(y(1.0)) - float(y(0.0))) / 4
     for i, (value, text, role) in enumerate(
@@ -352,7 +364,7 @@ def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
 
 
 def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
-    """The cells of each shade as one path, and a frame around marked ones."""
+    """Cells of a map, one path per shade, and frames around marked cells."""
     across, down = x(mark.x_edges), y(mark.y_edges)
     shades: dict[tuple[str, int], list[str]] = {}
     frames = []
@@ -375,7 +387,7 @@ def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
 
 
 def _legend(figure: Figure, width: float) -> tuple[str, float]:
-    """One legend for all panels, in lines that fit, and the height that it takes."""
+    """Legend of all panels, wrapped to the width, and its height in pixels."""
     out, x, y = [], 14.0, 14.0
     for mark in figure.legend():
         label = label_of(mark)
@@ -390,6 +402,7 @@ def _legend(figure: Figure, width: float) -> tuple[str, float]:
 
 
 def _handle(mark: Mark) -> str:
+    """Symbol of a mark in the legend."""
     if isinstance(mark, Band | Span):
         return f'<rect class="k-{mark.color}" y="-5" width="18" height="10" fill="currentColor" fill-opacity=".3"/>'
     if isinstance(mark, Points):

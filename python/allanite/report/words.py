@@ -1,4 +1,4 @@
-"""Sentences and tables of a report, made from the JSON document so that both always agree."""
+"""Text and table cells of a report, generated from the JSON document so that both always agree."""
 
 from __future__ import annotations
 
@@ -28,36 +28,37 @@ __all__ = [
 ]
 
 
-#: Of a figure of a fit with missing samples: a table of the terms that exist, as `adev` prints, is another curve.
+#: Note for figures of fits with missing samples, whose points differ from the table that `adev` prints.
 COMPLETED = (
-    "Samples are missing: the points are of the record completed under the model, while the plain Allan deviation has only "
-    "the terms whose samples are all there."
+    "Samples are missing: the points belong to the record completed under the model, while the plain Allan deviation uses "
+    "only complete samples."
 )
 
-#: Below this a number is written with a power of ten.
+#: Numbers below this are written with a power of ten.
 SMALL = 1e-4
 
 
 def exact(value: float | None, place: str, figures: int = 3) -> Cell:
-    """A number of the document in a few figures; a dash for null."""
+    """A number of the document with a few digits; a dash for None."""
     return "–" if value is None else Number(number(value, figures), float(value), place)
 
 
 def many(value: float) -> str:
-    """A count with its thousands apart."""
+    """A count with thousands separated."""
     return f"{value:,.0f}".replace(",", "\u202f")
 
 
 def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
-    """Numbers with two figures of what is uncertain about them, and two of their own: 3.0999 … 3.1002."""
+    """Numbers with two digits of their uncertainty `spread` and at least two digits of their own: 3.0999 … 3.1002."""
     if not (math.isfinite(spread) and spread > 0):
         return tuple(number(v, 4) for v in values)
-    # 9.949·10⁻⁵ … 0.00010015 is two notations of one thing.
+    # Use one notation for all: 9.949·10⁻⁵ … 0.00010015 would mix two.
     power = any(v and math.isfinite(v) and abs(v) < SMALL for v in values)
     return tuple(_resolved(v, math.floor(math.log10(spread)), power) for v in values)
 
 
 def _resolved(value: float, last: int, power: bool) -> str:
+    """A number rounded to one digit beyond the decimal place 10^`last`; with a power of ten if `power`."""
     if value == 0 or not math.isfinite(value):
         return number(value)
     first = math.floor(math.log10(abs(value)))
@@ -68,22 +69,22 @@ def _resolved(value: float, last: int, power: bool) -> str:
 
 
 def parameter_text(name: str) -> str:
-    """The name of a parameter as it is printed; symbols stay."""
+    """Printed name of a parameter: short symbols unchanged, underscores of words as blanks."""
     return name if len(name) < 4 else name.replace("_", " ")
 
 
 def with_unit(unit: str | None) -> str:
-    """A unit as it is printed behind a number."""
+    """A unit with a leading blank, for printing after a number; empty for pure numbers."""
     return "" if unit in (None, "", "1") else f" {unit_text(str(unit))}"
 
 
 def seconds(value: float) -> str:
-    """A time in the unit in which it is read best."""
+    """A duration in the most readable unit."""
     return duration_text(value)
 
 
 def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]:
-    """(value, 95 % interval, unit) of a parameter of a fit's document."""
+    """Cells (value, 95 % interval, unit) of a parameter of a fit's JSON document."""
     found, interval = value.get("value"), value.get("interval")
     unit = unit_text(str(value.get("unit") or ""))
     unit = "" if unit == "1" else unit
@@ -113,7 +114,7 @@ def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]
 
 
 def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -> str:
-    """A parameter of an effect as a data sheet writes it, e.g. ``0.72 °/√h``; empty where it has no such unit."""
+    """A parameter in the unit of data sheets, e.g. ``0.72 °/√h``; empty if it has no such unit."""
     wanted = parameter.sheet.get(parse_unit(sensor).kind)
     found, interval = value.get("value"), value.get("interval")
     if wanted is None or not isinstance(found, float | int):
@@ -126,7 +127,7 @@ def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -
 
 
 def verdict(study: Any, check: Any) -> tuple[str, str]:
-    """(tone, sentences): whether the first model agrees by its `check`, what had to be added, how far the error fell."""
+    """Tone and sentences of the verdict: does the first model fit, what was added, how far did the errors fall."""
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
     added = _all_added(study)
@@ -138,42 +139,43 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
         return (
             "bad",
             (
-                f"{start} does not describe this record, and no effect of the catalogue makes it better. "
-                "What is left is said below, with its size."
+                f"{start} does not describe this record, and no effect of the catalog improves the model. "
+                "The unexplained misfit is listed below."
             ),
         )
     what = added[0] if len(added) == 1 else f"{', '.join(added[:-1])} and {added[-1]}"
-    # Where no view fails, the search for effects alone has found what is missing.
+    # An effect may be missing although no averaging time, frequency or time stands out.
     fails = f"{start} does not describe this record"
     if not check.left:
-        fails = f"No view speaks against {start}" + (
+        fails = f"{start} fails at no single τ, frequency or time" + (
             ", but an effect is significantly missing" if check.significant else ""
         )
     words = f"{fails}. Added: {what}. {_removed(study)}{_fall(first, last)}"
     if study.adequate:
-        return "good", f"{words} Nothing significant is left."
+        return "good", f"{words} No significant misfit remains."
     if study.verdict == "within tolerance":
         return "good", f"{words} The model is {study.ending}."
-    return "bad", f"{words} Something is left that no effect of the catalogue explains."
+    return "bad", f"{words} A misfit remains that no effect of the catalog explains."
 
 
 def _missing(study: Any) -> str:
+    """Why nothing was added to an adequate first model."""
     if study.verdict == "limited by quantization":
-        return "its samples take so few codes that nothing else can be judged"
+        return "the resolution is too coarse to judge anything else"
     return "nothing is significantly missing"
 
 
 def _removed(study: Any) -> str:
-    """What a later effect made needless."""
+    """Sentence on effects that were removed because later effects made them unnecessary; empty if none."""
     there = {effect.kind for effect in study.fit.model}
     gone = dict.fromkeys(kind for rung in study.ladder for kind in rung.removed)
     kinds = [kind for kind in gone if kind not in there]
     names = ", ".join(map(title_of, kinds))
-    return f"Made needless and taken out: {names}. " if names else ""
+    return f"Removed as no longer needed: {names}. " if names else ""
 
 
 def _all_added(study: Any) -> list[str]:
-    """Each effect with its numbers; several of a kind that are still there together, by their count."""
+    """Text of each added effect with its values; several effects of one kind are counted."""
     together: dict[str, list[tuple[Any, Any]]] = {}
     for rung in study.ladder[1:]:
         for effect in rung.new:
@@ -189,10 +191,11 @@ def _all_added(study: Any) -> list[str]:
 
 
 def _added(fit: Any, effect: Any) -> str:
+    """Name of an effect with its values in a fit."""
     kinds = [e.kind for e in fit.model.effects]
     if effect.kind not in kinds:
         return str(effect.title)
-    # The last of its kind: there may be several lines.
+    # Take the last effect of this kind, because there may be several.
     place = len(kinds) - 1 - kinds[::-1].index(effect.kind)
     numbers = values_text(fit.model.effects[place], fit.estimates[place])
     name = effect_text(fit, effect)
@@ -200,12 +203,13 @@ def _added(fit: Any, effect: Any) -> str:
 
 
 def _fall(first: Any, last: Any) -> str:
+    """Sentence on the errors of the first and the last model."""
     before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
     if before is None or after is None:
         return f"χ²/dof falls from {number(first.misfit.reduced)} to {number(last.misfit.reduced)}."
     chance = last.error.chance_rms_percent
     return (
-        f"The error of the Allan deviation goes from {number(before, 2)} % to {number(after, 2)} % rms "
+        f"The error of the Allan deviation changes from {number(before, 2)} % to {number(after, 2)} % rms "
         f"(expected scatter: about {number(chance, 2)} %), χ²/dof from "
         f"{number(first.misfit.reduced)} to {number(last.misfit.reduced)}."
     )

@@ -163,8 +163,8 @@ def test_page_stands_by_itself(page):
 
 
 def test_page_says_what_a_reader_asks(page):
-    for words in ("What was recorded", "Where N+K fails", "The ladder", "What is left unexplained",
-                  "How it was computed", "allanite 0.", "sinusoid", "°/√h", "to confirm"):  # fmt: skip
+    for words in ("Record", "Where N+K fails", "Stepwise model building", "Unexplained misfit",
+                  "How this report was computed", "allanite 0.", "sinusoid", "°/√h", "to confirm"):  # fmt: skip
         assert words in page, words
     assert "e-0" not in re.sub(r"<[^>]*>", "", page.split("</style>")[1])
 
@@ -173,13 +173,13 @@ def test_same_bytes_on_every_run(report, page):
     assert report.to_html() == page
 
 
-def test_adequate_model_has_one_rung():
+def test_adequate_model_has_one_step():
     recording = al.AngleRandomWalk(N=0.01).simulate(duration=300, rate=20, seed=1, unit="m/s^2")
     page = make_report(recording, "N").to_html()
     assert "N describes this record; nothing is significantly missing." in page
     assert "velocity random walk" in page
     assert "No effect was added" in page
-    assert "N against the record" in page
+    assert "N fits the record" in page
     assert "Where N fails" not in page
 
 
@@ -197,7 +197,7 @@ def test_markdown_and_its_figures(report, tmp_path):
         assert float(row.split("|")[4]) == pytest.approx(point["deviation"], rel=1e-4)
     assert "`" not in text
     assert report.to_markdown().count("![") == 0
-    assert "worst where the model is ×" in report.to_markdown()
+    assert "model/measured = " in report.to_markdown()
 
 
 def test_interactive_embeds_plotly_once(report, run, log, tmp_path):
@@ -237,7 +237,7 @@ def test_several_columns_and_logs(log, tmp_path, run):
     page = (tmp_path / "x.html").read_text(encoding="utf-8")
     assert_numbers_are_those_of(page, document, 60)
     assert page.count('id="column-') == 2
-    assert page.count("How it was computed") == 1
+    assert page.count("How this report was computed") == 1
 
 
 @pytest.mark.parametrize(
@@ -298,7 +298,7 @@ def test_the_first_page_says_what_who_and_what_next(log, run, tmp_path):
     told = ["--sensor", "ACME-3", "--serial", "0042", "--date", "2026-11-28"]
     code, _, err = run("report", log, "--model", "N+K", "--trim", ":200", *told, "-o", target)
     assert code == 0, err
-    first = target.read_text(encoding="utf-8").split("What was recorded")[0]
+    first = target.read_text(encoding="utf-8").split("<h3>Record</h3>")[0]
     shown = re.sub(r"<[^>]*>", " ", first.split("</style>")[-1])
     for words in ("ACME-3", "0042", "2026-11-28", "not logged", "3.33 min", "Verdict and filter values",
                   "gyro_x", "°/√h", "Next step", "allanite characterize"):  # fmt: skip

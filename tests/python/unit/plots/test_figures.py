@@ -34,7 +34,7 @@ def test_check_without_a_failure_shades_nothing():
     fit = al.fit_model(al.Recording(samples, rate=10.0, unit="deg/s"), "N")
     figure = plot_check(Check(fit, criticise(fit, whiten(fit.solution, fit.data)), ()))
     assert not any(panel.find(Span) for panel in figure.panels)
-    assert "Nothing is significantly missing" in figure.subtitle
+    assert "No effect is significantly missing" in figure.subtitle
 
 
 def test_study_shows_the_ladder_and_both_ends(study):
@@ -60,7 +60,7 @@ def test_study_shows_the_ladder_and_both_ends(study):
     ]
 
 
-def test_study_of_one_rung(fits, check):
+def test_study_of_one_step(fits, check):
     figure = plot_study(Study(fits[0].recording, (Rung(fits[0]),), check, "nothing helps"))
     assert figure.panels[0].find(Bars)[0].values.shape == (1,)
     assert "no effect added" in figure.subtitle
@@ -112,7 +112,7 @@ def test_time_map_places_each_cell(check):
     assert heat.values[1, 2] == pytest.approx(3.0)
     assert np.count_nonzero(heat.values) == 1
     assert np.argwhere(heat.marked).tolist() == [[1, 2]]
-    assert "1 cell beyond chance" in figure.subtitle
+    assert "1 significant cell" in figure.subtitle
     minutes = 60.0  # the record lasts 600 s
     assert [r.value * minutes for r in figure.panels[0].find(Rule)] == pytest.approx([20.0, 30.0])
 
