@@ -22,7 +22,7 @@ __all__ = ["explore", "open_page"]
 
 
 def open_page(sources: Sequence[Source]) -> Page:
-    """Make a page of some logs, not serving yet.
+    """A page for some logs, not yet being served.
 
     Raises
     ------
@@ -43,14 +43,14 @@ def open_page(sources: Sequence[Source]) -> Page:
 
 
 def explore(recording: Recording, *, open_browser: bool = True) -> Page:
-    """Open the page on a recording; it is served from a thread until closed.
+    """Open the page for a recording. A thread serves the page until it is closed.
 
     Parameters
     ----------
     recording : Recording
         Any number of columns.
     open_browser : bool
-        Whether a browser is started; the address is ``.url`` of what is returned.
+        True to start a browser. The address is the attribute ``url`` of the result.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What one browser tab works on: logs, a ladder for each column, one job at a time."""
+"""State of one browser tab: logs, the steps of each column, and one job at a time."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ START = "N+B+K"
 
 
 class Bench:
-    """State of one tab; every change is a new `Board`, so that undo is a step back in a list."""
+    """State of one tab. Every change creates a new `Board`, so that undo moves back in a list of boards."""
 
     def __init__(self, sources: Sequence[Source], number: int) -> None:
         self.sources = list(sources)
         self.number = number
         self.place_of_source: int | None = None
-        #: What was done to each log that was opened, by its place in the list.
+        #: Work on each opened log, by its place in the list.
         self.works: dict[int, Work] = {}
         self.problem: str | None = None
-        #: Whether the problem is that the log is mostly motion.
+        #: True if the problem is that the log is mostly motion.
         self.moving = False
         self.preview: Fit | None = None
-        #: Model discrepancy, %, below which a model is good enough; None to ask that it is adequate.
+        #: Model discrepancy in % below which a model is accepted; None to require an adequate model.
         self.tolerance: float | None = None
-        #: Unit in which the values are shown: that of data sheets, a chosen one, or None for the log's own.
+        #: Unit of the displayed values: that of data sheets, a chosen one, or None for that of the log.
         self.unit: str | None = SHEET
-        #: Recordings of other logs and a data sheet, only compared with.
+        #: Recordings of other logs and a data sheet for comparison.
         self.others: list[tuple[str, Recording]] = []
         self.sheet: DataSheet | None = None
-        #: A step that the one looked at is put beside.
+        #: Step with which the current step is compared.
         self.beside: Step | None = None
         self.job: Job | None = None
         self.version = 0
@@ -60,7 +60,7 @@ class Bench:
         self.lock = threading.RLock()
 
     def take_over(self, other: Bench) -> None:
-        """Begin with what another tab holds; from then on each goes its own way."""
+        """Copy the state of another tab; later changes do not affect the other tab."""
         with other.lock:
             self.sources = list(other.sources)
             self.works = {place: work.copied() for place, work in other.works.items()}
@@ -69,21 +69,27 @@ class Bench:
             self.others, self.sheet = list(other.others), other.sheet
         self.changed()
 
-    # -- what it is --------------------------------------------------------------------------------
+    # -- state -------------------------------------------------------------------------------------
 
     @property
     def source(self) -> Source | None:
-        """The log that is open, or that cannot be opened yet."""
+        """The selected log, opened or not; None if none is selected."""
         return None if self.place_of_source is None else self.sources[self.place_of_source]
 
     @property
     def now(self) -> Work | None:
-        """What was done to the open log; None while it is read."""
+        """Work on the open log; None while the log is being read."""
         return None if self.place_of_source is None else self.works.get(self.place_of_source)
 
     @property
     def work(self) -> Work:
-        """What was done to the open log."""
+        """Work on the open log.
+
+        Raises
+        ------
+        InputError
+            No log is open.
+        """
         found = self.now
         if found is None:
             raise InputError("No log is open: drop a file or choose one")
@@ -91,23 +97,29 @@ class Bench:
 
     @property
     def board(self) -> Board:
-        """The ladders now."""
+        """The current board."""
         found = self.now
         return Board((Ladder(),)) if found is None else found.board
 
     @property
     def column(self) -> int:
-        """The column that is looked at."""
+        """Index of the current column."""
         return self.board.column
 
     @property
     def ladder(self) -> Ladder:
-        """The ladder of the column that is looked at."""
+        """Steps of the current column."""
         return self.board.ladders[self.column]
 
     @property
     def step(self) -> Step:
-        """The step that is looked at."""
+        """The current step.
+
+        Raises
+        ------
+        InputError
+            Nothing is fitted yet.
+        """
         found = self.ladder.step
         if found is None:
             raise InputError("Nothing is fitted yet: open a log first")
@@ -115,30 +127,30 @@ class Bench:
 
     @property
     def other_step(self) -> Step | None:
-        """The step beside the one that is looked at, of the same ladder."""
+        """Step of the same column with which the current step is compared; None if there is none."""
         ladder = self.ladder
         there = self.beside in ladder.steps and self.beside is not ladder.step
         return self.beside if there else None
 
     @property
     def busy(self) -> bool:
-        """Whether a job is at work."""
+        """True while a job is running."""
         return self.job is not None and self.job.busy
 
     @property
     def log(self) -> Recording:
-        """The column that is looked at."""
+        """Recording of the current column."""
         return self.work.log(self.column)
 
     # -- work ----------------------------------------------------------------------------------------
 
     def run(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
-        """Start a job; one at a time. One that `follows` needs what is being looked for, and waits for it."""
+        """Start a job, one at a time. A job that `follows` waits for a running search, whose result it needs."""
         with self.lock:
             before = self.job if self.busy else None
             if before is not None:
                 if not before.gives_way:
-                    raise InputError(f"Still at work ({before.name}): wait, or cancel it")
+                    raise InputError(f"Still working ({before.name}): wait, or cancel it")
                 if not follows:
                     before.cancel()
 
@@ -154,26 +166,26 @@ class Bench:
             self.job.start()
 
     def changed(self) -> None:
-        """Have the browser look again."""
+        """Announce a change of the state to the browser."""
         with self.lock:
             self.version += 1
 
     @contextmanager
     def change(self, job: Job) -> Iterator[None]:
-        """Change the state as the result of a job, unless it was cancelled."""
+        """Change the state as the result of a job, unless the job was canceled."""
         with self.lock, job.undisturbed():
             yield
             self.version += 1
 
     def push(self, ladder: Ladder, column: int | None = None) -> None:
-        """Go on to a ladder; what was undone is forgotten."""
+        """Set the steps of a column (default: the current one) and drop undone changes."""
         with self.lock:
             self.work.push(self.column if column is None else column, ladder)
             self.preview = None
             self.version += 1
 
     def climb(self, job: Job, step: Step, column: int) -> None:
-        """Put a step on the ladder of a column."""
+        """Append a step to those of a column."""
         look(step.fit)
         with self.change(job):
             ladder = self.board.ladders[column]
@@ -182,20 +194,20 @@ class Bench:
             self.push(Ladder((*steps, step), len(steps)), column)
 
     def _keep(self, column: int, before: Step | None, after: Step) -> None:
-        """Put what leaves the model into the tray; what came back leaves that."""
+        """Put effects that leave the model into the tray, and remove effects that came back."""
         tray, there = self.work.tray[column], {e.kind for e in after.fit.model}
         gone = [] if before is None else [e for e in before.fit.model if e.kind not in there]
         kinds = there | {e.kind for e in gone}
         self.work.tray[column] = [*(e for e in tray if e.kind not in kinds), *gone]
 
     def within(self, step: Step) -> bool:
-        """Whether the model of a step is good enough, though it may not be adequate."""
+        """True if the model discrepancy of a step is below the tolerance."""
         return self.tolerance is not None and step.fit.discrepancy.percent < self.tolerance
 
     def finish(self, job: Job, step: Step) -> Check:
-        """The errors of a step, then what it lacks: shown as they come."""
+        """Compute the errors of a step, then its missing effects; each result is shown at once."""
         job.take_turn()
-        job.say(f"Looking for what {step.fit.model.name} lacks")
+        job.say(f"Searching for effects missing from {step.fit.model.name}")
         if step.error is None:
             found = step.fit.error
             with self.change(job):
@@ -205,13 +217,13 @@ class Bench:
             study = Study(step.fit.recording, (step.rung,), check, "nothing helps")
             if check.adequate:
                 job.say("Comparing alternative explanations")
-                _ = study.doubts  # kept by it
+                _ = study.doubts  # cached by the study
             with self.change(job):
                 step.study = study
         return step.study.check
 
     def rest(self, job: Job, step: Step) -> None:
-        """Find what a step lacks, unless something else is asked for."""
+        """Search for missing effects of a step; any action of the user interrupts this search."""
         job.gives_way = True
         self.finish(job, step)
 
@@ -224,7 +236,7 @@ class Bench:
         found: Recording | None = None,
         column: int | None = None,
     ) -> None:
-        """Read a log, or go back to it, and fit the first model to a column; None for the one last looked at."""
+        """Read a log, or return to it, and fit the first model to a column (None: the last viewed column)."""
         if not 0 <= place < len(self.sources):
             raise InputError(f"There is no log {place}")
         source = self.sources[place]
@@ -262,23 +274,24 @@ class Bench:
         if self.busy:
             self.cancel()
         with self.lock:
-            # What was doubted of the log as it was is not told with what begins now.
+            # An earlier problem does not apply to the new reading.
             self.problem = None
             self.version += 1
         self.run(f"Reading {source.name}", work)
 
     def _begin(self, job: Job, place: int, work: Work) -> None:
+        """Show a newly read log and audit its samples."""
         with self.change(job):
-            # The measured curve is shown while the samples are looked over and the model is fitted.
+            # The measured curve is shown while the samples are audited and the model is fitted.
             self.works[place] = work
-        job.say("Looking the samples over")
+        job.say("Checking the samples")
         with self.sources[place].shared.alone(lambda: job.progress(0, 0)):
-            _ = work.recording.audit  # kept by it, at hand for every request
+            _ = work.recording.audit  # cached by the recording
         with self.change(job):
             work.audited = True
 
     def take(self, part: Part) -> None:
-        """Analyse a part of the log; the models that were there are fitted to it."""
+        """Analyze a part of the log, starting from the current models."""
         found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:
@@ -287,10 +300,10 @@ class Bench:
 
         if self.busy:
             self.cancel()
-        self.run("Taking a part of the log", work)
+        self.run("Selecting a part of the log", work)
 
     def cut(self, job: Job, part: Part, found: Recording) -> None:
-        """Begin with a part of the log, at the column that is looked at."""
+        """Replace the analyzed part of the log; the current column stays."""
         before, place = self.work, self.place_of_source
         assert place is not None
         moved = (before.part[0] or (0.0,))[0] != (part[0] or (0.0,))[0]
@@ -299,13 +312,13 @@ class Bench:
         work.models = [None if s is None else kept(s.fit.model, moved) for s in steps]
         self._begin(job, place, work)
         with self.change(job):
-            # One part back can be undone: more would keep a copy of the log each.
+            # Undo reaches back one part only, because each part keeps a copy of the log.
             work.before, before.before = before, None
             self.work.look(before.board.column)
             self.preview = None
 
     def choose(self, column: int) -> None:
-        """Go to another column: a ladder of its own."""
+        """Show another column, which has its own steps."""
         if not 0 <= column < len(self.board.ladders) or self.now is None:
             raise InputError(f"There is no column {column}")
         with self.lock:
@@ -313,19 +326,19 @@ class Bench:
             self.preview = None
             self.version += 1
         if self.busy and self.job is not None and not self.job.gives_way:
-            return  # what was ordered goes on, and is seen when it is done
+            return  # a job started by the user continues
         self.run(
             f"Fitting {self.work.recording.columns[column]}", lambda job: self._first(job, column)
         )
 
     def _first(self, job: Job, column: int) -> Step:
-        """The first model of a column, and what it lacks."""
+        """Fit the first model of a column and search for its missing effects; return the step."""
         step = self.start(job, column)
         self.rest(job, step)
         return step
 
     def start(self, job: Job, column: int) -> Step:
-        """The first model of a column, if it has none."""
+        """The current step of a column; fits the first model if the column has none."""
         known = self.board.ladders[column].step
         if known is not None:
             return known
@@ -339,13 +352,13 @@ class Bench:
         return step
 
     def recheck(self) -> None:
-        """Make a check that was cancelled before it was done."""
+        """Repeat the search for missing effects if it was canceled."""
         step = self.ladder.step
         if step is not None and step.check is None and not self.busy:
-            self.run("Looking for what is missing", lambda job: self.rest(job, step))
+            self.run("Searching for missing effects", lambda job: self.rest(job, step))
 
     def resume(self) -> None:
-        """Go on after a pause: with what was read, fitted and searched when the page was left."""
+        """Continue reading, fitting or searching after the page was left and loaded again."""
         if self.now is None and self.place_of_source is not None and self.problem is None:
             self.open(self.place_of_source)
         elif self.now is None and self.place_of_source is None and self.sources:
@@ -356,12 +369,12 @@ class Bench:
             self.recheck()
 
     def cancel(self) -> None:
-        """End the job."""
+        """Cancel the running job."""
         if self.job is not None:
             self.job.cancel()
             self.changed()
 
 
 def look(fit: Fit) -> None:
-    """Compute and cache what the page shows of a fit."""
+    """Compute and cache the results of a fit that the page shows."""
     _ = fit.estimates, fit.misfit, fit.band, fit.discrepancy

@@ -23,19 +23,19 @@ if TYPE_CHECKING:
 
 __all__ = ["POLL_S", "inspect_in_child", "read_in_child"]
 
-#: Stretches of a spark line.
+#: Number of segments of a spark line.
 SPARK = 60
-#: Processor time for any log and for each byte of it, s. The slowest reader needs 1.4 s for a megabyte on a fast machine,
-#: and an inspection reads a log up to three times.
+#: Limit of the processor time in s: a constant and an amount per byte. The slowest reader needs 1.4 s per megabyte on a
+#: fast machine, and an inspection reads a log up to three times.
 SECONDS, SECONDS_PER_BYTE = 60.0, 40e-6
-#: Seconds of the clock for each second of processor time: a busy machine or a slow disk is no damage.
+#: Limit of the elapsed time as a multiple of that of the processor time, for busy machines and slow disks.
 PATIENCE = 12.0
 
 
 def read_in_child(
     path: Path, options: dict[str, Any], watch: Callable[[], None] | None = None
 ) -> Recording:
-    """Return the recording of a log.
+    """Recording of a log, read in a child process.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def read_in_child(
     options : dict
         Arguments of `allanite.read`, and ``units``: units of single columns.
     watch : callable, optional
-        Called every 20 ms; what it raises ends the reading.
+        Called every 20 ms; an exception that it raises ends the reading.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def read_in_child(
 
 
 def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
-    """Return what is understood of each column of a log, with a spark line of each; errors as of `read_in_child`."""
+    """Interpretation of each column of a log, with spark lines; raises the errors of `read_in_child`."""
     found: dict[str, Any] = _called("inspect_log", path, options, None)
     return found
 
@@ -63,10 +63,11 @@ def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
 def _called(
     function: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None
 ) -> Any:
+    """Result of a function of this module for a log, computed in a child process."""
     try:
         seconds = SECONDS + SECONDS_PER_BYTE * path.stat().st_size
     except OSError:
-        seconds = SECONDS  # the reader says what is wrong with the file
+        seconds = SECONDS  # the reader reports the error of the file
     return call_isolated(
         f"{__name__}:{function}",
         {"path": str(path), "options": options},
@@ -78,7 +79,7 @@ def _called(
 
 
 def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Read a log and return the fields of its recording. Called in the child process."""
+    """Fields of the recording of a log. Runs in the child process."""
     from allanite.readers import read
 
     units = options.pop("units", None) or {}
@@ -104,11 +105,12 @@ KEPT = ("samples", "rate", "units", "quantity", "columns", "path")
 
 
 def _fields(record: Any) -> dict[str, Any]:
+    """Fields of a dataclass instance as a dictionary."""
     return {field.name: getattr(record, field.name) for field in fields(record)}
 
 
 def _restored(found: dict[str, Any]) -> Recording:
-    """Build the recording from its fields, which were checked in the child process."""
+    """Recording built from its fields, which were checked in the child process."""
     stamps = found["stamps"]
     return of_fields(
         {
@@ -125,11 +127,12 @@ def _restored(found: dict[str, Any]) -> Recording:
 
 
 def _tuples(value: Any) -> Any:
+    """The value with lists converted to tuples, at all levels."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Return what is understood of a log. Called in the child process."""
+    """Interpretation of a log. Runs in the child process."""
     from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
@@ -152,7 +155,7 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _spark(table: Table, at: int) -> list[list[float | None]] | None:
-    """Least and largest value of some stretches, from 0 to 1."""
+    """Minimum and maximum of segments of a column, scaled to 0 … 1; None without numbers."""
     if table.columns[at] is None:
         return None
     x = np.asarray(table[at], dtype=np.float64)

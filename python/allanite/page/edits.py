@@ -1,4 +1,4 @@
-"""Models changed by hand: parsed, with a value set, held, limited, frozen for a trial."""
+"""Changes of models by the user: parsing, setting and holding values, limits, and trial models."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ __all__ = [
 ]
 
 
-#: The choice of the units that data sheets use: °/√h, °/h, …
+#: Choice of data-sheet units: °/√h, °/h, …
 SHEET = "data sheet"
-#: The coefficient whose unit on data sheets is that of an Allan deviation.
+#: Coefficient whose data-sheet unit is that of an Allan deviation.
 DEVIATION = "B"
 
 
 def deviation_unit(sample_unit: str, chosen: str | None) -> str:
-    """Unit in which an Allan deviation of samples is given: theirs, one of the same kind, or a data sheet's."""
+    """Unit of an Allan deviation: that of the samples, the chosen one of the same kind, or that of data sheets."""
     kind = parse_unit(sample_unit).kind
     if chosen == SHEET:
         return standard()[DEVIATION].parameter(DEVIATION).sheet.get(kind, sample_unit)
@@ -44,7 +44,7 @@ def deviation_unit(sample_unit: str, chosen: str | None) -> str:
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
-    """Unit in which a chip shows a value: its own, the same with another sample unit, or a data sheet's."""
+    """Unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets."""
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit
     if chosen == SHEET:
@@ -53,18 +53,18 @@ def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: 
     try:
         value.to(shown)
     except InputError:
-        # Chosen for a gyroscope, where an accelerometer is looked at now; or per a column whose unit has no other.
+        # The chosen unit may be that of another kind of sensor, or the unit of a logged column cannot be converted.
         return value.unit
     return shown
 
 
 def factor_of(value: Estimate, shown: str) -> float:
-    """By what a number in the unit of a value is multiplied where it is shown in another."""
+    """Factor from the unit of a value to the displayed unit."""
     return float(Estimate(1.0, unit=value.unit).to(shown))
 
 
 def parse_model_string(text: str) -> Model:
-    """A model string; never the name of a file, whatever the browser sends."""
+    """Model from a model string; names of files are not accepted from the browser."""
     from allanite.effects.strings import parse_string
 
     if not 0 < len(text) <= 2000:
@@ -73,14 +73,14 @@ def parse_model_string(text: str) -> Model:
 
 
 def effect(fit: Fit, place: int) -> Any:
-    """The effect at a place of the model; `InputError` if there is none."""
+    """Effect at a place of the model; `InputError` if there is none."""
     if not 0 <= place < len(fit.model):
         raise InputError(f"there is no effect {place} in the model")
     return fit.model.effects[place]
 
 
 def with_value(model: Model, place: int, name: str, value: float | None, held: bool) -> Model:
-    """The model with a value set (None: as it is) and held or free."""
+    """The model with a value set (None: unchanged) and held fixed or free."""
     if not 0 <= place < len(model):
         raise InputError(f"there is no effect {place} in the model")
     effect = model.effects[place]
@@ -95,19 +95,19 @@ def with_value(model: Model, place: int, name: str, value: float | None, held: b
 def with_limits(
     model: Model, place: int, name: str, low: float | None, high: float | None
 ) -> Model:
-    """The model with other limits of a value; None is an open end."""
+    """The model with new limits of a value; None means no limit."""
     if not 0 <= place < len(model):
         raise InputError(f"there is no effect {place} in the model")
     return model.replaced(place, limits={**model.effects[place].limits, name: (low, high)})
 
 
 def frozen(effect: Any) -> Any:
-    """The effect with every value that it has held, wherever its limits are: a fit of it fits nothing."""
+    """The effect with all its values held fixed and without limits, so that a fit changes nothing."""
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
     held = tuple(n for n in names if effect.values[n] is not None)
     return effect.with_values(hold=held, limits={}, at_limit=())
 
 
 def freed(effect: Any, original: Any) -> Any:
-    """The effect keeping to what `original` keeps to."""
+    """The effect with the held values and limits of `original`."""
     return effect.with_values(hold=original.hold, limits=original.limits)

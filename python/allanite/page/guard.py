@@ -1,4 +1,4 @@
-"""Who may speak to the page: this computer's browser, with the token of this start. Pure ASGI."""
+"""Access control of the page: only browsers on this computer with the current token. Pure ASGI."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Guard"]
 
-#: Nothing from outside is loaded, run, framed or spoken to. Plotly writes its styles into the page.
+#: Content security policy: nothing external is loaded, run, framed or contacted. Plotly needs inline styles.
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-#: With "no-referrer" Firefox sends the farewell of a closed page without its origin, which is refused.
+#: With "no-referrer", Firefox would send the message of a closed page without an origin, which is refused.
 HEADERS = {
     "content-security-policy": POLICY,
     "x-content-type-options": "nosniff",
@@ -31,9 +31,9 @@ HEADERS = {
 
 
 class Guard:
-    """Refuses a foreign Host (DNS rebinding), a foreign Origin (another site's script) and a missing token.
+    """ASGI middleware that refuses foreign hosts (DNS rebinding), foreign origins (other sites) and missing tokens.
 
-    The token is the first part of every path; it is taken off before the application sees the request.
+    The token is the first part of every path; it is removed before the application receives the request.
     """
 
     def __init__(self, app: App, token: str, hosts: frozenset[str]) -> None:
@@ -42,7 +42,7 @@ class Guard:
         self.hosts = hosts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on what is allowed; answer the rest with 403 and one line."""
+        """Pass on allowed requests; answer others with status 403 and one line."""
         if scope["type"] != "http":
             if scope["type"] == "lifespan":
                 await self.app(scope, receive, send)
@@ -63,6 +63,7 @@ class Guard:
         await self.app(inner, receive, answer)
 
     def _refusal(self, scope: Scope) -> str | None:
+        """Reason to refuse a request; None if it is allowed."""
         headers: dict[str, str] = {
             k.decode().lower(): v.decode("latin-1") for k, v in scope["headers"]
         }
@@ -71,7 +72,7 @@ class Guard:
             return f"host {host[:80]!r} refused: the page is only served at {sorted(self.hosts)[0]}"
         origin = headers.get("origin")
         if origin is not None and origin not in {f"http://{h}" for h in self.hosts}:
-            return f"origin {origin[:80]!r} refused: only the page itself may speak to its server"
+            return f"origin {origin[:80]!r} refused: only the page itself may contact its server"
         if headers.get("sec-fetch-site") == "cross-site" and scope["method"] != "GET":
             return "a request from another site was refused"
         given = scope["path"].split("/", 2)[1] if "/" in scope["path"] else ""
@@ -81,6 +82,7 @@ class Guard:
 
 
 async def _refuse(send: Send, reason: str) -> None:
+    """Answer with status 403 and the reason."""
     body = f"refused: {reason}\n".encode()
     head = [
         (b"content-type", b"text/plain; charset=utf-8"),

@@ -1,4 +1,4 @@
-"""Long work of one tab: a thread with progress that can be ended, and turns where many tabs work."""
+"""Background jobs of a tab: threads with progress and cancellation, which take turns with other tabs."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 __all__ = ["Job"]
 
-#: Searches at a time, over all tabs: what else the server is asked is then answered at once.
+#: Limits the number of searches that run at the same time, so that the server can answer other requests at once.
 TURNS = threading.BoundedSemaphore(max(1, processors() - 1))
 
 
 class Job:
-    """One piece of work in a thread of its own.
+    """A job that runs in its own thread.
 
     Parameters
     ----------
     name : str
-        What is being done, for the progress bar.
+        Description for the progress bar.
     work : callable
-        Called with the job; it reports through `progress`, which raises `Ended` if it shall end.
+        Called with the job. It reports through `progress`, which raises `Ended` if the job was canceled.
     """
 
     def __init__(self, name: str, work: Callable[[Job], None]) -> None:
@@ -38,7 +38,7 @@ class Job:
         self.error: str | None = None
         #: May be pre-empted: the user did not request it.
         self.gives_way = False
-        #: Columns of the log that are worked on, and the one in hand.
+        #: Columns of the log that the job will work on, and the current one.
         self.columns: tuple[int, ...] = ()
         self.column: int | None = None
         self._since = time.monotonic()
@@ -48,43 +48,43 @@ class Job:
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     @property
     def busy(self) -> bool:
-        """True while the result is wanted; a cancelled job may run to its next step."""
+        """True while the result is wanted. A canceled job may still run to its next progress report."""
         return self._thread.is_alive() and not self._stop.is_set()
 
     @property
     def at_work(self) -> bool:
-        """True until its thread has ended, wanted or not."""
+        """True until the thread has ended, even if the job was canceled."""
         return self._thread.is_alive()
 
     def cancel(self) -> None:
-        """End it: what it finds from now on is dropped, and the thread stops at its next step."""
+        """Cancel the job: later results are dropped, and the thread stops at its next progress report."""
         with self._gate:
-            # A change that has begun is whole by now.
+            # Holding the gate ensures that a change in progress is complete.
             self._stop.set()
 
     def wait(self, seconds: float | None = None) -> None:
-        """Wait until it has ended."""
+        """Wait until the thread has ended, at most for some seconds."""
         self._thread.join(seconds)
 
     def progress(self, done: int, total: int) -> None:
-        """Report; raises `Ended` if the job was cancelled."""
+        """Report progress; raises `Ended` if the job was canceled."""
         self.done, self.total = done, total
         if self._stop.is_set():
             raise Ended
 
     def say(self, name: str) -> None:
-        """Go on to another part of the work."""
+        """Start another part of the work with its own description."""
         self.name, self.done, self.total = name, 0, 0
         self._since = time.monotonic()
         self.progress(0, 0)
 
     def await_end(self, other: Job) -> None:
-        """Wait until another job has ended, which ends with this one."""
+        """Wait until another job has ended. If this job is canceled, the other one is canceled too."""
         name = self.name
         try:
             while other.busy:
@@ -97,13 +97,13 @@ class Job:
         self.say(name)
 
     def take_turn(self) -> None:
-        """Wait while other tabs search; the turn is given back at the end of the job."""
+        """Wait while other tabs search. The turn is released at the end of the job."""
         name, told = self.name, False
         while not self._holds_turn:
             self._holds_turn = TURNS.acquire(blocking=False)
             if not self._holds_turn:
                 if not told:
-                    self.say("Waiting for the work of another tab")
+                    self.say("Waiting for another tab")
                     told = True
                 time.sleep(0.05)
             self.progress(self.done, self.total)
@@ -112,13 +112,13 @@ class Job:
 
     @contextmanager
     def undisturbed(self) -> Iterator[None]:
-        """Change what others see: the whole of it, or nothing."""
+        """Context for a change of shared state, which cancellation cannot interrupt."""
         with self._gate:
             self.progress(1, 1)
             yield
 
     def to_dict(self) -> dict[str, Any]:
-        """What the progress bar shows; it moves by its seconds where nothing can be counted."""
+        """State of the progress bar, which shows elapsed seconds if progress cannot be counted."""
         return {
             "name": self.name,
             "done": self.done,
@@ -132,6 +132,7 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
+        """Body of the thread."""
         try:
             with while_wanted(lambda: not self._stop.is_set()):
                 self._work(work)
@@ -142,13 +143,12 @@ class Job:
                 TURNS.release()
 
     def _work(self, work: Callable[[Job], None]) -> None:
+        """Run the work and store the message of an error."""
         try:
             work(self)
         except AllaniteError as error:
             self.error = " ".join(error.worded(WORDS).split())
         except MemoryError:
-            self.error = "Not enough memory for this log: average it down first"
-        except Exception as error:  # the page must say that something broke, whatever it was
-            self.error = (
-                f"Something went wrong inside ({type(error).__name__}: {error}): please report it"
-            )
+            self.error = "Not enough memory for this log: average the samples first"
+        except Exception as error:  # the page must report every failure
+            self.error = f"Internal error ({type(error).__name__}: {error}): please report it"

@@ -1,4 +1,4 @@
-"""What was done to a log: a ladder for each of its columns, and every state before for undo."""
+"""Work on a log: the steps of each column, and all earlier states for undo."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Board", "Ladder", "Step", "Work"]
 
-#: Rows of which the content of a log is known again.
+#: Maximum number of rows from which the digest of a log is computed.
 ROWS = 1_000_000
 
 
 @dataclass(eq=False)
 class Step:
-    """A step as the page shows it: what was done, the fit, its errors, and what a study says of the fit once it is made."""
+    """A step as shown by the page: its label, fit, errors, and the study with its check once it is available."""
 
     label: str
     rung: Rung
@@ -40,46 +40,46 @@ class Step:
 
     @property
     def check(self) -> Check | None:
-        """The check of the fit; None until it is made."""
+        """The check of the fit; None until it is available."""
         return None if self.study is None else self.study.check
 
 
 @dataclass(frozen=True, eq=False)
 class Ladder:
-    """Steps, and the one that is looked at."""
+    """The steps of one column, and the index of the current one."""
 
     steps: tuple[Step, ...] = ()
     at: int = -1
 
     @property
     def step(self) -> Step | None:
-        """The step that is looked at."""
+        """The current step; None without steps."""
         return self.steps[self.at] if self.steps else None
 
 
 @dataclass(frozen=True, eq=False)
 class Board:
-    """A ladder for each column, and the column that is looked at."""
+    """The steps of all columns, and the index of the current column."""
 
     ladders: tuple[Ladder, ...]
     column: int = 0
 
     def put(self, column: int, ladder: Ladder) -> Board:
-        """The board with another ladder."""
+        """The board with the steps of one column replaced."""
         return replace(self, ladders=(*self.ladders[:column], ladder, *self.ladders[column + 1 :]))
 
 
 class Work:
-    """All that was done to one log, with undo and redo over all its columns.
+    """All work on one log, with undo and redo over all its columns.
 
     Parameters
     ----------
     recording : Recording
-        What is analysed.
+        The analyzed recording.
     whole : Recording
-        What was read, of which it may be a part.
-    part : (span, stretches)
-        That part, s: from … to or None for all, and what is left out of it.
+        The recording that was read, of which `recording` may be a part.
+    part : (span, segments)
+        The analyzed part in s: (start, end) or None for all, and its excluded segments.
     """
 
     def __init__(
@@ -91,29 +91,29 @@ class Work:
         self.recording = recording
         self.whole = recording if whole is None else whole
         self.part = part
-        #: What was done to the part that was analysed before, and after: undo and redo go there.
+        #: Work on the previously and on the subsequently analyzed part, for undo and redo.
         self.before: Work | None = None
         self.after: Work | None = None
-        #: Models that the columns begin with, of the part before; None for the first model of any column.
+        #: Models of the previous part with which the columns start; None for the default model.
         self.models: list[Model | None] = [None] * len(recording.columns)
         self.history = [Board((Ladder(),) * len(recording.columns))]
         self.place = 0
         self.digest = _digest(recording)
-        #: By what the whole log is known again, whichever part of it is analysed.
+        #: Digest of the whole log, independent of the analyzed part.
         self.home = self.digest if self.whole is recording else _digest(self.whole)
         self.audited = False
-        #: Effects that were taken out, by column: they can be brought back with the values they had.
+        #: Removed effects of each column, which can be restored with their values.
         self.tray: list[list[Effect]] = [[] for _ in recording.columns]
-        #: Colour role of each effect once it was seen: it keeps it.
+        #: Color role of each effect, which it keeps once assigned.
         self.colors: dict[tuple[str, int], int] = {}
-        #: Deviations of its columns and of twins that were looked at.
+        #: Computed deviations of columns and of simulated sensors.
         self.deviations: dict[Any, Deviation] = {}
-        #: The small curves of its columns, once they were drawn.
+        #: Paths of the small curves of the columns, once computed.
         self.paths: list[str | None] | None = None
         self._columns: dict[int, Recording] = {}
 
     def copied(self) -> Work:
-        """The same, to be gone on with by itself: what is done to one from now on does not change the other."""
+        """An independent copy: later changes of one do not affect the other."""
         other = copy(self)
         other.before = other.after = None
         other.models, other.history = list(self.models), list(self.history)
@@ -124,24 +124,24 @@ class Work:
 
     @property
     def board(self) -> Board:
-        """The state now."""
+        """The current state."""
         return self.history[self.place]
 
     def log(self, column: int) -> Recording:
-        """One column, kept."""
+        """Recording of one column, cached."""
         if column not in self._columns:
             self._columns[column] = self.recording.column(column)
         return self._columns[column]
 
     def look(self, column: int) -> None:
-        """Look at another column: nothing to undo."""
+        """Make another column the current one; this is not a change that can be undone."""
         self.history[self.place] = replace(self.board, column=column)
 
     def push(self, column: int, ladder: Ladder) -> None:
-        """Go on to another ladder of a column; what was undone is forgotten."""
+        """Set the steps of a column as a new state, and drop undone states."""
         self.after = None
         if not self.board.ladders[column].steps:
-            # A column without a first fit is nothing to go back to.
+            # The first fit of a column cannot be undone.
             self.history = [
                 b if b.ladders[column].steps else b.put(column, ladder) for b in self.history
             ]
@@ -150,7 +150,7 @@ class Work:
         self.place += 1
 
     def move(self, by: int) -> bool:
-        """One change back or forward; the column that it was of is looked at."""
+        """Undo or redo one change and make its column the current one; False if there is none."""
         if not 0 <= self.place + by < len(self.history):
             return False
         old, new = self.board, self.history[self.place + by]
@@ -161,7 +161,7 @@ class Work:
 
 
 def _digest(recording: Recording) -> str:
-    """By what the same log is known again: its samples, rate and units."""
+    """Digest that identifies a log by its samples, rate and units."""
     step = max(1, recording.n // ROWS)
     part = np.ascontiguousarray(recording.samples[::step])
     said = f"{recording.samples.shape} {recording.rate!r} {recording.units} {recording.quantity}"

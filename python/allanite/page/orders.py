@@ -1,4 +1,4 @@
-"""What the browser may ask of a tab: each action checks what was sent, and does it."""
+"""Actions that the browser can request from a tab; each action validates its arguments."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from allanite.common.units import parse_unit
 from allanite.effects import parse_model
 from allanite.page.edits import effect, factor_of, shown_unit
 from allanite.page.shown.documents import compare_with
-from allanite.page.source import Source, Stretch, joined
+from allanite.page.source import Segment, Source, joined
 from allanite.page.state import chip_units
 from allanite.page.studies import open_study
 from allanite.recording.at_rest import quiet_span
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 __all__ = ["act"]
 
-#: A gyroscope with a lag and a line beside the standard's three effects.
+#: Model of the example: a gyroscope with N, B, K, a Gauss-Markov process and a sinusoid.
 EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=3e-5)"
 
 
 def act(tab: Tab, order: Any) -> None:
-    """Do what the browser asks.
+    """Carry out an action that the browser requests.
 
     Raises
     ------
     InputError
-        An unknown action, or one that cannot be done now; one line for the user.
+        An unknown action, or one that is not possible now; the message is one line for the user.
     """
     if not isinstance(order, dict):
         raise InputError("an action must be a JSON object")
@@ -44,6 +44,7 @@ def act(tab: Tab, order: Any) -> None:
 
 
 def _integer(order: dict[str, Any], name: str) -> int:
+    """A whole number from an order."""
     value = order.get(name)
     if not isinstance(value, int) or isinstance(value, bool):
         raise InputError(f"{name} must be a whole number")
@@ -51,6 +52,7 @@ def _integer(order: dict[str, Any], name: str) -> int:
 
 
 def _number(order: dict[str, Any], name: str) -> float | None:
+    """A number from an order; None if it is missing or empty."""
     value = order.get(name)
     if value is None or value == "":
         return None
@@ -61,6 +63,7 @@ def _number(order: dict[str, Any], name: str) -> float | None:
 
 
 def _text(order: dict[str, Any], name: str) -> str | None:
+    """A text from an order; None if it is missing or empty."""
     value = order.get(name)
     if value is None or value == "":
         return None
@@ -70,13 +73,14 @@ def _text(order: dict[str, Any], name: str) -> str | None:
 
 
 def _read(tab: Tab, order: dict[str, Any]) -> None:
+    """Read the open log again with other settings."""
     if tab.place_of_source is None:
         raise InputError("No log is open: drop a file or choose one")
     names, units = order.get("columns") or [], order.get("units") or {}
     if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
         raise InputError("The columns must be a list of names")
     if not isinstance(units, dict) or not all(isinstance(u, str) for u in units.values()):
-        raise InputError("The units must be texts, one a column")
+        raise InputError("The units must be texts, one per column")
     for unit in units.values():
         parse_unit(unit[:80])
     before = tab.sources[tab.place_of_source].reading
@@ -93,17 +97,17 @@ def _read(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _take(tab: Tab, order: dict[str, Any]) -> None:
-    """A part of the log: from … to s, the quiet one, or the whole."""
+    """Analyze a part of the log: a time range in s, the longest quiet segment, or the whole log."""
     if order.get("quiet") is True:
         tab.take((quiet_span(tab.work.whole), ()))
         return
     stretch = _stretch(tab, order)
-    # What is left out stays out of a part that is taken.
+    # Excluded segments stay excluded.
     tab.take((None, ()) if stretch is None else (stretch, tab.work.part[1]))
 
 
-def _stretch(tab: Tab, order: dict[str, Any]) -> Stretch | None:
-    """From … to, s of the part that is shown, as a stretch of the whole log."""
+def _stretch(tab: Tab, order: dict[str, Any]) -> Segment | None:
+    """The requested time range, converted from the displayed part to the whole log, in s; None if it is missing."""
     start, end = _number(order, "from"), _number(order, "to")
     if start is None or end is None:
         return None
@@ -111,29 +115,29 @@ def _stretch(tab: Tab, order: dict[str, Any]) -> Stretch | None:
     offset = 0.0 if span is None else span[0]
     start, end = max(start, 0.0) + offset, min(end, tab.log.duration) + offset
     if not end > start:
-        raise InputError("Nothing lies in this range of time")
+        raise InputError("This time range contains no samples")
     return start, end
 
 
 def _leave_out(tab: Tab, order: dict[str, Any]) -> None:
-    """Leave a stretch out, from … to s."""
+    """Exclude a time range."""
     stretch, (span, out) = _stretch(tab, order), tab.work.part
     if stretch is None:
-        raise InputError("A range of time is two numbers of seconds")
+        raise InputError("A time range needs two numbers, in seconds")
     tab.take((span, joined([*out, stretch])))
 
 
 def _put_back(tab: Tab, order: dict[str, Any]) -> None:
-    """Take a stretch in again that was left out."""
+    """Include an excluded segment again."""
     span, out = tab.work.part
     number = _integer(order, "number")
     if not 0 <= number < len(out):
-        raise InputError("This stretch is back already")
+        raise InputError("This segment is already included")
     tab.take((span, (*out[:number], *out[number + 1 :])))
 
 
 def _rate(tab: Tab, order: dict[str, Any]) -> None:
-    """Read again at the rate that the time stamps say."""
+    """Read the log again with the rate of its time stamps."""
     source, rate = tab.source, _number(order, "rate")
     if source is None or tab.place_of_source is None or rate is None:
         raise InputError("Give a rate, in Hz")
@@ -143,15 +147,15 @@ def _rate(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _motion(tab: Tab, order: dict[str, Any]) -> None:
-    """Read a log that is mostly motion again: its longest quiet segment, or all of it."""
+    """Read a log that is mostly motion again: its longest quiet segment, or the whole log."""
     source, how = tab.source, _text(order, "how")
     if source is None or tab.place_of_source is None or how not in ("quiet", "anyway"):
-        raise InputError('Say what to take of the log: "quiet" or "anyway"')
+        raise InputError('Choose the part of the log: "quiet" or "anyway"')
     tab.open(tab.place_of_source, replace(source.reading, motion=how))
 
 
 def _example(tab: Tab) -> None:
-    """A recording with hidden effects, simulated."""
+    """Open a simulated recording with hidden effects."""
     name = "example.npz"
     if name not in [s.name for s in tab.sources]:
         found = parse_model(EXAMPLE).simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s")
@@ -160,17 +164,20 @@ def _example(tab: Tab) -> None:
 
 
 def _improve(tab: Tab, order: dict[str, Any]) -> None:
+    """Improve the model of the current column, or of all columns."""
     every = range(len(tab.work.recording.columns))
     tab.improve(every if order.get("all") is True else None)
 
 
 def _hold(tab: Tab, order: dict[str, Any]) -> None:
+    """Hold a parameter at a value, or release it."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
     tab.hold(place, name, None if value is None else value * _factor(tab, place, name))
 
 
 def _limits(tab: Tab, order: dict[str, Any]) -> None:
+    """Set the limits of a parameter."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
     factor = _factor(tab, place, name)
     low, high = (_number(order, end) for end in ("low", "high"))
@@ -183,15 +190,16 @@ def _limits(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _what_if(tab: Tab, order: dict[str, Any]) -> None:
+    """Show the model with a trial value."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
     if value is None:
-        raise InputError("type a number")
+        raise InputError("enter a number")
     tab.what_if(place, name, value * _factor(tab, place, name))
 
 
 def _factor(tab: Tab, place: int, name: str) -> float:
-    """From the unit of a chip to the parameter's own."""
+    """Factor from the displayed unit of a parameter to its own unit."""
     fit = tab.preview or tab.step.fit
     one = effect(fit, place)
     value = fit.estimates[place].get(name)
@@ -202,20 +210,22 @@ def _factor(tab: Tab, place: int, name: str) -> float:
 
 
 def _unit(tab: Tab, order: dict[str, Any]) -> None:
+    """Set the unit of the displayed values."""
     unit = _text(order, "unit")
     offered = [u["value"] for u in chip_units(tab.log.unit)]
     if unit is not None and unit not in offered:
-        raise InputError(f"values of this log are not shown in {unit[:40]!r}")
+        raise InputError(f"values of this log cannot be shown in {unit[:40]!r}")
     tab.unit = unit
     tab.changed()
 
 
 def _beside(tab: Tab, order: dict[str, Any]) -> None:
+    """Compare the current step with another one, or end the comparison."""
     tab.compare_steps(None if order.get("rung") is None else _integer(order, "rung"))
 
 
 def _compare(tab: Tab, order: dict[str, Any]) -> None:
-    """Compare with a log of the list."""
+    """Compare with another log of the list."""
     number = _integer(order, "log")
     if not 0 <= number < len(tab.sources):
         raise InputError(f"there is no log {number}")
@@ -223,7 +233,7 @@ def _compare(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _alone(tab: Tab, order: dict[str, Any]) -> None:
-    """No longer compare with something: a recording by its name, or the data sheet."""
+    """End the comparison with a recording, given by its name, or with the data sheet."""
     name = _text(order, "name")
     tab.others = [(n, r) for n, r in tab.others if n != name]
     if name is None:

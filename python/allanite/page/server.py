@@ -1,4 +1,4 @@
-"""The page's server: routes, uploads, refusals. Starlette and uvicorn are only imported here."""
+"""Server of the page: routes, uploads and error answers. Only this module imports Starlette and uvicorn."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Page", "Sessions", "make_app"]
 
-#: Largest body of an action (a study of many steps).
+#: Maximum size of an action in bytes, enough for a study with many steps.
 MOST_ACTION = 4_000_000
-#: Where the page is served if it can be, so that a browser knows again what it kept.
+#: Preferred port. With a constant port the browser finds its stored studies again.
 PORT = 47113
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 STATIC = sorted(p.name for p in resources.files("allanite.page").joinpath("static").iterdir())
@@ -43,18 +43,19 @@ STATIC = sorted(p.name for p in resources.files("allanite.page").joinpath("stati
 
 @cache
 def _plotly() -> bytes:
+    """Source of plotly."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).encode()
 
 
 def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
-    """Build the guarded ASGI application.
+    """The ASGI application of the page with its access control.
 
     Parameters
     ----------
     sessions : Sessions
-        Logs given at the start (the first is opened by every new tab), tabs, uploads.
+        Tabs, uploads, and the logs given at the start, of which every new tab opens the first.
     token : str
         First part of every path.
     hosts : frozenset of str
@@ -81,9 +82,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
                 return JSONResponse({"error": " ".join(error.worded(WORDS).split())}, 400)
             except (ValueError, TypeError, KeyError, RecursionError, OverflowError) as error:
                 kind = type(error).__name__
-                return JSONResponse(
-                    {"error": f"This cannot be done with what was sent ({kind})"}, 400
-                )
+                return JSONResponse({"error": f"The request is invalid ({kind})"}, 400)
 
         return safe
 
@@ -194,14 +193,15 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
 
 
 def _too_large(name: str, most: int) -> str:
+    """Message for an upload that is too large."""
     return (
-        f"{name} is larger than {most / 1e9:g} GB: start with it instead (allanite explore {name}),"
-        " which reads it where it lies"
+        f"{name} is larger than {most / 1e9:g} GB: start the page with it instead"
+        f" (allanite explore {name}), which reads the file directly"
     )
 
 
 def _order(body: bytes) -> Any:
-    """What an action says; nesting or characters that cannot be answered are refused here."""
+    """The JSON document of an action; deep nesting and invalid characters are refused."""
     try:
         order = json.loads(body)
         json.dumps(order, ensure_ascii=False).encode()
@@ -215,6 +215,7 @@ def _order(body: bytes) -> Any:
 
 
 async def _bounded(request: Request, most: int) -> bytes:
+    """Body of a request; `InputError` if it exceeds `most` bytes."""
     body = b""
     async for piece in request.stream():
         body += piece
@@ -224,7 +225,7 @@ async def _bounded(request: Request, most: int) -> bytes:
 
 
 def _listening() -> socket.socket:
-    """A socket at the usual port, or where another server has it, at any."""
+    """A listening socket at the preferred port, or at any port if that one is in use."""
     for port in (PORT, 0):
         found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -241,12 +242,12 @@ def _listening() -> socket.socket:
 
 
 class Page:
-    """A running page.
+    """The page with its server.
 
     Attributes
     ----------
     url : str
-        Address with port and token; only this computer can reach it.
+        Address with port and token, reachable only from this computer.
     """
 
     def __init__(self, sources: Sequence[Source]) -> None:
@@ -266,7 +267,7 @@ class Page:
         self._thread: threading.Thread | None = None
 
     def serve(self) -> None:
-        """Serve until interrupted."""
+        """Serve the page until interrupted."""
         try:
             self._server.run([self._socket])
         finally:
@@ -274,7 +275,7 @@ class Page:
             self._socket.close()
 
     def start(self) -> Page:
-        """Serve in a thread."""
+        """Serve the page in a thread."""
         self._thread = threading.Thread(target=self.serve, daemon=True)
         self._thread.start()
         for _ in range(500):
@@ -284,7 +285,7 @@ class Page:
         return self
 
     def close(self) -> None:
-        """End; uploaded logs are deleted."""
+        """Stop the server and delete uploaded logs."""
         self._server.should_exit = True
         if self._thread is not None:
             self._thread.join(10)

@@ -1,4 +1,4 @@
-"""All tabs and uploads of one server, and when they are forgotten."""
+"""All tabs and uploads of a server, and their expiry."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 __all__ = ["GRACE", "Sessions"]
 
 MOST_TABS = 32
-#: Seconds for which a tab that was left is kept: a page that is loaded again takes it up where it was.
+#: Seconds for which a closed tab is kept, so that a reloaded page can continue.
 GRACE = 15.0
-#: Seconds after which a tab of which nothing was heard is forgotten.
+#: Seconds without a request after which a tab is deleted.
 SILENT = 900.0
 #: M_ARENA_MAX of <malloc.h>.
 ARENA_MAX = -8
 
 
 class Sessions:
-    """All tabs and uploads of one server; `most_bytes` is the largest upload."""
+    """All tabs and uploads of a server; `most_bytes` is the maximum size of an upload."""
 
     def __init__(self, sources: Sequence[Source], most_bytes: int = MOST_BYTES) -> None:
         _few_arenas()
@@ -45,12 +45,12 @@ class Sessions:
         self.lock = threading.Lock()
 
     def open(self) -> str:
-        """A new tab, at work on the first log."""
+        """Key of a new tab that opens the first log."""
         self.sweep()
         with self.lock:
             key = secrets.token_urlsafe(9)
             tab = self.tabs[key] = Tab(self.sources, len(self.tabs) + 1)
-            # The oldest are most likely those that were closed long ago.
+            # Delete the oldest tabs, which were most likely closed long ago.
             old = list(self.tabs)[:-MOST_TABS]
         for other in old:
             self.close(other)
@@ -59,16 +59,16 @@ class Sessions:
         return key
 
     def copy(self, key: str) -> str:
-        """A new tab that begins with what another one holds: a second tab of the browser opens the same study.
+        """Key of a new tab that starts with a copy of another tab, for a second tab of the browser.
 
         Raises
         ------
         InputError
-            The other tab is forgotten.
+            The other tab no longer exists.
         """
         other = self.tabs.get(key)
         if other is None or other.now is None:
-            raise InputError("This tab is not there to be copied")
+            raise InputError("This tab no longer exists and cannot be copied")
         with self.lock:
             new = secrets.token_urlsafe(9)
             tab = self.tabs[new] = Tab(self.sources, len(self.tabs) + 1)
@@ -77,7 +77,7 @@ class Sessions:
         return new
 
     def leave(self, key: str) -> None:
-        """A page was closed or is loaded again: its work ends at once; unless it is taken up again, it is forgotten."""
+        """Handle a page that was closed or reloaded: cancel its job, and delete the tab unless it is resumed."""
         tab = self.tabs.get(key)
         if tab is not None:
             tab.heard = time.monotonic() - SILENT + GRACE
@@ -85,21 +85,21 @@ class Sessions:
             tab.cancel()
 
     def resume(self, key: str) -> None:
-        """The page was loaded again: it goes on where it was.
+        """Continue the tab of a reloaded page.
 
         Raises
         ------
         InputError
-            The tab is forgotten, or another page is at work on it.
+            The tab no longer exists, or another page uses it.
         """
         tab = self.tabs.get(key)
         if tab is None or not tab.left:
-            raise InputError("This tab is not there to be taken up")
+            raise InputError("This tab no longer exists and cannot be resumed")
         tab.left, tab.heard = False, time.monotonic()
         tab.resume()
 
     def close(self, key: str) -> None:
-        """Forget a tab: its work ends, its samples go."""
+        """Delete a tab: cancel its job and free its samples."""
         with self.lock:
             tab = self.tabs.pop(key, None)
         if tab is not None:
@@ -109,19 +109,19 @@ class Sessions:
             if job is not None:
                 job.wait(2.0)
                 if job.at_work:
-                    # The core is at a long step: what it holds is given back once that is done.
+                    # The core is busy with a long step; free its memory when the step ends.
                     threading.Thread(target=_give_back_after, args=(job,), daemon=True).start()
             del job
             _give_back()
 
     def sweep(self) -> None:
-        """Forget the tabs of which nothing is heard any more."""
+        """Delete tabs without recent requests."""
         now = time.monotonic()
         for key in [k for k, tab in list(self.tabs.items()) if now - tab.heard > SILENT]:
             self.close(key)
 
     def tab(self, request: Request) -> Tab:
-        """The tab that a request speaks of."""
+        """The tab that a request refers to; `InputError` if it no longer exists."""
         found = self.tabs.get(request.path_params["tab"])
         if found is None:
             raise InputError("This session has ended: reload the page")
@@ -130,19 +130,20 @@ class Sessions:
 
 
 def _few_arenas() -> None:
-    """Let threads share their memory: what one of many threads frees is otherwise kept for it."""
+    """Limit the allocator to two arenas, so that threads can reuse memory that other threads have freed."""
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
     if mallopt is not None:
         mallopt(ARENA_MAX, 2)
 
 
 def _give_back_after(job: Job) -> None:
+    """Wait for a job to end, then return freed memory to the system."""
     job.wait()
     del job
     _give_back()
 
 
 def _give_back() -> None:
-    """Give freed memory back to the system, where the C library would keep it."""
+    """Return freed memory to the system, which the C library would otherwise keep."""
     gc.collect()
     _kernels.trim()

@@ -1,4 +1,4 @@
-"""Logs that the page may open, given at the start or uploaded into a folder of its own, and parts of them."""
+"""Logs of the page, given at the start or uploaded, and parts of logs."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ __all__ = [
     "MOST_BYTES",
     "Part",
     "Reading",
+    "Segment",
     "Source",
-    "Stretch",
     "Uploads",
     "check_name",
     "joined",
@@ -37,14 +37,14 @@ __all__ = [
     "part_of",
 ]
 
-#: Largest upload: two thousand million bytes, some 100 million samples of text.
+#: Maximum size of an upload in bytes, enough for about 100 million samples as text.
 MOST_BYTES = 2_000_000_000
 _FORBIDDEN = re.compile(r"[\x00-\x1f/\\:]")
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How a log is to be read; None where the reader guesses."""
+    """Settings for reading a log; None lets the reader decide."""
 
     rate: float | None = None
     unit: str | None = None
@@ -59,7 +59,7 @@ class Reading:
     motion: str = ""
 
     def options(self) -> dict[str, Any]:
-        """What the reader is told."""
+        """Arguments of the reader."""
         return {
             "rate": self.rate,
             "unit": self.unit,
@@ -71,12 +71,12 @@ class Reading:
         }
 
 
-#: Called again and again while something is waited for; what it raises ends the waiting.
+#: Called repeatedly while waiting; an exception that it raises ends the wait.
 Watch: TypeAlias = "Callable[[], None] | None"
 
 
 class Shared:
-    """What tabs have of one log: it is read once, and forgotten with the last of them."""
+    """Recording of a log shared by all tabs: read once and freed with the last tab."""
 
     def __init__(self) -> None:
         self._gate = threading.Lock()
@@ -84,7 +84,7 @@ class Shared:
         self._state: tuple[int, int] | None = None
 
     def get(self, path: Path, read: Callable[[], Recording], watch: Watch) -> Recording:
-        """The recording that another tab has, or that is read now; a file that was changed since is read again."""
+        """The shared recording, read now if necessary; a file that has changed is read again."""
         with self.alone(watch):
             state = _state(path)
             found = self._found() if state == self._state else None
@@ -95,7 +95,7 @@ class Shared:
 
     @contextmanager
     def alone(self, watch: Watch) -> Iterator[None]:
-        """Do what another tab need not do again; `watch` is called until it is this one's turn."""
+        """Context that only one tab can enter at a time; `watch` is called while waiting."""
         while not self._gate.acquire(timeout=POLL_S):
             if watch is not None:
                 watch()
@@ -106,7 +106,7 @@ class Shared:
 
 
 def _state(path: Path) -> tuple[int, int] | None:
-    """What changes with a file; None where there is none, which the reader says."""
+    """Modification time and size of a file; None if it does not exist, which the reader reports."""
     try:
         found = path.stat()
     except OSError:
@@ -116,7 +116,7 @@ def _state(path: Path) -> tuple[int, int] | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """A log by its name; where it lies is never told to the browser."""
+    """A log with its name; the browser never learns its path."""
 
     name: str
     path: Path | None = None
@@ -125,12 +125,12 @@ class Source:
     shared: Shared = field(default_factory=Shared)
 
     def read(self, reading: Reading, watch: Watch = None) -> Recording:
-        """All sensor columns; `watch` is called meanwhile, and what it raises ends the reading.
+        """Recording of all sensor columns. `watch` is called meanwhile; an exception that it raises ends the reading.
 
         Raises
         ------
         InputError
-            The log cannot be used as asked; the message speaks of its name.
+            The log cannot be read with these settings; the message contains only its name.
         """
         recording = self.recording
         if recording is None:
@@ -148,7 +148,7 @@ class Source:
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:
-        """What is understood of each column, as `allanite.readers.inspection` says it, with spark lines."""
+        """Interpretation of each column by `allanite.readers.inspection`, with spark lines."""
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
         with about(self.name, instead=self.path):
@@ -162,17 +162,17 @@ class Source:
         }
 
     def with_reading(self, reading: Reading) -> Source:
-        """The same log, to be read otherwise."""
+        """The same log with other reading settings."""
         return replace(self, reading=reading, shared=Shared())
 
 
 def check_name(name: str) -> str:
-    """Return the name of an uploaded file.
+    """The name of an uploaded file, if it is acceptable.
 
     Raises
     ------
     InputError
-        A path, a hidden or an empty name: only the name of a file is taken from a browser.
+        A path, a hidden or an empty name; only plain file names are accepted.
     """
     if not name or len(name) > 200 or _FORBIDDEN.search(name) or name.startswith("."):
         shown = name[:80]
@@ -183,7 +183,7 @@ def check_name(name: str) -> str:
 
 
 class Uploads:
-    """A private folder of uploaded logs, gone with the server; those of a server that was killed go with the next."""
+    """Private folder of uploaded logs, deleted with the server; the next server deletes that of a killed one."""
 
     KIND = "page"
 
@@ -193,7 +193,7 @@ class Uploads:
         OwnedFolder.remove_abandoned(self.KIND)
 
     def place(self, name: str) -> Path:
-        """A new path; of the browser's name only a known suffix is kept."""
+        """A new path for an upload, which keeps only a known suffix of the browser's name."""
         if self._folder is None:
             self._folder = OwnedFolder(self.KIND)
         self._count += 1
@@ -207,23 +207,23 @@ class Uploads:
         return [] if self._folder is None else sorted(self._folder.path.glob("[0-9]*"))
 
     def close(self) -> None:
-        """Delete everything."""
+        """Delete the folder."""
         if self._folder is not None:
             self._folder.close()
             self._folder = None
 
 
-#: From … to, s from the start of the whole log.
-Stretch = tuple[float, float]
-#: What is analysed of a log: a stretch or all of it, and what is left out.
-Part = tuple[Stretch | None, tuple[Stretch, ...]]
-#: Samples of the shortest part of a log that is analysed by itself.
-FEWEST = 64
+#: Segment (start, end) in s from the start of the whole log.
+Segment = tuple[float, float]
+#: Analyzed part of a log: a segment or None for the whole log, and the excluded segments.
+Part = tuple[Segment | None, tuple[Segment, ...]]
+#: Minimum number of samples of an analyzed part. Chosen by judgment; not measured.
+MIN_SAMPLES = 64
 
 
-def joined(stretches: Iterable[Stretch]) -> tuple[Stretch, ...]:
-    """Stretches in their order, those that touch made one."""
-    out: list[Stretch] = []
+def joined(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
+    """Segments in ascending order, with touching ones merged."""
+    out: list[Segment] = []
     for start, end in sorted(stretches):
         if out and start <= out[-1][1]:
             out[-1] = out[-1][0], max(end, out[-1][1])
@@ -232,28 +232,29 @@ def joined(stretches: Iterable[Stretch]) -> tuple[Stretch, ...]:
     return tuple(out)
 
 
-def part_of(whole: Recording, span: Stretch | None, out: tuple[Stretch, ...]) -> Recording:
-    """A part of a log; what is left out of it is missing, so that time goes on as it was.
+def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) -> Recording:
+    """Recording of a part of a log. Excluded segments become missing samples, so that time stays continuous.
 
     Raises
     ------
     InputError
-        Hardly anything is left.
+        Too few samples remain.
     """
     part = whole if span is None else whole.trim(*span)
     begin = 0.0 if span is None else max(span[0], 0.0)
     if out:
         part = _without(part, [(a - begin, b - begin) for a, b in out])
     left = part.n - (part.missing if out else 0)
-    if left < FEWEST:
-        raise InputError(f"{left} samples are too few: leave more of the log")
+    if left < MIN_SAMPLES:
+        raise InputError(f"{left} samples are too few: select at least {MIN_SAMPLES}")
     return part
 
 
-def _without(part: Recording, out: list[Stretch]) -> Recording:
+def _without(part: Recording, out: list[Segment]) -> Recording:
+    """The recording with the excluded segments as missing samples."""
     samples = np.array(part.samples, dtype=np.promote_types(part.samples.dtype, np.float32))
     for stretch in out:
-        # A stretch may end long after the record, or be of another one.
+        # A segment may end after the record or belong to another record.
         first, last = (round(min(max(t, 0.0), part.duration) * part.rate) for t in stretch)
         samples[first:last] = np.nan
     return Recording(
@@ -269,10 +270,11 @@ def _without(part: Recording, out: list[Stretch]) -> Recording:
 
 
 def kept(model: Model, moved: bool) -> Model | None:
-    """A model to begin with on another part; events stay out where the start of time has `moved`."""
+    """Start model for another part of the log; without events if the start time has `moved`. None if nothing remains."""
     effects = [e for e in model if not (moved and _is_of_time(e))]
     return Model(tuple(effects)) if effects else None
 
 
 def _is_of_time(effect: Effect) -> bool:
+    """True if an effect happens at a particular time."""
     return effect.when is not None or any(p.role == "time" for p in effect.parameters)

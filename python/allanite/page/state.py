@@ -1,4 +1,4 @@
-"""What a tab tells the browser."""
+"""State of a tab as the browser receives it."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 __all__ = ["chip_units", "state", "work"]
 
 SI = ("rad/s", "m/s^2")
-#: Units offered; any other can be typed on the command line.
+#: Offered units; the command line accepts any other.
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
 
 def state(tab: Tab) -> dict[str, Any]:
-    """Everything but the curves."""
+    """The complete state of a tab, except for the curves."""
     with tab.lock:
-        # The version first: what changes from here on is seen the next time.
+        # Read the version first, so that later changes are noticed next time.
         version, now, board = tab.version, tab.now, tab.board
         preview = tab.preview
         place, length = (now.place, len(now.history)) if now is not None else (0, 1)
@@ -109,7 +109,7 @@ def state(tab: Tab) -> dict[str, Any]:
 
 
 def _reading(tab: Tab) -> dict[str, Any]:
-    """How the log is read: what was said, and what was found."""
+    """Settings with which the log is read: given by the user or found by the reader."""
     reading = tab.source.reading if tab.source is not None else Reading()
     found = None if tab.now is None else tab.now.recording
     return {
@@ -133,12 +133,12 @@ def _reading(tab: Tab) -> dict[str, Any]:
 
 
 def _is_sensor(name: str) -> bool:
-    """Whether a column without a unit is a sensor's and no ratio: by its name, or the letter of an axis."""
+    """True if a column without a unit belongs to a sensor, judging by its name or the letter of an axis."""
     return sensor_kind(name) is not None or name.strip().lower() in {"x", "y", "z"}
 
 
 def _kind(tab: Tab, step: Step | None) -> str:
-    """How far a column has come."""
+    """State of a column: new, fitted, adequate, within (tolerance), or fails."""
     if step is None:
         return "new"
     if step.study is None:
@@ -149,7 +149,7 @@ def _kind(tab: Tab, step: Step | None) -> str:
 
 
 def _elsewhere(tab: Tab) -> list[dict[str, Any]]:
-    """The axes of the other logs that were opened."""
+    """Names and states of the axes of all other opened logs."""
     return [
         {
             "log": place,
@@ -166,7 +166,7 @@ def _elsewhere(tab: Tab) -> list[dict[str, Any]]:
 
 
 def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
-    """One record a column: its name, unit and state."""
+    """One record per column: name, unit, state, model, and main values."""
     out = []
     names, units = work.recording.columns, work.recording.units
     for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):
@@ -198,6 +198,7 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
 
 
 def _tray(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
+    """Removed effects of a column that are not in the model."""
     there = {e.kind for e in fit.model}
     return [
         {"place": i, "kind": e.kind, "name": fit.display_name(e), "text": str(e)}
@@ -207,12 +208,12 @@ def _tray(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
 
 
 def work(tab: Tab) -> dict[str, Any]:
-    """What may change without a new version: the progress of the job."""
+    """The part of the state that changes without a new version: the progress of the job."""
     return {"job": None if tab.job is None else tab.job.to_dict()}
 
 
 def chip_units(unit: str) -> list[dict[str, str]]:
-    """Units in which the values of a model can be shown: those of data sheets, SI, the recording's, others."""
+    """Units for the values of a model: data-sheet units, SI, that of the recording, and others."""
     kind = parse_unit(unit).kind
     sheet = [
         e.parameter(name).sheet[kind]
@@ -232,13 +233,14 @@ def chip_units(unit: str) -> list[dict[str, str]]:
 
 
 def _left_out(work: Work) -> str:
-    """What of the log is not analysed."""
+    """Text about the part of the log that is not analyzed."""
     span, out = work.part
     said = "" if span is None else f" · from {duration_text(work.whole.duration)}"
-    return said + (f" · {duration_text(sum(b - a for a, b in out))} left out" if out else "")
+    return said + (f" · {duration_text(sum(b - a for a, b in out))} excluded" if out else "")
 
 
 def _recording(tab: Tab) -> dict[str, Any]:
+    """Description of the current recording, with the findings of its audit."""
     now = tab.work
     column, whole = tab.log, now.recording
     every = whole.audit if now.audited else []

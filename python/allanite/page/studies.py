@@ -1,4 +1,4 @@
-"""What was done to a log as one document: saved in the browser as it grows, or to a file, and opened again."""
+"""Studies: the work on a log as a JSON document, which the browser stores and files can hold."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from allanite.fit.result import plain
 from allanite.page.bench import look
 from allanite.page.edits import parse_model_string
 from allanite.page.ladder import Ladder, Step
-from allanite.page.source import Stretch, joined, part_of
+from allanite.page.source import Segment, joined, part_of
 from allanite.study import Rung
 
 if TYPE_CHECKING:
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 __all__ = ["open_study", "study"]
 
 SCHEMA = "allanite/page-study/2"
-#: Steps of one column.
+#: Maximum number of steps per column.
 MOST = 100
 
 
 def study(tab: Tab) -> dict[str, Any]:
-    """The ladders of all columns: models with values, not the samples."""
+    """Document of the steps of all columns: models with values, without samples."""
     _ = tab.step
     source, work = tab.source, tab.work
     assert source is not None
@@ -60,6 +60,7 @@ def study(tab: Tab) -> dict[str, Any]:
 
 
 def _model(fit: Fit) -> dict[str, Any]:
+    """Model of a fit with its values, held values and limits."""
     return {
         "model": fit.model.name,
         "effects": [
@@ -79,15 +80,15 @@ def open_study(tab: Tab, document: Any) -> None:
     Raises
     ------
     InputError
-        Not a study, a damaged one, or one of other columns; no log is open.
+        The document is not a study, is damaged or belongs to other columns; or no log is open.
     """
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise InputError("Not a study: a JSON file saved from this page is needed")
+        raise InputError("Not a study: choose a JSON file saved from this page")
     work = tab.work
     columns = work.recording.columns
     axes = document.get("axes")
     if not isinstance(axes, list) or not 0 < len(axes) <= len(columns):
-        raise InputError("The study holds no ladder of this log")
+        raise InputError("The study contains no steps for this log")
     try:
         found = [_axis(axis, columns) for axis in axes]
         span = _span(document.get("span"))
@@ -107,7 +108,7 @@ def open_study(tab: Tab, document: Any) -> None:
             log = tab.work.log(column)
             steps = []
             for i, (model, label) in enumerate(zip(models, labels, strict=True)):
-                job.say(f"Bringing back {columns[column]}, step {i}: {model.name}")
+                job.say(f"Restoring {columns[column]}, step {i}: {model.name}")
                 step = Step(label, Rung(fit_model(log, model)))
                 step.error = step.fit.error
                 look(step.fit)
@@ -119,28 +120,31 @@ def open_study(tab: Tab, document: Any) -> None:
 
     if tab.busy:
         tab.cancel()
-    tab.run("Bringing the study back", bring)
+    tab.run("Restoring the study", bring)
 
 
 def _span(said: Any) -> tuple[float, float] | None:
+    """Segment of a study, or None for the whole log."""
     return None if said is None else _stretch(said)
 
 
-def _stretch(said: Any) -> Stretch:
+def _stretch(said: Any) -> Segment:
+    """Segment from a document; `ValueError` if its limits are wrong."""
     start, end = float(said[0]), float(said[1])
     if not 0.0 <= start < end < float("inf"):
-        raise ValueError("a stretch ends before it begins")
+        raise ValueError("a segment ends before it starts")
     return start, end
 
 
 def _axis(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
+    """Column, models, labels, current step and removed effects of one axis of a study."""
     name, rungs, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:
-        raise InputError(f"The study is of a column {str(name)[:40]!r}, which this log has not")
+        raise InputError(f"The study contains column {str(name)[:40]!r}, which this log lacks")
     if not isinstance(rungs, list) or not 0 < len(rungs) <= MOST:
-        raise InputError("The study holds no ladder")
+        raise InputError("The study contains no steps")
     models = [model_from_dict({**r, "schema": "allanite/fit/1"}, "study") for r in rungs]
     last = len(rungs) - 1
     labels = [str(r.get("label", ""))[:80] for r in rungs]

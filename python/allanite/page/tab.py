@@ -1,4 +1,4 @@
-"""What can be done in a tab: the model changed, tried, improved; steps back and forward."""
+"""Operations on a tab: changing, trying and improving models, undo and redo."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ __all__ = ["Tab"]
 
 
 class Tab(Bench):
-    """A bench with its tools; results are shown as they come."""
+    """A browser tab: its state and the operations on it. Results are shown as soon as they are available."""
 
     def _refit(self, label: str, name: str, make: Callable[[], Rung]) -> None:
+        """Start a job that makes a new step and searches for its missing effects."""
         column = self.column
 
         def work(job: Job) -> None:
@@ -47,27 +48,28 @@ class Tab(Bench):
         )
 
     def add(self, number: int) -> None:
-        """Add a suggestion by its place in the list."""
+        """Add the suggested effect at a place of the list."""
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):
-            raise InputError("This suggestion is gone: look at the list again")
+            raise InputError("This suggestion no longer exists: see the updated list")
         self._add(step.check.suggestions[number].effect)
 
     def put(self, text: str) -> None:
-        """Add an effect of the catalogue, by its name or as a model string with values."""
+        """Add an effect of the catalog, given by its name or as a model string with values."""
         model = parse_model_string(text)
         if len(model) != 1:
-            raise InputError("One effect at a time: type a whole model instead")
+            raise InputError("Add one effect at a time, or enter a whole model")
         self._add(model.effects[0])
 
     def back(self, place: int) -> None:
-        """Bring back an effect of the tray, with the values it had."""
+        """Restore a removed effect with its former values."""
         tray = self.work.tray[self.column]
         if not 0 <= place < len(tray):
-            raise InputError("This effect is back already")
+            raise InputError("This effect is already in the model")
         self._add(tray[place])
 
     def _add(self, effect: Effect) -> None:
+        """Fit the current model with one more effect."""
         fit = self.step.fit
         if type(effect).single and any(e.kind == effect.kind for e in fit.model):
             name = fit.display_name(effect)
@@ -76,7 +78,7 @@ class Tab(Bench):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Take an effect out; it waits in the tray."""
+        """Remove an effect, which can be restored later."""
         fit = self.step.fit
         effect = effect_at(fit, place)
         if len(fit.model) == 1:
@@ -87,7 +89,7 @@ class Tab(Bench):
         )
 
     def hold(self, place: int, name: str, value: float | None) -> None:
-        """Hold a parameter at a value, or let it free (None)."""
+        """Hold a parameter at a value, or release it (None)."""
         fit = self.step.fit
         model = with_value(fit.model, place, name, value, held=value is not None)
         what = f"{name} of {fit.display_name(model.effects[place])}"
@@ -99,7 +101,7 @@ class Tab(Bench):
         )
 
     def limit(self, place: int, name: str, low: float | None, high: float | None) -> None:
-        """Have a parameter fitted between two values; None is an open end."""
+        """Limit a parameter to a range; None means no limit."""
         fit = self.step.fit
         model = with_limits(fit.model, place, name, low, high)
         effect = model.effects[place]
@@ -111,7 +113,7 @@ class Tab(Bench):
         )
 
     def what_if(self, place: int, name: str, value: float) -> None:
-        """Show a model with one value changed, nothing fitted; further changes add up."""
+        """Show the model with a trial value, without a fit; several trial values accumulate."""
         base = (self.preview or self.step.fit).model
         model = with_value(base, place, name, value, held=False)
         still = Model(tuple(frozen(e) for e in model))
@@ -128,24 +130,24 @@ class Tab(Bench):
         self.run("Trying the value", work)
 
     def drop_what_if(self) -> None:
-        """Forget the values tried."""
+        """Discard the trial values."""
         self.preview = None
         self.changed()
         self.recheck()
 
     def fit_what_if(self) -> None:
-        """Fit from the values tried."""
+        """Fit the model, starting from the trial values."""
         if self.preview is None:
-            raise InputError("No value was tried")
+            raise InputError("There is no trial value")
         model, log = self.preview.model, self.log
         self._refit(
-            "from tried values",
-            "Fitting from the tried values",
+            "from trial values",
+            "Fitting from the trial values",
             lambda: Rung(fit_model(log, model)),
         )
 
     def improve(self, columns: Sequence[int] | None = None) -> None:
-        """Add the best missing effect until nothing helps, each step shown as it comes; of this column, or of some."""
+        """Improve the model step by step until no effect helps, for the current column or for `columns`."""
         work_on = [self.column] if columns is None else list(columns)
         if columns is None:
             _ = self.step
@@ -160,14 +162,14 @@ class Tab(Bench):
                 helped = self._improve(job, column, before)
                 if columns is None and not helped:
                     raise InputError(
-                        "No effect lowers the error without predicting unseen data worse"
+                        "No effect lowers the error without worse predictions of unseen data"
                     )
 
-        # The check that it begins with may be at work by itself.
+        # The check with which the improvement starts may still be running.
         self.run("Improving", work, follows=True)
 
     def _improve(self, job: Job, column: int, before: str) -> bool:
-        """Whether the search ended because the model is adequate, or long enough."""
+        """Improve the model of a column; True if it ended with an adequate, accepted or maximal model."""
         begun = self.board.ladders[column].at
         while True:
             ladder = self.board.ladders[column]
@@ -187,43 +189,43 @@ class Tab(Bench):
             self.climb(job, Step(" ".join(rung.changes), rung), column)
 
     def accept(self, tolerance: float | None) -> None:
-        """Say below which model discrepancy, %, a model is good enough; None to ask that it is adequate."""
+        """Set the model discrepancy in % below which a model is accepted; None to require an adequate model."""
         if tolerance is not None and not 0.0 < tolerance <= 100.0:
-            raise InputError("The model discrepancy that is accepted lies between 0 and 100 %")
+            raise InputError("The accepted model discrepancy must lie between 0 and 100 %")
         self.tolerance = tolerance
         self.changed()
 
-    # -- the ladder ----------------------------------------------------------------------------------------
+    # -- steps ---------------------------------------------------------------------------------------------
 
     def go(self, rung: int) -> None:
-        """Look at another step; the next addition starts from there."""
+        """Make another step the current one, from which the next change starts."""
         if not 0 <= rung < len(self.ladder.steps):
             raise InputError(f"There is no step {rung}")
         if self.busy:
             self.cancel()
         if self.ladder.steps[rung] is self.beside:
-            # Looked at the other way round.
+            # Swap the two compared steps.
             self.beside = self.ladder.step
         self.push(Ladder(self.ladder.steps, rung))
         self.recheck()
 
     def compare_steps(self, rung: int | None) -> None:
-        """Put another step beside the one that is looked at; None to end that."""
+        """Compare the current step with another one; None ends the comparison."""
         if rung is not None and not 0 <= rung < len(self.ladder.steps):
             raise InputError(f"There is no step {rung}")
         self.beside = None if rung is None else self.ladder.steps[rung]
         self.changed()
 
     def undo(self) -> None:
-        """One change back, of whichever column."""
+        """Undo the last change, in any column."""
         self._move(-1, "Nothing to undo")
 
     def redo(self) -> None:
-        """One change forward."""
+        """Redo the last undone change."""
         self._move(+1, "Nothing to redo")
 
     def _part(self, by: int) -> bool:
-        """Back to the part of the log that was analysed before, or forward again."""
+        """Undo or redo the selection of a part of the log; False if there is none."""
         now, place = self.work, self.place_of_source
         other = now.before if by < 0 else now.after
         if other is None or place is None:
@@ -237,6 +239,7 @@ class Tab(Bench):
         return True
 
     def _move(self, by: int, otherwise: str) -> None:
+        """Undo or redo one change; `InputError` with the message `otherwise` if there is none."""
         with self.lock:
             if self.busy:
                 self.cancel()

@@ -1,4 +1,4 @@
-"""What the fields of the page are called in a remedy."""
+"""Names of the fields of the page for remedies in error messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WORDS = {
     "quantity": "the quantity {}",
     "column": "the column",
     "covariate": "the column of temperature",
-    "piece": "another piece",
+    "piece": "another segment",
     "topic": "the topic",
     "time_column": "the time column",
     "to": "another unit",

@@ -212,7 +212,7 @@ def test_a_second_tab_opens_the_same_study_and_goes_its_own_way(client):
     act(client, copy, checked=False, do="undo")
     assert len(client.get(f"tabs/{tab}").json()["ladder"]) == 2
     assert client.get(f"tabs/{copy}").json()["at"] == 0
-    assert "not there" in client.post("tabs/nobody/copy").json()["error"]
+    assert "no longer exists" in client.post("tabs/nobody/copy").json()["error"]
 
 
 @pytest.mark.slow
@@ -346,7 +346,7 @@ def test_a_log_a_data_sheet_and_a_twin_beside_it(client, hidden):
     assert (row["figure"], row["sheet"]) == ("angle random walk", "30 °/√h")
     assert state["sheet"]["name"] == "ACME"
     names = {t.get("name") for t in client.get(f"tabs/{tab}/view/compare").json()["data"]}
-    assert {"gyro, measured", "Simulated twin", state["others"][0]} <= names
+    assert {"gyro, measured", "Simulated sensor", state["others"][0]} <= names
     act(client, tab, checked=False, do="alone", name=state["others"][0])
     assert act(client, tab, checked=False, do="alone")["sheet"] is None
     assert client.get(f"tabs/{tab}").json()["others"] == []
@@ -430,4 +430,4 @@ def test_compared_curves_have_each_a_colour_of_its_own(client):
     # None is the color of an effect, and what is not drawn is named.
     effects = {theme_of("light").color(role) for role in COMPONENTS}
     assert not effects & set(colors)
-    assert "left out: x6, x7, x8" in shown["subtitle"]
+    assert "not shown: x6, x7, x8" in shown["subtitle"]

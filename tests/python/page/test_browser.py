@@ -70,7 +70,7 @@ def test_the_loop(tab):
     # One bar with words, the whole text, the evidence among the details.
     bar = card.locator(".measure")
     assert bar.count() == 1
-    assert re.match(r"Removes \d+ % of the misfit between [\d.]+ and [\d.]+ Hz", bar.inner_text())
+    assert re.match(r"Explains \d+ % of the misfit between [\d.]+ and [\d.]+ Hz", bar.inner_text())
     assert card.inner_text().lower().count(card.locator("h3").inner_text().lower()) == 1
     assert card.locator(".why").evaluate("p => p.scrollHeight <= p.clientHeight + 1")
     assert "ΔlogL" in card.locator("details").text_content()
@@ -181,7 +181,7 @@ def test_a_line_is_dragged_and_the_misfit_seen_before_fitting(tab):
         before.split()[0]
     )
     assert tab.locator("#ladder li").count() == 1
-    tab.get_by_role("button", name="forget").click()
+    tab.get_by_role("button", name="discard").click()
     tab.wait_for_selector("#tried", state="hidden")
     assert tab.locator(".chip .text").first.inner_text() == before
 
@@ -195,7 +195,7 @@ def test_the_loop_by_keyboard_alone(tab):
     tab.keyboard.press("Enter")
     tab.wait_for_selector("#tried:not([hidden])")
     assert "not fitted" in tab.inner_text("#tried")
-    tab.get_by_role("button", name="forget").focus()
+    tab.get_by_role("button", name="discard").focus()
     tab.keyboard.press("Enter")
     tab.wait_for_selector("#tried", state="hidden")
     # Views by the arrows.
@@ -282,7 +282,7 @@ def test_improving_is_watched_and_stopped(tab):
     tab.wait_for_selector("body[data-busy=false]")
     stopped = tab.locator("#ladder li").count()
     # Cancelled before its check, behind it, or at the end.
-    assert re.search("cancelled|fails|adequate", tab.inner_text("#verdict"), re.IGNORECASE)
+    assert re.search("canceled|fails|adequate", tab.inner_text("#verdict"), re.IGNORECASE)
     tab.wait_for_timeout(2000)
     assert tab.locator("#ladder li").count() == stopped
 

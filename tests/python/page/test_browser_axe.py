@@ -94,7 +94,7 @@ def test_nothing_that_opens_over_it(tab, server, serious):
         tab.keyboard.press("Enter")
         tab.wait_for_selector("#tried:not([hidden])")
         wrong += serious(tab, "tried", width)
-        tab.get_by_role("button", name="Forget").click()
+        tab.get_by_role("button", name="Discard").click()
         tab.wait_for_selector("#tried", state="hidden")
         tab.wait_for_selector(READY)
         tab.locator(".chip button.text").first.click()
@@ -136,6 +136,6 @@ def test_neither_the_first_page_nor_the_tour_nor_the_form(tab, serious, tmp_path
     tab.keyboard.press("Escape")
     tab.locator("#keys").click()
     tab.locator("#help-tour").click()
-    tab.wait_for_selector("#message >> text=The tour is of a log that was read")
+    tab.wait_for_selector("#message >> text=The tour needs a log that can be read")
     page.close()
     assert wrong == []

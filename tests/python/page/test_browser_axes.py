@@ -256,7 +256,7 @@ def test_two_models_side_by_side(tab):
     # Looked at the other way round, and ended.
     tab.locator("#ladder [data-rung='0']").click()
     tab.wait_for_selector("#sheet tr:has-text('Only in step 1')")
-    tab.get_by_role("button", name="No longer beside step 1").click()
+    tab.get_by_role("button", name="Stop comparing with step 1").click()
     tab.wait_for_selector("#sheet", state="hidden")
     assert tab.locator("#ladder li").count() == 2
 
@@ -269,8 +269,8 @@ def test_samples_down_to_single_ones_and_a_part_taken(tab):
     brush(tab, 0.25, 0.75)
     start, end = re.findall(r"[\d.]+", tab.inner_text("#beside"))
     assert (float(start), float(end)) == pytest.approx((300, 900), abs=1)  # a pixel is 1.5 s
-    tab.get_by_role("button", name="Analyse only this").click()
-    tab.wait_for_selector("text=Take the whole record again")
+    tab.get_by_role("button", name="Analyze only this").click()
+    tab.wait_for_selector("text=Use the whole record")
     tab.wait_for_selector(READY)
     kept = tab.evaluate("document.getElementById('recording').textContent")
     assert int(re.sub(r"\s", "", kept.split("samples")[0])) == pytest.approx(12_000, abs=100)
@@ -280,7 +280,7 @@ def test_samples_down_to_single_ones_and_a_part_taken(tab):
     box = tab.locator("#plot .nsewdrag").first.bounding_box()
     tab.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     tab.wait_for_function(f"() => {points} === 0")
-    tab.get_by_role("button", name="Take the whole record again").click()
+    tab.get_by_role("button", name="Use the whole record").click()
     tab.wait_for_selector("text=24 000 samples".replace(" ", "\u202f", 1))
 
 
@@ -296,24 +296,24 @@ def test_a_stretch_is_left_out_by_a_brush_and_the_model_is_fitted_again(tab):
     tab.locator("[data-tab=samples]").click()
     tab.wait_for_selector("body[data-drawn*=' samples ']")
     brush(tab, 0.5, 0.75)
-    tab.get_by_role("button", name="Leave this out").click()
-    tab.wait_for_selector("text=Left out:")
+    tab.get_by_role("button", name="Exclude this").click()
+    tab.wait_for_selector("text=Excluded:")
     tab.wait_for_selector(READY)
     # The same model of what is left, and said on the page.
     assert tab.locator(".chip").count() == 2
     assert tab.inner_text("#chips") != before
     # Each end of the brush is as exact as a pixel, 0.025 min.
-    assert re.search(r" (4\.9[5-9]|5|5\.0[1-5]) min left out$", tab.inner_text("#recording"))
+    assert re.search(r" (4\.9[5-9]|5|5\.0[1-5]) min excluded$", tab.inner_text("#recording"))
     shaded = "document.getElementById('plot').layout.shapes.filter(s => s.type === 'rect').length"
     assert tab.evaluate(shaded) == 1
     tab.keyboard.press("Control+z")
-    tab.wait_for_selector("#recording:not(:has-text('left out'))")
+    tab.wait_for_selector("#recording:not(:has-text('excluded'))")
     tab.wait_for_selector(READY)
     assert tab.inner_text("#chips") == before
     tab.keyboard.press("Control+Shift+z")
-    tab.wait_for_selector("#recording:has-text('left out')")
-    tab.get_by_role("button", name="No longer leave out").click()
-    tab.wait_for_selector("#recording:not(:has-text('left out'))")
+    tab.wait_for_selector("#recording:has-text('excluded')")
+    tab.get_by_role("button", name="Include").click()
+    tab.wait_for_selector("#recording:not(:has-text('excluded'))")
     tab.wait_for_selector(READY)
     assert tab.locator(".chip .text").first.inner_text() == white
 
@@ -354,7 +354,7 @@ def test_a_file_says_whether_to_use_it_before_it_is_saved(tab, tmp_path):
     said = tab.inner_text("#export-verdict")
     assert re.match(r"Use: (yes|no)\.", said)
     assert "Without gyro_y, acc_x: not yet checked" in said
-    assert tab.get_by_role("button", name="Improve all first").is_visible()
+    assert tab.get_by_role("button", name="Improve all axes first").is_visible()
     tab.locator("h1").click()
     # The data sheet is a line on the compared curves, and each of its figures is judged.
     sheet = tmp_path / "part.toml"

@@ -145,8 +145,8 @@ def test_a_stretch_is_taken_refitted_and_all_of_it_comes_back(tab, data):
     tab.mouse.move(box["x"] + 0.6 * box["width"], middle, steps=4)
     tab.mouse.up()
     before = tab.locator(".chip .text").first.inner_text()
-    tab.get_by_role("button", name="Analyse only this").click()
-    tab.wait_for_selector("text=Take the whole record again")
+    tab.get_by_role("button", name="Analyze only this").click()
+    tab.wait_for_selector("text=Use the whole record")
     tab.wait_for_selector(READY)
     assert tab.locator(".chip .text").first.inner_text() != before
     # Made by hand, with an effect taken out: a reload brings the model, the part and the tray back.

@@ -51,7 +51,7 @@ def test_a_stretch_is_left_out_and_put_back(client):
     said = found["recording"]
     assert said["left_out"] == [[100.0, 300.0]]
     assert said["n"] == state["recording"]["n"]
-    assert "left out" in said["text"]
+    assert "excluded" in said["text"]
     assert [c["short"] for c in found["chips"]] == ["N", "K", "GM"]
     # It goes into what is saved, and comes back with it.
     saved = client.get(f"tabs/{tab}/part/saved").json()

@@ -1,1 +1,1 @@
-"""What the browser shows, as data: views, figures, tables, cards, the catalogue."""
+"""Contents of the browser page as data: views, figures, tables, cards, and the catalog of effects."""

@@ -1,4 +1,4 @@
-"""Two models of one column side by side: both on the measured curve, and what differs between them."""
+"""Comparison of two models of one column: figure and table of differences."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 __all__ = ["differences", "two_models"]
 
-#: |z| up to which a residual is what chance gives.
+#: Residual |z| of the guide lines: 95 % of the residuals of a true model are smaller.
 GUIDE = 2.0
-#: Degrees of freedom of a point whose interval is worth its room.
+#: Minimum degrees of freedom of points whose intervals must fit on the axis.
 SURE = 2.0
 
 
 def two_models(ladder: Ladder, other: Step) -> Figure:
-    """The measured curve with both models, and below how far each is from it."""
+    """Figure of the measured curve with both models, and their residuals below."""
     assert ladder.step is not None
     one, two = ladder.step.fit, other.fit
     first, second = (f"model of step {ladder.steps.index(s)}" for s in (ladder.step, other))
@@ -59,7 +59,7 @@ def two_models(ladder: Ladder, other: Step) -> Figure:
 
 
 def differences(tab: Tab) -> dict[str, Any] | None:
-    """What differs between the step that is looked at and the one beside it; None where none is."""
+    """Differences between the current step and the compared one; None without a comparison."""
     ladder, other = tab.ladder, tab.other_step
     if other is None or ladder.step is None:
         return None
@@ -77,11 +77,12 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
 
 def _row(what: str, texts: tuple[str, str], remark: str, differs: bool) -> dict[str, Any]:
+    """A row of the table of differences."""
     return {"what": what, "texts": list(texts), "remark": remark, "differs": differs}
 
 
 def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[dict[str, Any]]:
-    """Each value of each effect of either model."""
+    """Rows with the values of all effects of both models."""
     first, second = _values(one, unit), _values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
         a, b = first.get(key), second.get(key)
@@ -93,17 +94,18 @@ def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterato
         elif a["detected"] and b["detected"] and a["number"] and b["number"]:
             remark = f"× {number(a['number'] / b['number'], 3)}"
         else:
-            remark = "Seen in one" if a["detected"] != b["detected"] else ""
+            remark = "Detected in one" if a["detected"] != b["detected"] else ""
         yield _row(key[0], (texts[0], texts[1]), remark, texts[0] != texts[1])
 
 
 def _text(value: Mapping[str, Any]) -> str:
+    """A value with its interval as text."""
     spread = value["kept"] or value["spread"]
     return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
 
 
 def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """By what a value is called and, where an effect is there more than once, which of them."""
+    """Values by name and by a counter for repeated effects."""
     out: dict[tuple[str, int], dict[str, Any]] = {}
     for chip in chips(fit, unit):
         shown = [v for v in chip["values"] if v["free"]] or chip["values"][:1]
@@ -115,11 +117,11 @@ def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]
 
 
 def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
-    """How well each describes the record, and which predicts what it has not seen better."""
+    """Rows with the errors of both steps and their predictions of unseen data."""
     first, second = rung(one), rung(two)
     for what, key in (
         ("Misfit χ²/dof", "chi2_text"),
-        ("Error of the curve, rms", "error_text"),
+        ("Allan error, rms", "error_text"),
         ("Largest error", "max_text"),
         ("Model discrepancy", "discrepancy_text"),
     ):
@@ -134,9 +136,10 @@ def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any
 
 
 def _predicts(one: Step, two: Step, places: list[int]) -> str:
+    """Text on which step predicts unseen data better; empty if unknown."""
     ends = [None if s.error is None else s.error.predictive for s in (one, two)]
     if ends[0] is None or ends[1] is None:
         return ""
     gain, error = compare(ends[0], ends[1])  # of the first over the second, nats
     better = places[0] if gain > 0 else places[1]
-    return f"Step {better} better by {number(abs(gain), 3)} ± {number(error, 2)} nats in all"
+    return f"Step {better} better by {number(abs(gain), 3)} ± {number(error, 2)} nats in total"

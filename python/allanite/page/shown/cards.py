@@ -1,4 +1,4 @@
-"""What stands beside the curves: chips of the model, cards of what is missing, rungs of the ladder."""
+"""Records for the panels beside the curves: effects of the model, suggested effects, and steps."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 __all__ = ["alternatives", "cards", "chips", "failures", "rung", "rungs", "telling_view"]
 
-#: The view of the page that shows a failure over …
+#: View that shows a failure over τ, frequency or time.
 SHOWS = {"tau": "allan", "frequency": "psd", "time": "map"}
-#: τ at which a process of frequency f shows most on the Allan curve, times f (the transfer function's peak).
+#: A process at frequency f affects the Allan curve most at τ = PEAK / f (peak of the transfer function).
 PEAK = 0.37
 
 
@@ -41,11 +41,11 @@ def chips(
     colors: Sequence[str] = (),
     found: Undecided | None = None,
 ) -> list[dict[str, Any]]:
-    """One record an effect of the model: name, colour role, values with units and intervals.
+    """One record per effect of the model: name, color role, values with units and intervals.
 
-    `unit` is the sample unit in which they are shown, or `SHEET`; None for the recording's. `colors` are the roles of
-    the effects, in the order of the model. `found` are the models that the record cannot tell from this one: a
-    parameter whose interval is wider over all of them says so.
+    `unit` is the sample unit of the displayed values, `SHEET`, or None for that of the recording. `colors` are the roles
+    of the effects, in the order of the model. `found` holds the models that explain the record equally well; intervals
+    that are wider over all these models are added.
     """
     drawn = {part.place: part for part in parts(fit)}
     out = []
@@ -78,13 +78,13 @@ def chips(
 
 
 def failures(study: Study) -> list[dict[str, Any]]:
-    """What the model of a study does not explain: a sentence each, the view that shows it, and the place there."""
+    """Records of what the model does not explain: sentence, view that shows it, and range in that view."""
     if study.adequate:
         return []
     check = study.check
     placed = {sentence: (view, place) for view, place, sentence in check.where.places()}
     out = []
-    # What else explains the record is asked only of models that nothing else speaks against.
+    # Alternative explanations are mentioned only for models without other failures.
     for text in study.doubts if check.adequate else check.left or [check.nowhere]:
         view, place = placed.get(text, (None, None))
         out.append({"text": text, "view": view and SHOWS[view], "place": place})
@@ -92,7 +92,7 @@ def failures(study: Study) -> list[dict[str, Any]]:
 
 
 def telling_view(study: Study) -> str:
-    """The view that shows best what a model lacks; the Allan curve where it lacks nothing."""
+    """Name of the view that shows best what is missing; the Allan curve for adequate models."""
     check = study.check
     first = check.significant[0].effect if check.significant else None
     if study.adequate or (first is None and not check.where.fails):
@@ -101,7 +101,7 @@ def telling_view(study: Study) -> str:
         return "samples"
     scores = _scores(study)
     if isinstance(first, Periodic) or getattr(first, "occupies", None) is not None:
-        # A line or a band is a peak of the spectrum; on the Allan curve it is a ripple.
+        # A line or a band is a clear peak in the spectrum, but only a ripple on the Allan curve.
         return "psd"
     if scores:
         return max(scores, key=lambda view: scores[view])
@@ -110,7 +110,7 @@ def telling_view(study: Study) -> str:
 
 
 def _scores(study: Study) -> dict[str, float]:
-    """Of each view on which a model fails its largest score over the one that true models hardly pass."""
+    """Largest score of each failing view, relative to the threshold that true models rarely exceed."""
     where, fit = study.check.where, study.fit
     out = {}
     if where.worst_tau is not None:
@@ -126,17 +126,17 @@ def _scores(study: Study) -> dict[str, float]:
 
 
 def alternatives(study: Study) -> str | None:
-    """What else explains the record as well as an adequate model, a sentence; None where the model is not adequate."""
+    """Sentence on alternative explanations of an adequate model; None if the model is not adequate."""
     if not study.check.adequate:
         return None
     if study.undecided is None:
-        return "No other model of the catalogue explains this record as well."
+        return "No other model of the catalog explains this record equally well."
     said = tidy(undecided_sentence(study.fit, study.undecided))
     return f"{said[0].upper()}{said[1:]}."
 
 
 def _over_all(own: Estimate, interval: tuple[float, float] | None, shown: str) -> str:
-    """The interval over all models that the record cannot tell apart, where it is wider than the model's own."""
+    """Text of the interval over all equally good models, if it is wider than that of the model; else empty."""
     if interval is None or not is_wider(own, interval):
         return ""
     over = Estimate(own, None, interval, own.unit, True, own.name).to(shown).interval
@@ -181,7 +181,7 @@ def _value(
 
 
 def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | None:
-    """The ends between which a number is fitted, None for an open one; None altogether where it can have none."""
+    """Limits of a parameter in the displayed unit (None for no limit); None if it cannot have limits."""
     if not limitable(effect.parameter(name)):
         return None
     ends = effect.limits.to_dict().get(name, [None, None])
@@ -189,7 +189,7 @@ def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | No
 
 
 def cards(check: Check) -> list[dict[str, Any]]:
-    """One record a suggestion, the significant ones and, if there are none, the two best of the rest."""
+    """One record per significant suggestion or, if there is none, for the two best ones."""
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
     return [_card(check.fit, i, s) for i, s in shown[:8]]
@@ -212,13 +212,13 @@ def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
         "rivals": rivals,
         "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
         "size": s.removes_percent / 100.0,
-        "size_text": f"removes {number(s.removes_percent, 2)} % of the misfit{_between(acts)}",
+        "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{_between(acts)}",
         "acts": acts,
     }
 
 
 def _parted(name: str, sentence: str) -> tuple[str, str]:
-    """The values of an effect and what is said of it: a card has its name as a title."""
+    """The values of an effect and its explanation, separated, without its name."""
     if sentence.startswith(f"{name} (") and "): " in sentence:
         values, _, words = sentence.removeprefix(f"{name} (").partition("): ")
         return values, words
@@ -226,7 +226,7 @@ def _parted(name: str, sentence: str) -> tuple[str, str]:
 
 
 def _between(acts: dict[str, list[float] | None]) -> str:
-    """Where an effect is seen, in words."""
+    """Text of the frequency range in which an effect acts; empty if it has none."""
     ends = acts["frequency"]
     if ends is None:
         return ""
@@ -235,10 +235,10 @@ def _between(acts: dict[str, list[float] | None]) -> str:
 
 
 def _sentence(s: Suggestion) -> str:
-    """The explanation with parameters and units as they are printed."""
+    """The explanation with printed symbols and units."""
     values = [v for v in s.estimates.values() if isinstance(v, Estimate)]
     text = s.explanation
-    # The longest unit first: rad/s is a part of rad/s·s^½.
+    # Replace the longest unit first, because rad/s is a part of rad/s·s^½.
     for value in sorted(values, key=lambda v: -len(v.unit)):
         text = text.replace(f"{value.name} = ", f"{_symbol(s.effect, value.name)} = ")
         if value.unit:
@@ -247,12 +247,13 @@ def _sentence(s: Suggestion) -> str:
 
 
 def _symbol(effect: Effect, name: str) -> str:
+    """Symbol of a parameter, or its name with blanks."""
     plain = name if name == "q_c" else name.replace("_", " ")
     return effect.parameter(name).symbol or plain
 
 
 def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
-    """Where an effect would be seen: ranges of τ (s), frequency (Hz) and time (s), None where it has none."""
+    """Ranges of τ (s), frequency (Hz) and time (s) in which an effect acts; None where it has no range."""
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
     if isinstance(s.effect, Periodic) and s.effect.frequency is not None:
@@ -282,7 +283,7 @@ def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 
 
 def rungs(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """The ladder: what `rung` says of each step, and what it leaves of the first one's misfit."""
+    """Records of all steps, with the unexplained misfit in % of that of the first step."""
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [
         {**rung(s), "left": share, "left_text": _unexplained(s, share)}
@@ -291,12 +292,12 @@ def rungs(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
 
 
 def _unexplained(step: Step, share: float) -> str:
-    """Of an adequate model nothing is unexplained: what is left of the misfit is chance."""
+    """Text of the unexplained misfit; 0 % for an adequate model, whose remaining misfit is random."""
     return "0 %" if step.study is not None and step.study.adequate else _percent(share)
 
 
 def rung(step: Step) -> dict[str, Any]:
-    """One record of the ladder: what was done, errors, whether the model is adequate."""
+    """Record of one step: label, model, errors, and whether the model is adequate."""
     fit, error = step.fit, step.error
     misfit = fit.misfit
     return {
@@ -317,12 +318,15 @@ def rung(step: Step) -> dict[str, Any]:
 
 
 def _worst(worst: tuple[float, float] | None) -> str:
+    """Text of the largest ratio of model to measured deviation and its τ."""
     return "–" if worst is None else f"×{number(worst[0], 3)} at {number(worst[1], 3)} s"
 
 
 def _percent(value: float | None) -> str:
+    """Text of a percentage; a dash for None."""
     return "–" if value is None else f"{number(value, 2)} %"
 
 
 def _nats(value: float | None) -> str:
+    """Text of a predictive score; a dash for None."""
     return "–" if value is None else f"{number(value, 4)} nats"

@@ -1,4 +1,4 @@
-"""The catalogue of effects as the page offers it, each with a small picture made from its own class."""
+"""The catalog of effects for the page, with a small picture of each effect."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 __all__ = ["catalogue"]
 
-#: The record of a picture: samples at 1 Hz, white noise of density 1 below each effect.
+#: Length of the record of a picture at 1 Hz; each effect is added to white noise of density 1.
 N = 1 << 14
 TAU = 2.0 ** np.arange(0, 13, 0.5)
 FREQUENCY = np.geomspace(2.0 / N, 0.5, 40)
-#: Shapes that show an effect in the middle of the picture; of any other the middle of its grid.
+#: Shape values that put an effect into the middle of its picture; others use the middle of their grid.
 SHAPES: dict[str, Any] = {
     "correlation_time": 60.0,
     "frequency": 0.02,
@@ -44,11 +44,11 @@ SHAPES: dict[str, Any] = {
     "column": "temperature",
     "order": 2,
 }
-#: By how much an effect stands above white noise where it shows most, in powers.
+#: Maximum ratio of the power of an effect to that of white noise.
 ABOVE = 300.0
 
 
-#: Groups in the order of the page, and the families of effects in each.
+#: Groups of effects in the order of the page, with their families.
 GROUPS = (
     ("Noise and drift", ("coefficient", "spectral", "drift")),
     ("Lines and bands", ("line", "band", "course")),
@@ -60,17 +60,17 @@ GROUPS = (
 
 
 def _group(cls: type[Effect]) -> str:
-    """The group of an effect; the first one for families of effects from elsewhere."""
+    """Name of the group of an effect; the first group for unknown families."""
     return next((name for name, families in GROUPS if cls.family in families), GROUPS[0][0])
 
 
 def catalogue(kind: str) -> list[dict[str, Any]]:
-    """One record an effect: by group, in each the common ones first.
+    """One record per effect, sorted by group, with common effects first.
 
     Parameters
     ----------
     kind : str
-        Of the sensor, which names some effects.
+        Kind of the sensor, which determines the names of some effects.
     """
     places = {name: place for place, (name, _) in enumerate(GROUPS)}
     return [
@@ -93,7 +93,7 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
 
 @cache
 def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
-    """Paths of an SVG of 100 × 60: the curve and the spectrum, each with the effect and (faint) without it."""
+    """SVG paths of 100 × 60: Allan curve and spectrum, each with and without the effect."""
     try:
         variance, power = _curves(cls)
     except (AllaniteError, ValueError, TypeError, NotImplementedError):
@@ -106,7 +106,7 @@ def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 
 def _curves(cls: type[Effect]) -> tuple[Array, Array]:
-    """Allan variance over `TAU` and density over `FREQUENCY` of white noise with the effect."""
+    """Allan variance at `TAU` and density at `FREQUENCY` of white noise with the effect."""
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)
     effect = _example(cls)
@@ -125,6 +125,7 @@ def _curves(cls: type[Effect]) -> tuple[Array, Array]:
 
 
 def _example(cls: type[Effect]) -> Effect:
+    """An instance of an effect with values that suit a picture."""
     values: dict[str, Any] = {}
     for p in cls.parameters:
         shown = SHAPES.get(p.name)
@@ -139,7 +140,7 @@ def _example(cls: type[Effect]) -> Effect:
 
 
 def _measured(signal: Array) -> tuple[Array, Array]:
-    """Allan variance and density of a known function of time."""
+    """Allan variance and density of a deterministic signal."""
     phase = np.concatenate([[0.0], np.cumsum(signal)])
     variance = []
     for m in np.round(TAU).astype(int):
@@ -156,7 +157,7 @@ def _measured(signal: Array) -> tuple[Array, Array]:
 
 
 def _paths(x: Array, *lines: Array) -> list[str]:
-    """Lines on double-logarithmic paper that the picture holds whole, at least two decades high."""
+    """SVG paths of lines in double-logarithmic scale, fitted to the picture, at least two decades high."""
     across = 100.0 * np.log10(x / x[0]) / np.log10(x[-1] / x[0])
     logs = [np.log10(np.maximum(y, 1e-4)) for y in lines]
     top, bottom = max(y.max() for y in logs), min(y.min() for y in logs)

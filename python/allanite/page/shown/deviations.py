@@ -1,4 +1,4 @@
-"""The measured curve by another deviation, or at other averaging times than the fit's."""
+"""Figure of the measured curve with another estimator or other averaging times than those of the fit."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 
 __all__ = ["GRIDS", "KINDS", "deviation_figure"]
 
-#: Offered: those that take no longer than a look, whatever the length of the record.
+#: Offered estimators; all are fast for any length of the record.
 KINDS = ("oadev", "adev", "mdev", "tdev", "ohdev", "hdev", "totdev", "pdev")
-#: Of these the model's own curve is the expectation.
+#: Estimators whose expectation is the curve of the model.
 ALLAN = ("oadev", "adev")
 GRIDS: dict[str, str | int] = {"octave": "octave", "decade": "decade", "fine": 20}
-#: Samples of which a twin is simulated while one waits.
-MOST_TWIN = 2_000_000
+#: Maximum number of samples of a simulated sensor, so that the user need not wait long.
+MAX_SIMULATED = 2_000_000
 
 
 def deviation_figure(
     log: Recording, fit: Fit | None, options: Mapping[str, str], kept: dict[Any, Deviation]
 ) -> Figure | None:
-    """The deviation that is asked for, with the model where it has that curve, else with a twin simulated from it.
+    """Figure of the requested deviation with the curve of the model or, if there is none, of a simulated sensor.
 
-    What was computed is `kept` by who is looked at, kind and averaging times, as long as the log is.
-    None where nothing but the fit's own curve is asked for.
+    Computed deviations are cached in `kept` by recording, estimator and averaging times. None if the curve of the fit
+    itself is requested.
     """
     kind, grid = options.get("kind") or "oadev", options.get("grid") or ""
     if kind not in KINDS:
@@ -52,9 +52,9 @@ def deviation_figure(
     shown = [np.asarray(found.deviation), np.asarray(found.low), np.asarray(found.high)]
     if fit is not None and kind in ALLAN:
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
-    elif fit is not None and log.n <= MOST_TWIN:
+    elif fit is not None and log.n <= MAX_SIMULATED:
         twin = _twin(fit, kind, grid, kept)
-        marks.append(Line(*_drawn(twin), "model", "Simulated twin of the model", 1.6))
+        marks.append(Line(*_drawn(twin), "model", "Simulated sensor", 1.6))
         shown.append(np.asarray(twin.deviation))
     tau, values = _drawn(found)
     there = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
@@ -70,17 +70,20 @@ def deviation_figure(
 
 
 def _drawn(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
+    """τ and deviation of the points that can be drawn on logarithmic axes."""
     kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
     return np.asarray(found.tau)[kept], np.asarray(found.deviation)[kept]
 
 
 def _found(log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
+    """Deviation of a recording, from the cache if possible."""
     if (log, kind, grid) not in kept:
         kept[log, kind, grid] = _deviation(log, kind, grid)
     return kept[log, kind, grid]
 
 
 def _twin(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
+    """Deviation of a sensor simulated from the fit, from the cache if possible."""
     if (fit, kind, grid) not in kept:
         data = fit.data
         made = fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
@@ -89,6 +92,7 @@ def _twin(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviati
 
 
 def _deviation(log: Recording, kind: str, grid: str) -> Deviation:
+    """Deviation of a recording by an estimator at the averaging times of a grid."""
     more = {"taus": GRIDS[grid]} if grid else {}
     found: Deviation = getattr(family, kind)(log, **more)
     return found

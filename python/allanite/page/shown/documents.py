@@ -1,4 +1,4 @@
-"""Files that the page hands out and takes in."""
+"""Files that the page writes and accepts."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 
 __all__ = ["Made", "accept", "compare_with", "make", "sheet_rows", "targets"]
 
-#: What the page asks for when a reader lacks nothing else.
+#: Missing facts about a log that the page can ask the user for.
 ASKED = ("rate", "unit", "quantity", "column")
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv; charset=utf-8"}
-#: What the samples of a clock are, and of a sensor whose unit is not known.
+#: Kind of unit of the samples of a clock, and of sensors with an unknown unit.
 RATIO = parse_unit("1").kind
 
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """A file: its bytes, media type and name, and what has to be said of it."""
+    """A generated file: bytes, media type, name, and a note for the user."""
 
     body: bytes
     kind: str
@@ -51,7 +51,7 @@ class Made:
 
 
 def targets(recording: Recording) -> list[list[str]]:
-    """File name and title of the parameter files that a log can be exported to: most are for inertial sensors alone."""
+    """File names and titles of the export formats for a log; most are for inertial sensors only."""
     from allanite.export import TARGETS
 
     other = any(parse_unit(unit).kind == RATIO for unit in recording.units)
@@ -60,13 +60,13 @@ def targets(recording: Recording) -> list[list[str]]:
 
 
 def accept(tab: Tab, source: Source, role: str) -> None:
-    """Take an uploaded file: a log to work on (``log``) or to compare with (``compare``), a data sheet (``sheet``).
+    """Accept an uploaded file as a log (``log``), a log for comparison (``compare``), or a data sheet (``sheet``).
 
     Raises
     ------
     InputError
-        A log that cannot be read whatever its rate and unit (pickled objects, damaged), no data sheet; nothing is
-        kept of it.
+        The log cannot be read with any rate or unit (damaged, pickled objects), or the file is not a data sheet.
+        Nothing of it is kept.
     """
     if role == "sheet":
         _accept_sheet(tab, source)
@@ -78,7 +78,7 @@ def accept(tab: Tab, source: Source, role: str) -> None:
     try:
         found = source.read(Reading())
     except AllaniteError as error:
-        # What only lacks a rate or a unit is asked for; anything else is refused.
+        # The page asks for a missing rate or unit; any other error refuses the file.
         if error.missing not in ASKED:
             raise
     tab.sources.append(source)
@@ -86,20 +86,21 @@ def accept(tab: Tab, source: Source, role: str) -> None:
 
 
 def _accept_sheet(tab: Tab, source: Source) -> None:
+    """Accept an uploaded data sheet."""
     from allanite.comparison.datasheet import read_datasheet
 
     _ = tab.log
     assert source.path is not None
     with about(source.name, instead=source.path):
         sheet = read_datasheet(source.path)
-    # A sheet without a name of its own is called as its file.
+    # A data sheet without a name gets the name of its file.
     named = sheet.name if sheet.name != source.path.stem else Path(source.name).stem
     tab.sheet = replace(sheet, name=named)
     tab.changed()
 
 
 def compare_with(tab: Tab, source: Source) -> None:
-    """Show the columns of a log beside the one that is looked at.
+    """Add the columns of a log to the comparison with the current column.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def compare_with(tab: Tab, source: Source) -> None:
         if error.missing not in ASKED:
             raise
         raise InputError(
-            f"{source.name}: its rate or unit is not known: open it as a log, set them, then go back and"
+            f"{source.name}: rate or unit is unknown: open it as a log, set them, then return and"
             " compare with it"
         ) from None
     names = {name for name, _ in tab.others}
@@ -123,7 +124,7 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """The data sheet beside the model that is looked at, for a table; None without a sheet."""
+    """Table that compares the current model with the data sheet; None without a data sheet."""
     if tab.sheet is None or not tab.ladder.steps:
         return None
     from allanite.comparison.datasheet import compare_datasheet
@@ -146,7 +147,7 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
 
 
 def _measured(row: Row) -> str:
-    """What was measured, in the unit of the sheet."""
+    """Text of the measured value in the unit of the data sheet."""
     factor = row.figure.value / row.sheet
     unit = unit_text(row.figure.unit)
     if row.measured.detected:
@@ -156,18 +157,19 @@ def _measured(row: Row) -> str:
 
 
 def _interval(ratio: Estimate) -> str:
+    """Text of a ratio with its interval."""
     if ratio.interval is None:
         return number(ratio.value)
     return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
 
 
 def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None) -> Made:
-    """A file by its name: a figure or its numbers, the study, parameters of all axes, the report.
+    """A file by its name: a figure or its values, the study, an export of all axes, or the report.
 
     Raises
     ------
     InputError
-        An unknown name, or nothing to write yet.
+        The name is unknown, or there is nothing to write yet.
     """
     path = Path(name)
     if path.suffix in KINDS and path.stem in VIEWS:
@@ -208,21 +210,21 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
 
 
 def _stem(tab: Tab, column: str = "") -> str:
-    """The name of the log, which names its files."""
+    """Stem of file names: the name of the log, and of the column if given."""
     source = tab.source
     name = Path("log" if source is None else source.name).stem
     return re.sub(r"[^\w.-]+", "_", f"{name}-{column}" if column else name)
 
 
 def _missing(tab: Tab) -> str:
-    """Which axes a file is without."""
+    """Note on axes that are missing from a file because nothing is fitted; empty if none."""
     columns = tab.work.recording.columns
     gone = [c for c, one in zip(columns, tab.board.ladders, strict=True) if not one.steps]
     return f"Without {', '.join(gone)}: not yet checked" if gone else ""
 
 
 def _report(tab: Tab) -> Made:
-    """The ladders up to the step that is looked at, as a report."""
+    """Report on the steps of each column up to the current one."""
     from allanite.report import Entry, Report
 
     entries, open_ = [], []
@@ -240,7 +242,7 @@ def _report(tab: Tab) -> Made:
         found = replace(last, ladder=tuple(s.rung for s in steps), stopped_because=ending)
         entries.append(Entry(found, first, log.oadev()))
     if not entries:
-        raise InputError("The report needs the finished search: wait until it ends")
+        raise InputError("The report needs a finished search: wait until the search ends")
     notes = [_missing(tab), f"Without {', '.join(open_)}: not searched yet" if open_ else ""]
     body = Report(tuple(entries)).to_html().encode()
     name = f"{_stem(tab)}-report.html"

@@ -1,4 +1,4 @@
-"""The figures of the page as data, for the screen, for files and for tables."""
+"""Figures of the page as data, used for the screen, files and tables."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ if TYPE_CHECKING:
 
 __all__ = ["VIEWS", "colors_of", "figure_of", "fit_of"]
 
-#: Points of single ordinates of a range that is looked at closely.
-MOST_CLOSE = 1500
-#: Samples that a filter runs over at once; of a longer record the first.
-MOST_FILTERED = 1_000_000
+#: Maximum number of points for single ordinates in a zoomed range.
+MAX_ZOOMED = 1500
+#: Maximum number of filtered samples; of a longer record only the first ones are used.
+MAX_FILTERED = 1_000_000
 
 
 def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
-    """The figure behind a view, with the colours that the effects have on this page."""
+    """Figure of a view, with the colors that effects have on this page."""
     if name not in VIEWS:
         raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
     figure: Figure = VIEWS[name](tab, options or {})
@@ -76,13 +76,13 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
 
 
 def fit_of(tab: Tab) -> Fit | None:
-    """What is shown: the values tried, or the step that is looked at."""
+    """The displayed fit: the model with trial values, or that of the current step; None without a step."""
     step = tab.ladder.step
     return tab.preview or (None if step is None else step.fit)
 
 
 def colors_of(work: Work, fit: Fit) -> list[str]:
-    """Colour role of each effect of a model: the one it was first seen in, in whatever company."""
+    """Color role of each effect of a model; an effect keeps its first color in all models."""
     out, seen = [], dict[str, int]()
     for effect in fit.model.effects:
         seen[effect.kind] = seen.get(effect.kind, 0) + 1
@@ -93,18 +93,20 @@ def colors_of(work: Work, fit: Fit) -> list[str]:
 
 
 def _allan(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """Allan deviation with the model, or another requested deviation."""
     fit = fit_of(tab)
     other = deviation_figure(tab.log, fit, options, tab.work.deviations)
     if other is not None:
         return other
     if fit is None:
-        # Before the first fit there is the measured curve alone.
+        # Before the first fit only the measured curve is available.
         return plot_deviation(tab.log.oadev())
     panels = allan_panels(fit, 0, tau_spans(fit))
     return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
 
 
 def _psd(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """Spectrum with the model."""
     fit = fit_of(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
     spans = spectrum_spans(fit, None if check is None else check.where.worst_frequency)
@@ -121,27 +123,29 @@ def _psd(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _closely(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
-    """The spectrum with every single ordinate of a range that is looked at closely, Hz."""
+    """Panel of the spectrum with single ordinates in the zoomed frequency range."""
     low, high = _positive(options, "from", 1.0), _positive(options, "to", 1.0)
-    f, power = ordinates_between(fit, low, high, most=MOST_CLOSE)
+    f, power = ordinates_between(fit, low, high, most=MAX_ZOOMED)
     marks = [m for m in panel.marks if not (isinstance(m, Line) and m.label == SINGLE)]
     at = next(i for i, m in enumerate(marks) if not isinstance(m, Span))
     return replace(panel, marks=(*marks[:at], Line(f, power, "raw", SINGLE, 1.0), *marks[at:]))
 
 
 def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
+    """Map of measured over expected power by time and frequency."""
     check = tab.step.check
     if check is None:
-        raise InputError("The map is being made …")
+        raise InputError("The map is being computed …")
     figure = plot_time(check)
     said = [text for view, _, text in check.where.places() if view == "time"]
     if not check.where.time:
         return figure
-    calm = "the noise is the same throughout the record: no cell differs beyond chance"
+    calm = "the noise is constant over the record: no cell differs significantly"
     return replace(figure, subtitle="\n".join([*(said or [calm]), figure.subtitle]))
 
 
 def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """Samples over time, with events, excluded segments, and known functions of time."""
     step = tab.ladder.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
     fit = fit_of(tab)
@@ -167,7 +171,7 @@ def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Two steps if one is put beside the other; else the log, its simulated twin, other logs or columns, data sheets."""
+    """Comparison of two steps, or of the column with a simulated sensor, other logs or columns, and a data sheet."""
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare
 
@@ -183,7 +187,7 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
     found = compare(drawn)
     curves = list(found.curves)
     if tab.ladder.steps:
-        twin = compare([("Simulated twin", _twin(tab.step.fit), None)]).curves[0]
+        twin = compare([("Simulated sensor", _twin(tab.step.fit), None)]).curves[0]
         curves.append(replace(twin, kind="twin", low=None, high=None))
     missing = []
     for figure in () if tab.sheet is None else tab.sheet.figures:
@@ -198,12 +202,12 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
         else:
             curves.append(Drawn(name, "datasheet", log.unit, *line))
     plain = plot_compare(tuple(curves))
-    left = ([f"{', '.join(more)} (no color is left)"] if more else []) + missing
-    return replace(_compared(plain), subtitle=f"left out: {'; '.join(left)}" if left else "")
+    left = ([f"{', '.join(more)} (too many curves)"] if more else []) + missing
+    return replace(_compared(plain), subtitle=f"not shown: {'; '.join(left)}" if left else "")
 
 
 def _compared(figure: Figure) -> Figure:
-    """Logs in their own colors, the twin in that of the model, figures of a data sheet in grey."""
+    """The comparison with the simulated sensor in the color of the model and the data sheet in gray."""
 
     def painted(mark: Mark) -> Mark:
         if not isinstance(mark, Line | Points):
@@ -220,12 +224,13 @@ def _compared(figure: Figure) -> Figure:
 
 
 def _twin(fit: Fit) -> Recording:
+    """Recording of a sensor simulated from the fit."""
     data = fit.data
     return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
 
 
 def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """Growth of the error since the last fix, by effect, beside the measured one."""
+    """Error growth since the last fix by effect, compared with measured errors."""
     from allanite.statespace.growth import error_growth, measured_growth
 
     fit = tab.step.fit
@@ -244,7 +249,7 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
         for label, size in growth.budget.items():
             color = known.get(label.rstrip("0123456789"), "raw")
             marks.append(Line(growth.tau, factor * size, color, "" if i else label, 1.2))
-        marks.append(Line(growth.tau, total, "model", "" if i else "Model, in all", 2.2))
+        marks.append(Line(growth.tau, total, "model", "" if i else "Model, total", 2.2))
         try:
             seen = measured_growth(tab.log, growth)
         except TooShortError:
@@ -287,7 +292,7 @@ def _apart(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> str:
-    """From when on measured errors differ from those of a model, in words; empty where they agree."""
+    """Text on the time from which measured errors differ from the model; empty if they agree."""
     over, under = low > total, high < total
     out = over | under
     if np.count_nonzero(out) <= chance_outside(int(np.isfinite(low).sum())):
@@ -298,13 +303,14 @@ def _apart(
 
 
 def chance_outside(points: int) -> int:
-    """Points that may lie outside their 95 % intervals: more have a probability below 1 % if they are independent."""
+    """Number of points that may lie outside their 95 % intervals; more have a probability below 1 % if independent."""
     from scipy.stats import binom
 
     return int(binom.ppf(0.99, points, 0.05))
 
 
 def _positive(options: Mapping[str, str], name: str, otherwise: float) -> float:
+    """A positive number from the options, or `otherwise` if it is missing."""
     try:
         value = float(options.get(name) or otherwise)
     except ValueError:
@@ -316,19 +322,20 @@ def _positive(options: Mapping[str, str], name: str, otherwise: float) -> float:
 
 @lru_cache(maxsize=4)
 def _innovations(fit: Fit) -> Innovations:
+    """Innovations of the Kalman filter of a fit, over at most `MAX_FILTERED` samples."""
     from allanite.statespace import innovations
 
     log = fit.recording
-    part = log if log.n <= MOST_FILTERED else log.trim(0.0, MOST_FILTERED / log.rate)
+    part = log if log.n <= MAX_FILTERED else log.trim(0.0, MAX_FILTERED / log.rate)
     return innovations(part, fit)
 
 
 def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Normalised innovation squared of the filter that the model makes, over τ."""
+    """Normalized innovation squared of the model's Kalman filter, averaged over τ."""
     found = _innovations(tab.step.fit)
     by_tau = found.by_tau
     marks: tuple[Mark, ...] = (
-        Band(by_tau.tau, by_tau.low, by_tau.high, "model", "95 % if the filter is right"),
+        Band(by_tau.tau, by_tau.low, by_tau.high, "model", "95 % if the filter is consistent"),
         Rule(1.0, "y", "guide", "solid"),
         Points(by_tau.tau, by_tau.nis, "measured", "Measured"),
     )
@@ -347,7 +354,7 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
     )
     told = f"{_consistency(by_tau.tau, by_tau.nis, by_tau.low, by_tau.high)}\n{told}"
     panel = Panel(x, y, marks, title="NIS")
-    return Figure("Normalised innovation squared (NIS)", told, (panel,), kind="nis")
+    return Figure("Normalized innovation squared (NIS)", told, (panel,), kind="nis")
 
 
 def _consistency(
@@ -356,13 +363,15 @@ def _consistency(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> str:
-    """Whether the errors of a filter are as large as it takes them for, in words."""
+    """Sentence on whether the errors of a filter are as large as the filter expects."""
     over, under = nis > high, nis < low
     count, points = int(np.count_nonzero(over | under)), nis.size
     outside = f"{count} of {points} points lie outside the 95 % interval"
     if count <= chance_outside(points):
         return f"the filter is consistent with the record: {outside}"
-    kind, which = ("overconfident", over) if over.sum() >= under.sum() else ("too careful", under)
+    kind, which = (
+        ("overconfident", over) if over.sum() >= under.sum() else ("too conservative", under)
+    )
     at = np.flatnonzero(which)
     worst = at[np.abs(np.log(nis[at])).argmax()]
     return (

@@ -1,4 +1,4 @@
-"""Doubts about a log as sentences, and the buttons that do what they propose."""
+"""Findings about a log as sentences, with buttons that apply the proposed remedy."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ __all__ = ["offers", "sentence"]
 
 
 def sentence(text: str) -> str:
-    """With a capital where it begins with a word of ours, not with the name of a column."""
+    """The text with a capital letter, unless it starts with the name of a column."""
     head = text.split(" ", 1)[0].rstrip(",.:")
     return text[:1].upper() + text[1:] if head.islower() and head.isalpha() else text
 
 
 def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
-    """Buttons of a finding in a record of `duration` s: what is written on each, and the action it stands for."""
+    """Buttons for a finding in a record of `duration` s: text and action."""
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:
         found = float(values["measured_hz"])
         return [{"text": f"Use {found:.5g} Hz", "act": {"do": "rate", "rate": found}}]
     if "quiet_start_s" in values:
         length = float(values["quiet_end_s"]) - float(values["quiet_start_s"])
-        text = f"Take the quiet {duration_text(length)}"
+        text = f"Use the quiet {duration_text(length)}"
         return [{"text": text, "act": {"do": "take", "quiet": True}}]
     if finding.kind == "not_static":
         return [_longer(float(values["start_s"]), float(values["end_s"]), duration)]
@@ -37,7 +37,7 @@ def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any
 
 
 def _longer(start: float, end: float, duration: float) -> dict[str, Any]:
-    """Take what lies before or after a stretch, whichever is longer."""
+    """Button that selects the part before or after a segment, whichever is longer."""
     first, last = (end, duration) if duration - end > start else (0.0, start)
-    text = f"Take only {first:.4g}–{last:.4g} s"
+    text = f"Use only {first:.4g}–{last:.4g} s"
     return {"text": text, "act": {"do": "take", "from": first, "to": last}}

@@ -1,4 +1,4 @@
-"""What only the screen shows: words under the pointer, points that engineers read off, what a drag needs."""
+"""Elements of figures that only the screen shows: hover texts, readings of coefficients, and data for dragging."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["hover", "live", "readings"]
 
 
 def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
-    """Give each trace what the pointer says of it, in words with units."""
+    """Set the hover text of each trace, with units."""
     across = {
         "allan": "τ = %{x:.3~g} s",
         "psd": "%{x:.3~g} Hz",
@@ -47,6 +47,7 @@ def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> 
 
 
 def _told(fit: Fit, unit: str) -> list[str]:
+    """Hover text of each measured point: value, interval, model, and difference."""
     from allanite.plots.curves import interval
 
     curve = fit.curve
@@ -69,7 +70,7 @@ def _told(fit: Fit, unit: str) -> list[str]:
 def readings(
     fit: Fit, work: Work, unit: str | None, look: Theme, axes: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Where N, B, K, … are read: markers and labels on the lines of the standard's five effects."""
+    """Markers and labels at the points where the coefficients of the five standard effects are read."""
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []
     curve = fit.curve
@@ -93,7 +94,7 @@ def readings(
         if not left <= x <= right:
             continue
         inside = bottom <= y <= top
-        # Near the edge it stands below its point, where the figure does not end.
+        # Near the upper edge the label is placed below its point.
         high = inside and y > top - 0.08 * (top - bottom)
         color = look.color(role)
         if inside:
@@ -133,7 +134,7 @@ def readings(
 
 
 def live(fit: Fit) -> dict[str, Any]:
-    """What the misfit and the curve are made of, so that the browser follows a drag without asking."""
+    """Data from which the browser computes misfit and curve while a line is dragged, without requests."""
     solution, curve = fit.solution, fit.curve
     return {
         "count": solution.count,

@@ -1,4 +1,4 @@
-"""What the page asks for beside its state and its views: asked for once, or by a dialogue."""
+"""Data that the page requests in addition to its state and views: once, or for a dialog."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ if TYPE_CHECKING:
 
 __all__ = ["part"]
 
-#: Kinds of sensor whose columns take a unit together, and the units that are offered.
+#: Kinds of sensors whose columns can get a common unit, and the offered units.
 KINDS = ("angular rate", "acceleration")
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug")
 
-#: Points of a curve of the strip.
+#: Number of points of a small curve.
 POINTS = 24
 
 
 def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
-    """A part by its name: one of `_PARTS`, or ``table-…`` of a view with its `options`.
+    """Data by name: one of `_PARTS`, or ``table-…`` for the values of a view with its `options`.
 
     Raises
     ------
     InputError
-        An unknown name, or nothing to tell yet.
+        The name is unknown, or there are no data yet.
     """
     if name.startswith("table-"):
         view = name.removeprefix("table-")
@@ -62,12 +62,12 @@ def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
 
 
 def _strip(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """The small curves of every log that was opened, by what the log is known again."""
+    """Small curves of every opened log, by the digest of the log."""
     return {work.digest: _paths(work) for work in list(tab.works.values())}
 
 
 def _paths(work: Work) -> list[str | None]:
-    """A small curve of each column: an SVG path of 100 × 40, all of one unit on one scale."""
+    """SVG path of 100 × 40 for each column; columns of equal unit share a scale."""
     if work.paths is not None:
         return work.paths
     curves = [_curve(work.log(i)) for i in range(len(work.recording.columns))]
@@ -81,7 +81,7 @@ def _paths(work: Work) -> list[str | None]:
 
 
 def _curve(column: Recording) -> Any:
-    """Logarithms of τ and of the deviation; None of a column that has none."""
+    """Logarithms of τ and deviation of a column; None if it has no deviation."""
     try:
         found = column.oadev()
     except AllaniteError:
@@ -96,6 +96,7 @@ def _curve(column: Recording) -> Any:
 
 
 def _path(curve: Any, alike: list[Any]) -> str:
+    """SVG path of a curve on the common scale of `alike`."""
     left, right = min(c[0][0] for c in alike), max(c[0][-1] for c in alike)
     low, high = min(c[1].min() for c in alike), max(c[1].max() for c in alike)
     across = 100.0 * (curve[0] - left) / max(right - left, 1e-9)
@@ -104,15 +105,17 @@ def _path(curve: Any, alike: list[Any]) -> str:
 
 
 def _catalogue(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Catalog of effects for the kind of the current sensor."""
     kind = "" if tab.now is None else parse_unit(tab.log.unit).kind
     return catalogue(kind)
 
 
 def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
+    """Interpretation of the columns of the open log."""
     source = tab.source
     if source is None:
         raise InputError("No log is open: drop a file or choose one")
-    # As the file has it: what was said of columns and units is laid over it by the form.
+    # Without the chosen columns and units, which the form shows on top.
     reading = source.reading
     found = source.inspect(Reading(rate=reading.rate, time_column=reading.time_column))
     for column in found["columns"]:
@@ -122,20 +125,21 @@ def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _saved(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
+    """The study of the open log."""
     from allanite.page.studies import study
 
     return study(tab)
 
 
 def _common(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """What the axes share: agreement of their models, shared noise, lines seen by several."""
+    """Common properties of the axes: agreement of models, shared noise, and lines found on several axes."""
     from allanite.axes.words import in_common, seen_by_several
 
     names = tab.work.recording.columns
     steps = [(n, one.step) for n, one in zip(names, tab.board.ladders, strict=True)]
     fits = tuple((n, s.fit) for n, s in steps if s is not None)
     if len(fits) < 2:
-        raise InputError("Two axes at least must be fitted before they can be compared")
+        raise InputError("Fit at least two axes before comparing them")
     found = _shared(fits)
     return {
         "sensors": [
@@ -148,26 +152,27 @@ def _common(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 @lru_cache(maxsize=2)
 def _shared(fits: tuple[tuple[str, Fit], ...]) -> Common:
+    """Common properties of the fits of several axes."""
     from allanite.axes.characterization import common_of
     from allanite.study import Rung, Study
     from allanite.suggestion import Check
 
     def study(fit: Fit) -> Study:
-        # Only its last fit is looked at.
+        # Only the last fit is used.
         return Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
 
     return common_of({name: study(fit) for name, fit in fits})
 
 
 def _export(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
-    """What a file of parameters says of itself before it is saved: whether to use it, and which axes it lacks."""
+    """Verdict of an export file and the axes that it lacks, before it is saved."""
     made = documents.make(tab, options.get("target", ""), "light")
     found = re.search(r"Use: (yes|no)\b[^\n\"]*", made.body.decode())
     return {"verdict": found[0].strip() if found else "", "missing": made.note}
 
 
 def _acceptance(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
-    """The figures of the data sheet against every axis that was checked; None without a sheet."""
+    """Comparison of every checked axis with the data sheet; None without a data sheet."""
     if tab.sheet is None:
         return None
     axes, remarks = [], dict[str, None]()
@@ -181,11 +186,13 @@ def _acceptance(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
             axes.append(_accepted(name, found))
             remarks |= dict.fromkeys(found.remarks)
     if not axes:
-        raise InputError("The data sheet has no figures for the axes that were checked")
+        raise InputError("The data sheet has no values for the checked axes")
     return {"sheet": tab.sheet.name, "axes": axes, "remarks": list(remarks)}
 
 
 def _accepted(name: str, found: Acceptance) -> dict[str, Any]:
+    """Record of the acceptance test of one axis."""
+
     def interval(f: FigureVerdict) -> str:
         unit = unit_text(f.unit)
         if not np.isfinite(f.high):

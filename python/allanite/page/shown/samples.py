@@ -1,4 +1,4 @@
-"""The samples over time, down to single ones: what lies in a range, its covariates beneath."""
+"""Figure of samples in a time range, down to single samples, with logged columns below."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 __all__ = ["samples_figure"]
 
-#: Stretches of the samples' envelope: more than a screen has pixels to tell apart.
-STRETCHES = 1600
-#: Samples that are drawn one by one.
-SINGLE = 3000
-#: So few that each gets its point.
-DOTS = 300
+#: Number of segments of the envelope of the samples, more than a screen can resolve.
+SEGMENTS = 1600
+#: Maximum number of samples that are drawn individually.
+MAX_SINGLE = 3000
+#: Maximum number of samples that are marked by points.
+MAX_DOTS = 300
 
 
 def samples_figure(
@@ -37,19 +37,20 @@ def samples_figure(
     out: Sequence[tuple[float, float]] = (),
     drift: tuple[np.ndarray, str] | None = None,
 ) -> Figure:
-    """Samples from ``options["from"]`` to ``options["to"]``, s; `moments` are marked.
+    """Figure of the samples from ``options["from"]`` to ``options["to"]`` in s.
 
     Parameters
     ----------
     log : Recording
         One column.
     worst : (start, end) or None
-        When the model fails, s.
-    moments : sequence of (s, str)
+        Time range in s in which the model fails.
+    moments : sequence of (float, str)
+        Times in s of events to be marked, and their names.
     out : sequence of (start, end)
-        Stretches that are left out, s.
+        Excluded segments in s.
     drift : (ndarray of shape (n,), str), optional
-        What known functions of time add to the samples, and their names.
+        Contribution of known functions of time to the samples, and their names.
     """
     start, end = _range(log, options)
     first, last = int(start * log.rate), min(log.n, int(np.ceil(end * log.rate)) + 1)
@@ -57,19 +58,19 @@ def samples_figure(
     part = log if last - first >= log.n else log.trim(first / log.rate, last / log.rate)
     size, name = time_scale(part.duration)
     begin = first / log.rate / size
-    single = part.n <= SINGLE
-    panel = samples_panel(part, stretches=part.n if single else STRETCHES)
+    single = part.n <= MAX_SINGLE
+    panel = samples_panel(part, stretches=part.n if single else SEGMENTS)
     marks: list[Mark] = []
     if worst is not None and worst[1] > start and worst[0] < end:
         span = max(worst[0], start) / size, min(worst[1], end) / size
         marks.append(Span(*span, "fail", "when the model fails"))
     marks += [
-        Span(max(a, start) / size, min(b, end) / size, "raw", "left out")
+        Span(max(a, start) / size, min(b, end) / size, "raw", "excluded")
         for a, b in out
         if b > start and a < end
     ]
     marks += [_moved(mark, begin) for mark in panel.marks]
-    if part.n <= DOTS:
+    if part.n <= MAX_DOTS:
         line = next(m for m in marks if isinstance(m, Line))
         marks.append(Points(line.x, line.y, "c1", "single samples", size=3.5))
     if drift is not None:
@@ -83,35 +84,37 @@ def samples_figure(
         panels.append(
             _covariate(column, values, x, row, row == len(kept), part, begin * size, size)
         )
-    each = part.n / STRETCHES
-    what = "every sample" if single else f"mean, minimum–maximum of {each:.0f} samples each"
+    each = part.n / SEGMENTS
+    what = "all drawn" if single else f"mean, minimum and maximum of {each:.0f} samples each"
     heights = (3.0, *(1.0 for _ in kept))
     told = f"{many(part.n)} samples, {what}"
     return Figure("Samples", told, tuple(panels), heights, kind="samples")
 
 
 def _range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
+    """Time range of the options in s, limited to the record."""
     try:
         start = float(options.get("from") or 0.0)
         end = float(options.get("to") or log.duration)
     except ValueError:
-        raise InputError("A range of time is two numbers of seconds") from None
+        raise InputError("A time range needs two numbers, in seconds") from None
     start, end = max(0.0, start), min(log.duration, end)
     if not end > start:
-        raise InputError("Nothing lies in this range of time")
+        raise InputError("This time range contains no samples")
     return start, end
 
 
 def _drift(
     log: Recording, part: Recording, signal: np.ndarray, name: str, first: int, size: float
 ) -> Line:
-    """A known function of time through the middle of the samples."""
+    """Line of a known function of time, shifted to the mean of the samples."""
     middle = float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
-    at = first + np.unique(np.linspace(0, part.n - 1, min(part.n, STRETCHES)).round().astype(int))
+    at = first + np.unique(np.linspace(0, part.n - 1, min(part.n, SEGMENTS)).round().astype(int))
     return Line(at / log.rate / size, middle + signal[at], "model", name, 2.0)
 
 
 def _moved(mark: Mark, by: float) -> Mark:
+    """The mark shifted along the time axis."""
     return replace(mark, x=mark.x + by) if isinstance(mark, Band | Line | Points) else mark
 
 
@@ -125,7 +128,7 @@ def _covariate(
     begin: float,
     size: float,
 ) -> Panel:
-    """Means of stretches of another column, on the same time."""
+    """Panel of a logged column over the same time, as means of short segments."""
     n = min(values.size, 800)
     edges = np.arange(n + 1) * values.size // n
     there = np.isfinite(values)

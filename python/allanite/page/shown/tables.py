@@ -1,4 +1,4 @@
-"""The numbers behind a figure, as a table."""
+"""Tables of the values of a figure."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
 
 __all__ = ["csv_of", "tables_of"]
 
-#: Rows of one table.
+#: Maximum number of rows of a table.
 MOST = 4000
 
 
 def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]]:
-    """Tables with a title, a head and rows.
+    """Tables of the values of a figure, each with title, head and rows.
 
     Parameters
     ----------
     figure : Figure
     fit : Fit or None
-        What is shown; its Allan curve is one table.
+        Displayed fit, whose Allan curve gives one table.
     unit : str
-        In which deviations of that curve are given.
+        Unit of the deviations of that curve.
     """
     if fit is not None and figure.kind == "fit" and figure.panels[0].title == "Allan deviation":
         return [_curve(fit, unit)]
@@ -39,7 +39,7 @@ def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]
 
 
 def _curve(fit: Fit, unit: str) -> dict[str, Any]:
-    """τ, measured, low, high, edf, model, residual, then each effect."""
+    """Table of the Allan curve: τ, measured, interval, edf, model, residual, and each effect."""
     curve, factor = fit.curve, conversion(fit.recording.unit, unit)
     low, high = interval(curve.measured, curve.edf)
     effects = [part.label.split(":")[0] for part in parts(fit)]
@@ -58,7 +58,7 @@ def _curve(fit: Fit, unit: str) -> dict[str, Any]:
 
 
 def _marks(figure: Figure) -> list[dict[str, Any]]:
-    """Marks over the same places share a table: what was measured, lines, then bands."""
+    """Tables of the marks; marks with equal x values share a table (points, lines, then bands)."""
     tables: list[dict[str, Any]] = []
     for panel in figure.panels:
         known: dict[bytes, dict[str, Any]] = {}
@@ -79,11 +79,12 @@ def _marks(figure: Figure) -> list[dict[str, Any]]:
 
 
 def _order(mark: Mark) -> int:
+    """Order of marks in a table: points, lines, bands."""
     return 0 if isinstance(mark, Points) else 2 if isinstance(mark, Band) else 1
 
 
 def csv_of(tables: list[dict[str, Any]]) -> str:
-    """The same as text: tables one below the other, numbers in full."""
+    """Tables as CSV text, one below the other, with full precision."""
     import csv
     import io
 
@@ -98,11 +99,13 @@ def csv_of(tables: list[dict[str, Any]]) -> str:
 
 
 def _new(panel: Panel, mark: Line | Points | Band) -> dict[str, Any]:
+    """A table with only the column of x values."""
     rows = [[_plain(v)] for v in mark.x[:MOST]]
     return {"title": panel.title or panel.y.label, "head": [panel.x.label], "rows": rows}
 
 
 def _columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[Any]]]:
+    """Names and values of the columns of a mark."""
     name = mark.label or panel.y.label
     if isinstance(mark, Band):
         found = [(f"{name}, from", mark.low), (f"{name}, to", mark.high)]
@@ -114,6 +117,7 @@ def _columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[A
 
 
 def _map(panel: Panel, mark: HeatMap) -> dict[str, Any]:
+    """Table of the cells of a heat map."""
     head = [f"{panel.x.label}, from", "to", f"{panel.y.label}, from", "to", mark.label]
     rows = [
         [*(_plain(v) for v in (mark.x_edges[j], mark.x_edges[j + 1])),
@@ -125,5 +129,6 @@ def _map(panel: Panel, mark: HeatMap) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> float | None:
+    """A number, or None if it is not finite."""
     number = float(value)
     return number if math.isfinite(number) else None

@@ -1,4 +1,4 @@
-"""What the browser draws: plotly documents of at most 300 kB, whatever the length of the log."""
+"""Views as plotly documents of at most 300 kB, independent of the length of the log."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["VIEWS", "figure_of", "finite", "view"]
 
-#: Views whose curves are named by a legend: the rest have the chips.
+#: Views with a legend; in the others the list of effects names the curves.
 LEGEND = ("compare", "error", "nis")
-#: Units in which the cursor tells a deviation.
+#: Units in which the cursor can show a deviation.
 UNITS = ("rad/s", "deg/s", "deg/h", "m/s^2", "mg", "ug")
 
 
@@ -43,12 +43,12 @@ def view(
         One of `VIEWS`.
     theme : {"light", "dark"}
     options : mapping of str to str, optional
-        Of the view: the range of time of samples, the seconds of aiding.
+        Options of the view, such as a time range.
 
     Raises
     ------
     InputError
-        An unknown view or theme, or nothing to show.
+        The view or theme is unknown, or there is nothing to show.
     """
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
@@ -56,7 +56,7 @@ def view(
     data, layout = painted["data"], painted["layout"]
     shown = fit_of(tab)
     for trace in data:
-        # Nothing else is compared here.
+        # The suffix is not needed here.
         trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
     found: dict[str, Any] = {"name": name, "kind": figure.kind, "title": figure.title}
     found["headline"], _, rest = figure.subtitle.rpartition("\n")
@@ -73,7 +73,7 @@ def view(
         "",
     )
     layout.pop("title", None)
-    # The title stands above the plot in the page's own type.
+    # The page shows the title above the plot.
     if len([p for p in figure.panels if p.row == 0]) == 1:
         layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
     overlays.hover(data, shown, name, unit_text(tab.log.unit))
@@ -96,9 +96,10 @@ def view(
 
 
 def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
+    """Adapt the layout of a figure to the page."""
     for key, axis in layout.items():
         if key.startswith("xaxis") and axis["domain"][0] > 0.0:
-            # A page is narrower than paper: room for the title of an axis between two panels.
+            # Leave space for an axis title between two panels.
             axis["domain"] = [axis["domain"][0] + 0.05, axis["domain"][1]]
         if key.startswith("xaxis") or (key.startswith("yaxis") and name != "samples"):
             axis["title"]["text"] = sentence(axis["title"]["text"])
@@ -125,7 +126,7 @@ def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
 
 
 def _units(unit: str) -> list[dict[str, Any]]:
-    """Units of the cursor: text and factor from the log's."""
+    """Units of the cursor: text, and factor from the unit of the log."""
     kind = parse_unit(unit).kind
     others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
     out = [{"text": unit_text(unit) if unit != "1" else "", "factor": 1.0}]
@@ -138,7 +139,7 @@ def _units(unit: str) -> list[dict[str, Any]]:
 
 
 def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
-    """Tell the page which line belongs to which chip, which is the sum, and what was measured."""
+    """Mark each trace as effect, limit, model, measured, single ordinates, or residual."""
     for part in parts(fit):
         for trace in data:
             if trace.get("name") == words(part.label):
@@ -157,6 +158,7 @@ def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
 
 
 def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
+    """True if an annotation is the title of a panel."""
     return any(
         panel.title and annotation["text"] == f"<b>{words(panel.title)}</b>"
         for panel in figure.panels
@@ -164,7 +166,7 @@ def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
 
 
 def finite(value: Any) -> Any:
-    """JSON without NaN, numbers in seven figures: a curve on a screen needs no more."""
+    """The value for JSON: NaN replaced by None, numbers rounded to seven digits."""
     if isinstance(value, dict):
         return {str(k): finite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):

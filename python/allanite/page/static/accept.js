@@ -1,8 +1,8 @@
-// Whether to use a file, before it is saved; and the acceptance test, each axis by the figures of a data sheet.
+// Verdict on an export file before it is saved, and the acceptance test of each axis against a data sheet.
 import { $, S, act, capital, el, refill, speak } from "./core.js";
 import { done } from "./axes.js";
 
-// What the chosen file says of itself stands above the button that saves it.
+// The verdict of the chosen file is shown above the export button.
 let asked = 0;
 export async function sayVerdict() {
   const mine = ++asked, name = $("target").value, there = S.state.recording && S.state.ladder.length;
@@ -29,12 +29,12 @@ async function fetchInto(node) {
   const sheet = el("button", { class: "main", onclick: () => S.hooks.pick("sheet") }, S.state.sheet ? "Another data sheet …" : "Open a data sheet …");
   let found;
   try { found = await speak(`tabs/${S.tab}/part/acceptance`); } catch (error) { node.replaceChildren(el("p", {}, error.message), sheet); return; }
-  if (!found) { node.replaceChildren(el("p", {}, "Does each axis meet its data sheet? Open a TOML or JSON file with the printed figures."), sheet); return; }
+  if (!found) { node.replaceChildren(el("p", {}, "Does each axis meet its data sheet? Open a TOML or JSON file with the data sheet's values."), sheet); return; }
   const kind = { meets: "adequate", "does not meet": "fails", undecided: "" }, sign = { meets: "✓", "does not meet": "✗", undecided: "?" };
   const word = v => `${sign[v]} ${capital(v)}`;
-  node.replaceChildren(el("table", {}, el("caption", {}, `Acceptance by ${found.sheet}`),
+  node.replaceChildren(el("table", {}, el("caption", {}, `Acceptance test: ${found.sheet}`),
     el("thead", {}, el("tr", {}, ...["Axis", "Figure", "Limit", "Measured", "95 % interval", "Verdict", "Remark"].map(t => el("th", {}, t)))),
     el("tbody", {}, ...found.axes.flatMap(a => a.figures.map((f, i) => el("tr", {}, el("th", { scope: "row" }, i ? "" : a.name), el("td", {}, f.name), el("td", {}, f.limit), el("td", {}, f.measured), el("td", {}, f.interval), el("td", { class: kind[f.verdict] }, word(f.verdict)), el("td", { class: "remark" }, f.remark)))))),
-    ...found.axes.map(a => el("p", { class: { meets: "good", "does not meet": "bad" }[a.verdict] || "" }, `${a.name}: ${word(a.verdict)}${a.needs ? `; a record of ${a.needs} would probably decide` : ""}`)),
+    ...found.axes.map(a => el("p", { class: { meets: "good", "does not meet": "bad" }[a.verdict] || "" }, `${a.name}: ${word(a.verdict)}${a.needs ? `; a record of ${a.needs} would probably settle it` : ""}`)),
     ...found.remarks.map(t => el("p", { class: "faint" }, capital(t))), sheet);
 }

@@ -1,10 +1,10 @@
-// The axes of the log: a strip of small curves, and a table of what each is.
+// The axes of the log: a strip of small curves, and a table of their results.
 import { $, S, act, busy, el, refill, speak, svg } from "./core.js";
 
 const WORDS = { new: "Not yet checked", fitted: "Fitted", fails: "Fails", within: "Within tolerance", adequate: "Adequate" };
 const SIGNS = { new: "○", fitted: "◔", fails: "✗", within: "≈", adequate: "✓" };
 const DONE = ["within", "adequate"];
-// By what a log is known again: a path an axis.
+// Paths of the small curves, one per axis, by the digest of the log.
 let curves = {}, asked = "";
 export const done = () => S.state.axes.every(a => DONE.includes(a.state));
 
@@ -20,7 +20,7 @@ export async function strip() {
   try { curves = await speak(`tabs/${S.tab}/part/strip`); if (S.state.recording) draw(); }
   catch { asked = ""; }
 }
-// What is being done to an axis of the open log; null of one that rests.
+// Text of the work on an axis of the open log; null if there is none.
 export function working(i) {
   const job = busy() ? S.state.job : null;
   return !job || !job.columns.includes(i) ? null : job.column === i ? "Improving …" : "Waiting";
@@ -32,7 +32,7 @@ function small(a, path, more, onclick) {
     svg("0 0 100 40", path ? [{ d: path }] : [], { preserveAspectRatio: "none" }),
     el("span", { class: "label" }, a.name), el("span", { class: "state" }, doing ? "…" : SIGNS[a.state], el("span", {}, doing || WORDS[a.state])));
 }
-// Every log that was opened, each under its name, in the order of the list: an axis of another log opens that at it.
+// All opened logs, each under its name, in the order of the list. A click on an axis of another log opens that axis.
 export function draw() {
   const { recording, axes, elsewhere, log, log_number } = S.state;
   const paths = digest => curves[digest] || [];
@@ -50,21 +50,21 @@ export function axesTable() {
   const cell = (kind, text) => el(kind, {}, text ?? "–");
   return el("div", {},
     el("table", {}, el("caption", {}, "Axes of ", S.state.log),
-      el("thead", {}, el("tr", {}, ...["Axis", "State", "Model", ...symbols, "Error, rms", "Missing"].map(t => cell("th", t)))),
+      el("thead", {}, el("tr", {}, ...["Axis", "State", "Model", ...symbols, "Error, rms", "Missing effect"].map(t => cell("th", t)))),
       el("tbody", {}, ...axes.map((a, i) => el("tr", { "aria-current": i === recording.column ? "true" : null },
         el("th", { scope: "row" }, el("button", { class: "link", onclick: () => act({ do: "column", column: i }) }, a.name)),
-        el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), el("td", { class: "model" }, ...(a.model ?? "–").split(/(?<=\+)/).flatMap(t => [t, el("wbr")])), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "Nothing" : a.missing))))),
+        el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), el("td", { class: "model" }, ...(a.model ?? "–").split(/(?<=\+)/).flatMap(t => [t, el("wbr")])), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "None" : a.missing))))),
     el("div", { id: "common" }, axes.filter(a => a.state !== "new").length > 1 ? el("button", { onclick: common }, "Compare the axes") : null),
     !done() && !busy() ? el("button", { class: "main", onclick: () => act({ do: "improve", all: true }) }, axes.length > 1 ? "Improve all axes" : "Improve") : null);
 }
-// Agreement, shared noise, lines that several axes see: by request, for it fits them together.
+// Common model, shared noise, and lines found on several axes. Computed on request, because it fits all axes together.
 async function common() {
   $("common").textContent = "Comparing the axes …";
   try {
     const found = await speak(`tabs/${S.tab}/part/common`);
     const capital = t => t[0].toUpperCase() + t.slice(1);
-    $("common").replaceChildren(...found.sensors.map(s => el("section", {}, el("h3", {}, `${capital(s.name)}: ${s.columns.join(", ")}`), el("ul", {}, ...(s.sentences.length ? s.sentences : ["one axis alone"]).map(t => el("li", {}, capital(t)))))),
-      found.lines.length ? el("section", {}, el("h3", {}, "Seen by several axes"), el("ul", {}, ...found.lines.map(t => el("li", {}, capital(t))))) : "");
+    $("common").replaceChildren(...found.sensors.map(s => el("section", {}, el("h3", {}, `${capital(s.name)}: ${s.columns.join(", ")}`), el("ul", {}, ...(s.sentences.length ? s.sentences : ["only one axis"]).map(t => el("li", {}, capital(t)))))),
+      found.lines.length ? el("section", {}, el("h3", {}, "Found on several axes"), el("ul", {}, ...found.lines.map(t => el("li", {}, capital(t))))) : "");
   } catch (error) { if ($("common")) $("common").textContent = error.message; }
 }
 export const step = by => {

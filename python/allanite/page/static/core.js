@@ -1,4 +1,4 @@
-// What every part of the page shares: its state, elements, speaking to the server.
+// Shared by all parts of the page: state, DOM elements, and requests to the server.
 export const S = { tab: null, state: null, view: "allan", seen: -1, answered: 0, options: {}, hooks: {} };
 export const $ = id => document.getElementById(id);
 export const el = (tag, attributes = {}, ...children) => {
@@ -22,7 +22,7 @@ export function svg(box, paths, attributes = {}) {
   }
   return node;
 }
-// Icons of 16 × 16, drawn in the colour of the text.
+// Icons of 16 × 16 pixels, drawn in the color of the text.
 const ICONS = {
   undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a4 4 0 0 1 0 8H6", redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a4 4 0 0 0 0 8H10",
   theme: "M8 2v12M8 2a6 6 0 1 0 0 12M8 2a6 6 0 0 1 0 12M10 5v6M12 6.5v3", full: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
@@ -30,7 +30,7 @@ const ICONS = {
   close: "M4 4l8 8M12 4l-8 8", beside: "M2.5 3h4v10h-4zM9.5 3h4v10h-4z", back: "M8 13V4M4.5 7.5 8 4l3.5 3.5",
 };
 export const icon = name => svg("0 0 16 16", [{ d: ICONS[name], fill: name === "locked" ? "currentColor" : "none", "fill-opacity": 0.25, stroke: "currentColor", "stroke-width": 1.5, "stroke-linecap": "round", "stroke-linejoin": "round" }], { width: 16, height: 16 });
-// New content; the focus stays on what is called the same, or in the same part of the page.
+// Replaces the content. The focus moves to the new element with the same name, or else to the container.
 export function refill(node, ...children) {
   const name = x => x.getAttribute("aria-label") || x.textContent;
   const now = document.activeElement, inside = now !== node && node.contains(now), called = inside ? name(now) : null;
@@ -73,5 +73,5 @@ function exponent(x) {
   return `${Number(m)}·10${[...String(Number(e))].map(c => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻").join("")}`;
 }
 export const theme = () => document.documentElement.dataset.theme;
-// With a capital letter, but for a symbol such as τ or σ.
+// The text with a capital letter, except for symbols such as τ or σ.
 export const capital = text => /^[a-z]/.test(text) ? text[0].toUpperCase() + text.slice(1) : text;

@@ -1,4 +1,4 @@
-// A component's line is taken near the pointer and moved: the sum, the residual and the misfit follow at once.
+// Dragging the line of an effect: model, residual and misfit are updated immediately.
 import { $, S, short } from "./core.js";
 import { at as height, show, shown } from "./draw.js";
 
@@ -9,7 +9,7 @@ const place = event => {
   const box = plot().getBoundingClientRect(), axes = plot()._fullLayout;
   return { x: event.clientX - box.left - axes.xaxis._offset, y: event.clientY - box.top - axes.yaxis._offset, axes };
 };
-// Distance in pixels from a point to a stretch of a line.
+// Distance in pixels from a point to a line segment.
 const apart = (x, y, [ax, ay], [bx, by]) => {
   const length = (bx - ax) ** 2 + (by - ay) ** 2, t = length ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
   return Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
@@ -31,13 +31,13 @@ function nearest(event) {
   });
   return best && best.i;
 }
-// Standard normal score of a ratio of powers with `count` degrees of freedom, as the library has it.
+// Standard normal score of a ratio of powers with `count` degrees of freedom, as in the library.
 export function score(ratio, count) {
   const nu = count / 2, r = Math.max(ratio, 1e-300), w = Math.sign(r - 1) * Math.sqrt(Math.max(2 * nu * (r - 1 - Math.log(r)), 0));
   const u = Math.sqrt(nu) * (r - 1);
   return Math.abs(w) < 1e-3 ? w : w + Math.log(u / w) / w;
 }
-// χ² per degree of freedom with the power of one effect times `factor`.
+// χ² per degree of freedom if the power of one effect is multiplied by `factor`.
 export function misfit(live, effect, factor) {
   const own = live.own[effect];
   if (!own) return null;
@@ -96,7 +96,7 @@ export function drag(onDone) {
     const effect = Number(view.data[i].meta.slice(7));
     grip = shown.later = null; shown.held = false;
     if (waiting) show(waiting);
-    // The density goes with the square of a coefficient.
+    // The density is proportional to the square of a coefficient.
     if (Math.abs(factor - 1) > 1e-3) onDone(effect, view.name === "psd" ? Math.sqrt(factor) : factor);
   });
 }

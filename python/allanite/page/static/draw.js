@@ -1,4 +1,4 @@
-// The figure: drawing, lighting up a component, shading where an effect acts, zooming, what the pointer reads.
+// The figure: drawing, highlighting an effect, shading where it acts, zooming, and the cursor.
 import { $, S, capital, el, short } from "./core.js";
 
 const plot = () => $("plot"), NARROW = 560, LOW = 320;
@@ -7,20 +7,20 @@ let small = null;
 export const shown = { view: null, base: [], held: false, later: null };
 
 export async function show(view) {
-  if (shown.held) { shown.later = view; return; }  // a line is in the hand
+  if (shown.held) { shown.later = view; return; }  // a line is being dragged
   shown.view = view;
   const layout = structuredClone(view.layout);
   narrow(layout);
   shown.base = layout.shapes || [];
   await Plotly.react(plot(), view.data, layout, options);
   listen();
-  // What stands above may have become taller: the observer of sizes would put that right, but only a moment later.
+  // Elements above may have changed their height; correct the size now instead of waiting for the observer.
   const { width, height } = plot()._fullLayout;
   if (width !== plot().clientWidth || height !== plot().clientHeight) await Plotly.relayout(plot(), { autosize: true });
 }
-// On a phone a figure keeps its axes and loses what would not fit.
+// On a phone the figure keeps its axes and drops elements that do not fit.
 function narrow(layout) {
-  // Beside a table there is no height for two titles, one above the other.
+  // Next to a table there is not enough height for two axis titles.
   if (plot().clientHeight < LOW && layout.yaxis2 && layout.yaxis2.domain[1] < layout.yaxis.domain[0]) {
     layout.yaxis2.title.text = "σ";
     layout.yaxis.title.font = { size: 11 };
@@ -30,18 +30,18 @@ function narrow(layout) {
   layout.margin = { ...layout.margin, l: 58, r: 8 };
   layout.font = { ...layout.font, size: 11 };
   layout.annotations = (layout.annotations || []).filter(a => a.name !== "span");
-  // Of a reading the letter: its number stands below.
+  // Show only the letter of a reading; its value is listed below.
   if (shown.view.name === "allan") for (const a of layout.annotations) if (a.xref === "x") a.text = a.text.split(" ")[0];
   for (const [key, axis] of Object.entries(layout)) if (/^[xy]axis/.test(key) && axis.title) axis.title.standoff = 4;
   const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
   if (across.length && shown.view.name === "error") stack(layout);
 }
-// Of the labels of an axis every second, third …, so that at most `most` are left.
+// Keeps every second, third … label of an axis, so that at most `most` remain.
 function thin(axis, most) {
   const step = Math.ceil((axis.tickvals || []).length / most), kept = (_, i) => i % step === 0;
   if (step > 1) Object.assign(axis, { tickvals: axis.tickvals.filter(kept), ticktext: axis.ticktext.filter(kept) });
 }
-// Panels beside each other go below each other: what they say of their height inside, the time once.
+// Stacks panels vertically, with the label of the y axis inside each panel and a single time axis.
 function stack(layout) {
   const xs = Object.keys(layout).filter(k => k.startsWith("xaxis")).sort(), n = xs.length;
   layout.annotations = layout.annotations.filter(a => a.xref !== "paper");
@@ -59,7 +59,7 @@ export function clear() { shown.view = null; if (plot().data) Plotly.purge(plot(
 export function fit() {
   if (!shown.view || !plot().data) return;
   const now = plot().clientWidth <= NARROW;
-  // Drawn from nothing: a legend of two lines would keep its place when it becomes one of one.
+  // Redraw completely, because a legend would keep its old height.
   if (small !== null && small !== now) { const view = shown.view; clear(); show(view); } else Plotly.Plots.resize(plot());
   small = now;
 }
@@ -75,10 +75,10 @@ export function restore() {
   if (!shown.view) return;
   if (["samples", "psd"].includes(shown.view.name) && (S.options.from || S.options.to)) { S.options = {}; S.hooks.redraw(); } else show(shown.view);
 }
-// Widths of a place that are shown at each of its sides, and decades at least.
+// Margin shown on each side of a range, as a multiple of its width and at least in decades.
 const BESIDE = 1.5, DECADES = 0.15;
 export const about = ([low, high]) => [Math.max(low - BESIDE * (high - low), low / 10), high + BESIDE * (high - low)];
-// Show a range of the view's own axis with what lies beside it; of single frequencies those that were asked for.
+// Zooms to a range of the view's axis with a margin, or to the requested single frequencies.
 export function zoom([low, high]) {
   const { name, layout } = shown.view, axis = layout.xaxis, unit = ["map", "samples"].includes(name) ? timeUnit() : 1;
   const log = axis.type === "log", ends = [low, high].map(v => log ? Math.log10(v) : v / unit);
@@ -90,7 +90,7 @@ export function zoom([low, high]) {
   if (log && layout.yaxis.type === "log" && height) Object.assign(change, { "yaxis.range[0]": height[0], "yaxis.range[1]": height[1] });
   Plotly.relayout(plot(), change);
 }
-// What is measured and modelled in a range, with the tops of single frequencies: their depths would be most of the figure.
+// Height range of measured points and model, and of the maxima of single frequencies; their minima are too low.
 function heights([low, high]) {
   let bottom = Infinity, top = -Infinity;
   for (const trace of shown.view.data) {
@@ -103,7 +103,7 @@ function heights([low, high]) {
   }
   return top > bottom ? [bottom - 0.3, top + 0.15] : null;
 }
-// Seconds in a unit of the time axis.
+// Number of seconds in the unit of the time axis.
 export function timeUnit() {
   const text = (shown.view.layout.xaxis.title || {}).text || (shown.view.layout.xaxis2 && shown.view.layout.xaxis2.title.text) || "";
   const found = /\((d|h|min)\)/.exec(text);
@@ -118,7 +118,7 @@ function zoomed(change) {
     S.hooks.redraw();
     return;
   }
-  // Ticks of the whole view would be one or none on a part of it; axes that move together get the same.
+  // The ticks of the whole view are too few for a part of it. Linked axes get the same ticks.
   const more = {}, layout = plot()._fullLayout, own = new Set(keys.map(k => k.split(".")[0]));
   for (const name of Object.keys(layout).filter(k => /^[xy]axis/.test(k))) {
     const matched = layout[name].matches, leader = matched ? matched.replace(/^[xy]/, "$&axis") : null;
@@ -128,7 +128,7 @@ function zoomed(change) {
   }
   Plotly.relayout(plot(), more);
 }
-// Round places of a part of an axis, at most so many: evenly where it is less than a decade, else 1, 2, 5 or whole decades.
+// At most `most` round ticks: evenly spaced within a decade, else at 1, 2, 5 or at decades.
 function ticks([a, b], log, most) {
   const [low, high] = [Math.min(a, b), Math.max(a, b)].map(v => log ? 10 ** v : v);
   if (log && high / low > 10) {
@@ -149,7 +149,7 @@ export function light(place) {
     "line.width": found.map(({ trace }) => place !== null && meta.includes(trace.meta) ? 3.6 : (trace.line && trace.line.width) || 1.2),
     opacity: found.map(({ trace }) => place === null || meta.includes(trace.meta) ? 1 : 0.25) }, found.map(({ i }) => i));
 }
-// Where an effect acts: a range of the view's own axis; on the map the frequencies, the times or both.
+// Shades where an effect acts: a range of the view's axis; on the map, frequencies, times or both.
 export function shade(acts) {
   if (!shown.view || !plot().layout) return;
   const { name, layout } = shown.view, more = [], color = getComputedStyle(document.documentElement).getPropertyValue("--accent").trim();
@@ -163,7 +163,7 @@ export function shade(acts) {
   Plotly.relayout(plot(), { shapes: [...shown.base, ...more] });
 }
 
-// The cursor: what is measured and modelled at the τ under the pointer, in the unit chosen.
+// The cursor: measured value, model and effects at the τ under the pointer, in the chosen unit.
 export function cursor(event) {
   const view = shown.view, axes = plot()._fullLayout;
   if (!view || view.name !== "allan" || !axes || !axes.xaxis || !plot().data || shown.held) return;
@@ -176,7 +176,7 @@ export function cursor(event) {
   measured.x.forEach((v, i) => { if (Math.abs(Math.log10(v) - here) < Math.abs(Math.log10(measured.x[best]) - here)) best = i; });
   point(best, measured);
 }
-// Height of a line at a place of its own: model and effects are drawn at more places than were measured.
+// Value of a line at one of its points; model and effects have more points than the measured curve.
 export const at = (trace, x) => { const k = trace.x.findIndex(v => Math.abs(v / x - 1) < 1e-5); return k < 0 ? null : trace.y[k]; };
 function point(i, measured) {
   const view = shown.view;

@@ -1,4 +1,4 @@
-// Nothing is lost: a page that is loaded again goes on; a log that comes back is offered what was done to it.
+// Keeps the work: a reloaded page continues, and for a log that is opened again the saved study is offered.
 import { $, S, act, el, ordered, say, speak } from "./core.js";
 
 const PREFIX = "allanite:study:", MOST = 30;
@@ -8,12 +8,12 @@ export async function openTab() {
   const was = sessionStorage.getItem("allanite:tab");
   if (was) for (const wait of [0, 200]) {
     await new Promise(done => setTimeout(done, wait));
-    try { await speak(`tabs/${was}/resume`, { method: "POST" }); S.tab = was; return; } catch { /* forgotten, or of another page */ }
+    try { await speak(`tabs/${was}/resume`, { method: "POST" }); S.tab = was; return; } catch { /* the tab was forgotten or belongs to another page */ }
   }
   S.tab = await copied() || (await speak("tabs", { method: "POST" })).tab;
   sessionStorage.setItem("allanite:tab", S.tab);
 }
-// A second tab of the browser opens the study of the first, and goes its own way from there.
+// A second browser tab starts with a copy of the first tab's study.
 const LAST = "allanite:last";
 async function copied() {
   const last = localStorage.getItem(LAST);
@@ -29,7 +29,7 @@ export function leaving() {
 }
 const grown = state => Boolean(state && state.axes && (state.axes.some(a => a.steps > 1) || (state.recording && (state.recording.span || state.recording.left_out.length))));
 
-// Saved a moment after each change, under what the samples are.
+// Saves the study shortly after each change, under the digest of the samples.
 export function save() {
   const { recording, version } = S.state, mark = recording && `${recording.digest} ${version}`;
   if (!recording || !S.state.ladder.length || !grown(S.state) || saved === mark) return;
@@ -44,7 +44,7 @@ export function save() {
     } catch { failed = true; }
   }, 400);
 }
-// What was done to this log before, once for each opening of it.
+// Offers the saved study of this log, once each time it is opened.
 export function offer() {
   const { recording } = S.state;
   if (!recording) { $("offer").hidden = true; return; }
@@ -59,15 +59,15 @@ export function offer() {
   const when = new Date(found.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
   const close = () => { $("offer").hidden = true; };
   $("offer").replaceChildren(el("span", {}, `You worked on this log on ${when}: ${axes.length} ${axes.length > 1 ? "axes" : "axis"}, ${steps} ${steps > 1 ? "steps" : "step"}.`),
-    el("button", { class: "main", onclick: () => { close(); act({ do: "study", study: found.document }); } }, "Bring it back"),
-    el("button", { onclick: close }, "Start afresh"));
+    el("button", { class: "main", onclick: () => { close(); act({ do: "study", study: found.document }); } }, "Restore it"),
+    el("button", { onclick: close }, "Start over"));
   $("offer").hidden = false;
 }
-// A server that has forgotten this page is asked for a new tab.
+// If the server has forgotten this tab, opens a new one.
 export async function again(message) {
   if (!/session has ended/.test(message)) return false;
   sessionStorage.removeItem("allanite:tab");
-  say("The page was asleep and goes on in a new tab");
+  say("The session had expired; the page continues in a new one");
   await openTab();
   return true;
 }

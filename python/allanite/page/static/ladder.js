@@ -1,13 +1,13 @@
-// What is missing, the verdict, the ladder of models.
+// The verdict, the missing effects, and the steps of the model building.
 import { $, S, act, busy, capital, el, fill, icon, refill, short } from "./core.js";
 import { shade } from "./draw.js";
 
-// How far "improve" goes, in % of model discrepancy.
+// Tolerances at which "improve" stops, in % of model discrepancy.
 const ENOUGH = [["", "Adequate"], ...[1, 2, 5, 10].map(p => [p, `Within ${p} %`])];
 export function enough() {
   fill($("enough"), ENOUGH, S.state.tolerance ?? "");
   $("enough").onchange = event => act({ do: "tolerance", percent: event.target.value });
-  // Where all is adequate there is nothing to be content with.
+  // If all axes are adequate, no tolerance is needed.
   $("enough").hidden = !S.state.ladder.length || S.state.axes.every(a => a.state === "adequate");
 }
 export function verdict() {
@@ -17,9 +17,9 @@ export function verdict() {
   if (state.problem && state.moving) out.push(line("bad", "Not fitted:", state.problem), offer("Use the quiet segment", () => act({ do: "motion", how: "quiet" })), offer("Analyze anyway", () => act({ do: "motion", how: "anyway" })));
   else if (state.problem) out.push(line("bad", "Not read:", state.problem), offer("Set rate and units …", () => S.hooks.ask()));
   else if (busy() && !state.checked) out.push();
-  else if (!state.ladder.length && state.log) out.push(line("", "Cancelled:", "nothing is fitted"), offer("Read it again", () => act({ do: "open", log: state.log_number })));
+  else if (!state.ladder.length && state.log) out.push(line("", "Canceled:", "nothing is fitted"), offer("Read it again", () => act({ do: "open", log: state.log_number })));
   else if (!state.ladder.length) out.push(line("", "", "Open a log first"), offer("Open a log …", () => S.hooks.pick("log")));
-  else if (!state.checked) out.push(line("", "Cancelled:", "not searched for what is missing"), offer("Search", () => act({ do: "check" })));
+  else if (!state.checked) out.push(line("", "Canceled:", "the search for missing effects is incomplete"), offer("Search", () => act({ do: "check" })));
   else if (state.adequate) out.push(line("good", state.verdict === "adequate" ? "✓ Adequate:" : "≈ Limited by quantization:", `${unexplained()} unexplained ✓`));
   else {
     if (state.within) out.push(line("good", "≈ Within tolerance:", `model discrepancy ${short(state.discrepancy)} %, below ${state.tolerance} %`));
@@ -29,10 +29,10 @@ export function verdict() {
   refill($("verdict"), ...out);
 }
 const unexplained = () => S.state.ladder[S.state.at].left_text;
-// A sentence leads to the place that it speaks of, if there is one.
+// A sentence about a place links to the view of that place.
 function failure(f) {
   const text = capital(f.text);
-  return el("li", {}, f.view ? el("button", { class: "link", title: "Show the place", onclick: () => S.hooks.visit(f.view, f.place) }, text) : text);
+  return el("li", {}, f.view ? el("button", { class: "link", title: "Show this place", onclick: () => S.hooks.visit(f.view, f.place) }, text) : text);
 }
 export function cards() {
   const { alternatives } = S.state;
@@ -47,7 +47,7 @@ export function cards() {
       c.values ? el("p", { class: "own" }, c.values) : null,
       el("p", { class: "why" }, capital(c.sentence)),
       el("div", { class: "measure" }, el("span", { class: "track" }, el("i", { style: percent(c.size) })), capital(c.size_text)),
-      el("details", {}, el("summary", {}, c.rivals.length ? `Alternatives: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
+      el("details", {}, el("summary", {}, c.rivals.length ? `Alternative explanations: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
         el("p", {}, capital(c.confirm), "."), el("p", { class: "tag" }, `Evidence: ${c.evidence_text}`), el("p", { class: "tag" }, capital(c.physics), ".")));
   }));
 }
@@ -63,7 +63,7 @@ export function ladder() {
         gone.length ? el("small", {}, gone.join(" ")) : null,
         el("span", { class: "error" }, r.left_text, el("small", {}, " unexplained"), r.adequate ? el("span", { class: "ok" }, " ✓") : null),
         el("small", {}, `Allan error ${r.error_text} rms (expected scatter ${r.chance_text})`)),
-      i === state.at ? null : el("button", { class: "icon beside-step", "data-beside": i, "aria-label": `Compare step ${state.at} with step ${i}`, title: `What differs between step ${state.at} and step ${i}`,
+      i === state.at ? null : el("button", { class: "icon beside-step", "data-beside": i, "aria-label": `Compare step ${state.at} with step ${i}`, title: `Compare step ${state.at} with step ${i}`,
         onclick: async () => { if (await act({ do: "beside", rung: i })) S.hooks.go("compare"); } }, icon("beside")));
   }));
   const list = $("ladder"), now = list.children[state.at];

@@ -1,4 +1,4 @@
-// The model: its effects and their values, the tray, the catalogue, a typed model.
+// The model: its effects and their values, removed effects, the catalog, and the model entry.
 import { $, S, act, capital, el, fill, icon, ordered, refill, short, speak, svg } from "./core.js";
 import { light } from "./draw.js";
 
@@ -6,7 +6,7 @@ const drop = (c, v) => act({ do: "hold", place: c.place, name: v.name, value: v.
 
 export function chips() {
   const state = S.state;
-  if ($("chips").querySelector("input")) return;  // a value is being typed
+  if ($("chips").querySelector("input")) return;  // do not disturb a value that is being typed
   const units = state.chip_units, at = Math.max(0, units.findIndex(u => u.value === state.chip_unit));
   fill($("unit"), units.map((u, i) => [i, u.text]), at);
   $("unit").hidden = units.length < 2;
@@ -30,17 +30,17 @@ function value(c, v) {
   const what = `${v.name} of ${c.name}`, limits = between(v), spread = v.kept || v.spread;
   row.append(
     el("button", { class: "text", title: `Try another value of ${what}${v.limits ? ", or set limits on it" : ""}`, "aria-label": `${what}: ${v.text}. Try another value`, "data-work": true, onclick: () => edit(row, c, v) }, v.text),
-    el("span", { class: "spread", title: v.kept ? capital(v.kept) : `95 % interval ${v.spread}` }, spread, v.over_all ? el("small", { class: "over-all", title: "95 % interval over all models that this record cannot tell apart" }, v.over_all) : null, limits ? el("small", { class: "limits" }, limits) : null),
-    el("button", { class: "icon lock", title: v.held ? `Held: let ${what} free` : `Hold ${what} at this value`, "aria-pressed": String(v.held), "data-work": true,
+    el("span", { class: "spread", title: v.kept ? capital(v.kept) : `95 % interval ${v.spread}` }, spread, v.over_all ? el("small", { class: "over-all", title: "95 % interval over all models that explain this record equally well" }, v.over_all) : null, limits ? el("small", { class: "limits" }, limits) : null),
+    el("button", { class: "icon lock", title: v.held ? `Held fixed: release ${what}` : `Hold ${what} fixed at this value`, "aria-pressed": String(v.held), "data-work": true,
       "aria-label": `Hold ${what}`, onclick: () => drop(c, v) }, icon(v.held ? "locked" : "open")));
   return row;
 }
-// The limits of a value as they are told.
+// Text of the limits of a value.
 function between(v) {
   const [low, high] = v.limits || [null, null];
   return low === null ? high === null ? "" : `at most ${high}` : high === null ? `at least ${low}` : `within ${low} … ${high}`;
 }
-// A value is typed to be tried, or limits for it.
+// Shows input fields for a trial value and, if allowed, for its limits.
 function edit(row, c, v) {
   const field = (what, value) => el("input", { value: value ?? "", "aria-label": `${what} in ${v.unit || "1"}`, inputmode: "decimal" });
   const input = field(v.name, v.number), ends = v.limits ? v.limits.map((end, i) => field(`${i ? "Highest" : "Lowest"} ${v.name}`, end)) : [];
@@ -48,7 +48,7 @@ function edit(row, c, v) {
   let open = true;
   const end = keep => {
     if (!open) return;
-    open = false;  // before the fields go, which blurs them
+    open = false;  // set before removing the fields, because removal triggers their blur event
     row.replaceChildren();
     const [low, high] = ends.map(e => e.value.trim());
     if (keep === "value" && input.value.trim() && Number(input.value) !== v.number) act({ do: "what-if", place: c.place, name: v.name, value: input.value });
@@ -59,12 +59,12 @@ function edit(row, c, v) {
   for (const one of [input, ...ends]) {
     one.addEventListener("blur", event => { if (!row.contains(event.relatedTarget)) end(null); });
     one.addEventListener("keydown", event => {
-      if (event.key === "Enter") { event.preventDefault(); end(one === input ? "value" : "limits"); }  // else it would press what gets the focus
+      if (event.key === "Enter") { event.preventDefault(); end(one === input ? "value" : "limits"); }  // otherwise Enter would press the element that receives the focus
       if (event.key === "Escape") { event.stopPropagation(); end(null); }
     });
   }
-  row.replaceChildren(el("span", { class: "symbol" }, v.symbol), input, el("span", { class: "spread" }, `${v.unit}  Enter tries it`));
-  if (ends.length) row.append(el("span", { class: "ends" }, ends[0], "…", ends[1], el("small", {}, "Limits: Enter sets them")));
+  row.replaceChildren(el("span", { class: "symbol" }, v.symbol), input, el("span", { class: "spread" }, `${v.unit}  Enter: try the value`));
+  if (ends.length) row.append(el("span", { class: "ends" }, ends[0], "…", ends[1], el("small", {}, "Enter: set the limits")));
   input.focus(); input.select();
 }
 function lit(node, place) {
@@ -73,18 +73,18 @@ function lit(node, place) {
 }
 function tray() {
   $("tray").hidden = !S.state.tray.length;
-  refill($("tray"), el("span", {}, "Taken out:"), ...S.state.tray.map(t => el("button", { title: `Bring back ${t.text}`, "aria-label": `Bring back ${t.name}`, "data-work": true, onclick: () => act({ do: "back", place: t.place }) }, icon("back"), capital(t.name))));
+  refill($("tray"), el("span", {}, "Removed:"), ...S.state.tray.map(t => el("button", { title: `Bring back ${t.text}`, "aria-label": `Bring back ${t.name}`, "data-work": true, onclick: () => act({ do: "back", place: t.place }) }, icon("back"), capital(t.name))));
 }
 function tried() {
   const found = S.state.preview;
   $("tried").hidden = !found;
   if (found) refill($("tried"),
-    el("span", {}, `Tried, not fitted: χ²/dof ${short(found.before)} → `, el("b", {}, short(found.chi2))),
+    el("span", {}, `Trial value, not fitted: χ²/dof ${short(found.before)} → `, el("b", {}, short(found.chi2))),
     el("button", { class: "main", "data-work": true, onclick: () => act({ do: "fit-tried" }) }, "Fit from here"),
-    el("button", { onclick: () => act({ do: "drop" }) }, "Forget"));
+    el("button", { onclick: () => act({ do: "drop" }) }, "Discard"));
 }
 
-// -- the catalogue
+// -- the catalog
 export async function openCatalogue() {
   if (!S.state.chips.length) return;
   const found = await speak(`tabs/${S.tab}/part/catalogue`);
@@ -98,10 +98,10 @@ export async function openCatalogue() {
       el("div", { class: "pictures" }, drawn(`${e.name}: Allan curve`, e.pictures.curve, "Allan deviation σ", "τ"), drawn(`${e.name}: spectrum`, e.pictures.spectrum, "Density S", "f")),
       el("div", {}, el("h3", {}, capital(e.name), el("code", {}, e.short)), el("p", {}, capital(e.physics), "."),
         el("p", { class: "look" }, el("b", {}, "Looks like "), e.looks_like, ".")),
-      el("button", { class: "main", disabled: has || Boolean(lacks), title: lacks ? "The log has no other column that could be the cause" : null,
+      el("button", { class: "main", disabled: has || Boolean(lacks), title: lacks ? "This effect needs a logged column such as temperature" : null,
         "aria-label": `Add ${e.name}`, onclick: () => { $("catalogue").close(); act({ do: "put", effect: e.needs.length ? `${e.short}(column=${columns[0]})` : e.short }); } }, has ? "In the model" : "Add"));
   };
-  // In each group the common effects, then the rare ones under "more".
+  // Each group lists its common effects, then the rare ones under "More".
   $("effects").replaceChildren(...[...new Set(found.map(e => e.group))].map(name => {
     const own = found.filter(e => e.group === name), common = own.filter(e => e.common), rare = own.filter(e => !e.common);
     return el("section", { "aria-label": name }, el("h3", {}, name), el("div", { class: "effects" }, ...common.map(card)),
@@ -111,7 +111,7 @@ export async function openCatalogue() {
   search();
   $("catalogue").showModal();
 }
-// Of the effects those whose description has every word; what is rare is opened where it is found.
+// Shows the effects whose description contains every word, and opens the lists of rare effects that match.
 function search() {
   const words = $("catalogue-search").value.toLowerCase().split(/\s+/).filter(Boolean);
   for (const node of document.querySelectorAll("#effects .effect")) node.hidden = !words.every(w => node.dataset.words.includes(w));

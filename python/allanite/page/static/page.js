@@ -1,4 +1,4 @@
-// The page: what the server tells is shown, what a person does is told to it.
+// The page: shows the state of the server and sends the actions of the user.
 import { $, S, act, busy, el, fill, icon, ordered, refill, say, speak, theme } from "./core.js";
 import { sayVerdict } from "./accept.js";
 import { done, draw as drawStrip, step, strip } from "./axes.js";
@@ -11,8 +11,8 @@ import { ask, doubtful, listenReading } from "./reading.js";
 import { listenTour } from "./tour.js";
 import { controls, figure, get, go, listenViews, redraw, visit } from "./views.js";
 
-const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Type a model"], ["[  ]", "Axis before, axis after"], ["1 … 9", "Views"], ["N", "Numbers behind the figure"], ["F", "Full screen"],
-  ["T", "Light or dark"], ["Ctrl Z, Ctrl Shift Z", "Undo, redo"], ["Esc", "Close, restore the view"], ["?", "These keys"]];
+const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Enter a model"], ["[  ]", "Previous axis, next axis"], ["1 … 9", "Views"], ["N", "Values of the figure"], ["F", "Full screen"],
+  ["T", "Light or dark"], ["Ctrl Z, Ctrl Shift Z", "Undo, redo"], ["Esc", "Close, reset the view"], ["?", "Show these keys"]];
 
 async function follow() {
   for (;;) {
@@ -20,18 +20,18 @@ async function follow() {
     const answered = S.answered;
     try {
       const next = await speak(`tabs/${S.tab}?seen=${S.seen}`);
-      // News that were asked for before an order was answered may be older than its answer.
+      // A state requested before the answer to an action may be older than that answer.
       if (answered === S.answered) take(next);
     }
     catch (error) {
-      if (error instanceof TypeError) { say("The server has ended. Start it again; what was done is kept in this browser.", 3600); return; }
+      if (error instanceof TypeError) { say("The server has stopped. Restart it; your work is kept in this browser.", 3600); return; }
       try { if (await again(error.message)) { S.seen = -1; continue; } } catch { /* said below */ }
       say(error.message); return;
     }
   }
 }
 function take(next) {
-  // Where nothing is new the server only tells how far its work is.
+  // If nothing has changed, the server only reports its progress.
   const fresh = "version" in next && next.version !== S.seen, before = busy();
   S.state = { ...S.state, ...next };
   if (fresh) {
@@ -45,7 +45,7 @@ function take(next) {
   if (fresh) follow_verdict();
   work();
 }
-// Of a step that was checked the view that says most is opened, unless somebody chose another for this log.
+// Opens the most informative view of a checked step, unless the user has chosen another view for this log.
 let followed = "";
 function follow_verdict() {
   const { recording, checked, view, model, preview } = S.state, of = recording && `${recording.digest} ${recording.column} ${model}`;
@@ -66,7 +66,7 @@ function work() {
     $("work-name").textContent = $("work-name").title = `${job.name} …${count} · ${job.seconds.toFixed(job.seconds < 10 ? 1 : 0)} s`;
     if (job.total) { $("bar").max = job.total; $("bar").value = job.done; } else $("bar").removeAttribute("value");
   }
-  // Not `disabled`, which would take the focus away.
+  // `disabled` would remove the focus.
   for (const button of document.querySelectorAll("[data-work]")) button.setAttribute("aria-disabled", hands_off);
   $("improve").setAttribute("aria-disabled", hands_off || S.state.within || !S.state.cards.some(c => c.significant));
   $("improve-all").setAttribute("aria-disabled", hands_off || done());
@@ -78,7 +78,7 @@ function head() {
   $("logs").disabled = logs.length < 2;
   $("recording").textContent = $("recording").title = recording ? recording.text : "";
   $("reading").disabled = !log || fixed;
-  // A clock has no file of Kalibr: what can be exported is offered, and what a hand chose stays chosen.
+  // Offers only the formats that suit the sensor, and keeps the choice of the user.
   const offered = recording ? recording.targets : [];
   fill($("target"), offered, [S.target, "kalibr.yaml", "state-space.json"].find(name => offered.some(t => t[0] === name)));
   document.title = log ? `${log} – allanite` : "allanite";
@@ -89,7 +89,7 @@ function audit() {
   $("audit").hidden = !S.state.recording || !S.state.recording.audited;
   $("audit").className = warnings.length ? "warning" : "";
   const title = [count(warnings.length, "warning"), count(found.length - warnings.length, "note")].filter(Boolean).join(", ");
-  $("audit-more").replaceChildren(...(found.length ? [el("b", {}, title), el("span", {}, (warnings[0] || found[0]).message)] : [el("b", {}, "✓ Audit"), el("span", {}, "Nothing odd about the samples: no gaps, no clipping, no outliers")]));
+  $("audit-more").replaceChildren(...(found.length ? [el("b", {}, title), el("span", {}, (warnings[0] || found[0]).message)] : [el("b", {}, "✓ Audit"), el("span", {}, "No problem found in the samples: no gaps, no clipping, no outliers")]));
   $("audit-more").disabled = !found.length;
   refill($("offers"), ...warnings.flatMap(offers).slice(0, 2));
   refill($("findings"), ...found.map(f => el("p", { class: f.severity }, el("b", {}, f.severity === "warning" ? "Warning" : "Note"), el("span", {}, f.message), ...offers(f))));
@@ -101,7 +101,7 @@ function pick(role) {
 async function send(file, role) {
   if (role === "study") {
     let study = null;
-    try { study = JSON.parse(await file.text()); } catch { say(`${file.name} is not a study: JSON saved from this page is needed`); return; }
+    try { study = JSON.parse(await file.text()); } catch { say(`${file.name} is not a study: choose a JSON file saved from this page`); return; }
     act({ do: "study", study });
     return;
   }
@@ -112,14 +112,14 @@ async function send(file, role) {
   catch (error) { say(error.message); }
   finally { clearInterval(tick); }
 }
-// What was done by hand, for a script or a terminal.
+// The analysis as a Python script or as a command.
 function script(kind) {
   const { log, recording, reading, model } = S.state;
   if (!recording || !model) return;
   const name = recording.columns[recording.column].name, quote = t => `"${String(t).replace(/["\\$`]/g, "\\$&")}"`;
   const rate = reading.said_rate, { span, left_out } = recording, begin = span ? span[0] : 0;
-  // A command reads the whole log: what is left of it is told by a script alone.
-  if (kind === "command" && (span || left_out.length)) { say("A part of the log is analysed: copy it as Python, a command takes the whole log"); return; }
+  // A command always reads the whole log, so only a script can describe a part of it.
+  if (kind === "command" && (span || left_out.length)) { say("Only a part of the log is analyzed. Copy it as Python, because a command always uses the whole log."); return; }
   const without = left_out.map(([a, b]) => `samples[round(${Math.max(0, a - begin)} * recording.rate):round(${Math.max(0, b - begin)} * recording.rate)] = np.nan`);
   const text = kind === "python"
     ? ["import allanite as al", ...(left_out.length ? ["import numpy as np"] : []), "", `recording = al.read(${JSON.stringify(log)}${rate ? `, rate=${rate}` : ""}, column=${JSON.stringify(name)})`, ...(span ? [`recording = recording.trim(${span[0]}, ${span[1]})`] : []), ...(left_out.length ? ["samples = recording.samples.astype(float)", ...without, "recording = al.Recording(samples, recording.rate, unit=recording.unit, quantity=recording.quantity, columns=recording.columns, covariates=recording.covariates)"] : []), `fit = al.parse_model(${JSON.stringify(model)}).fit(recording)`, "print(fit.check())"].join("\n")

@@ -1,4 +1,4 @@
-// How a log is read: column by column what was understood, to be changed; doubts with what settles them.
+// The form that shows how each column of a log is interpreted, with open questions and corrections.
 import { $, S, act, el, fill, short, speak, svg } from "./core.js";
 
 const ROLES = { sensor: "Sensor", time: "Clock", temperature: "Temperature", other: "Other" };
@@ -12,7 +12,7 @@ export async function ask() {
   $("form-problem").textContent = state.problem || "";
   $("form-rate").value = state.reading.rate ? Number(state.reading.rate.toPrecision(8)) : "";
   $("form-quantity").value = state.reading.quantity || "";
-  $("form-columns").replaceChildren(el("p", { class: "faint" }, "Looking at the columns …"));
+  $("form-columns").replaceChildren(el("p", { class: "faint" }, "Reading the columns …"));
   $("form-offers").replaceChildren();
   $("form-kinds").replaceChildren();
   fill($("form-time"), [["", "As found"]], "");
@@ -24,20 +24,20 @@ export async function ask() {
 }
 function times() {
   const clocks = found.columns.filter(c => c.role === "time" && c.name !== "(time)");
-  fill($("form-time"), [["", "As found"], ["none", "None: the rate is given"], ...clocks.map(c => [c.name, c.rate ? `${c.name} (${Number(c.rate.toPrecision(5))} Hz)` : c.name])], S.state.reading.time_column || "");
+  fill($("form-time"), [["", "As found"], ["none", "None: use the sampling rate"], ...clocks.map(c => [c.name, c.rate ? `${c.name} (${Number(c.rate.toPrecision(5))} Hz)` : c.name])], S.state.reading.time_column || "");
 }
-// Doubts in sentences, each with a button that does what it proposes.
+// Findings, and a button that applies the proposed rate.
 function offers() {
   const out = [], rate = found.columns.find(c => c.role === "time" && c.rate);
   const now = Number($("form-rate").value);
-  if (rate && Math.abs(rate.rate / now - 1) > 1e-3) out.push(el("p", {}, `The clock ${rate.name} says ${Number(rate.rate.toPrecision(5))} Hz${now ? `, not ${now} Hz` : ""}. `,
+  if (rate && Math.abs(rate.rate / now - 1) > 1e-3) out.push(el("p", {}, `The time column ${rate.name} gives ${Number(rate.rate.toPrecision(5))} Hz${now ? `, not ${now} Hz` : ""}. `,
     el("button", { type: "button", onclick: () => { $("form-rate").value = Number(rate.rate.toPrecision(8)); } }, `Use ${Number(rate.rate.toPrecision(5))} Hz`)));
   for (const f of found.findings) if (f.kind !== "rate") out.push(el("p", { class: f.severity }, f.message));
   $("form-offers").replaceChildren(...out);
 }
 function columns() {
   const reading = S.state.reading, chosen = new Set(reading.columns), units = S.state.units;
-  const head = el("tr", {}, ...["Use", "Column", "Unit", "", "Understood as", "First rows", "Whole record"].map(t => el("th", {}, t)));
+  const head = el("tr", {}, ...["Use", "Column", "Unit", "", "Interpreted as", "First rows", "Whole record"].map(t => el("th", {}, t)));
   const rows = found.columns.map(c => {
     const sensor = ["sensor", "other"].includes(c.role) && c.first.length > 0, used = chosen.size ? chosen.has(c.name) : c.used && c.role === "sensor";
     const own = reading.column_units[c.name] || c.unit || "";
@@ -46,7 +46,7 @@ function columns() {
     const unit = sensor ? el("select", { "data-unit": c.name, "data-was": own || "1", "aria-label": `Unit of ${c.name}`, onchange: alike }, ...list.map(([v, t]) => el("option", { value: v, selected: v === (own || "1") }, t))) : el("span", {}, c.unit || "");
     return el("tr", { class: used ? "" : "unused" },
       el("td", {}, sensor ? el("input", { type: "checkbox", "data-use": c.name, checked: used, "aria-label": `Use ${c.name}`, onchange: event => event.target.closest("tr").classList.toggle("unused", !event.target.checked) }) : null),
-      el("th", { scope: "row" }, c.name || "(no name)"), el("td", {}, unit), el("td", { class: "doubt" }, doubt(c)), el("td", {}, `${ROLES[c.role] || c.role}${c.rate ? `, ${Number(c.rate.toPrecision(5))} Hz` : ""}${c.role === "temperature" && c.used ? ": offered as a cause" : ""}`),
+      el("th", { scope: "row" }, c.name || "(no name)"), el("td", {}, unit), el("td", { class: "doubt" }, doubt(c)), el("td", {}, `${ROLES[c.role] || c.role}${c.rate ? `, ${Number(c.rate.toPrecision(5))} Hz` : ""}${c.role === "temperature" && c.used ? ": offered as a possible cause" : ""}`),
       el("td", { class: "first" }, c.first.map(v => Math.abs(v) < 1e6 ? String(Number(v.toPrecision(5))).replace("-", "−") : short(v)).join("  ")), el("td", {}, spark(c.spark)));
   });
   $("form-columns").replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows)));
@@ -60,14 +60,14 @@ function kinds() {
     for (const c of own) if (event.target.value) { const select = $("form").querySelector(`[data-unit="${CSS.escape(c.name)}"]`); if (![...select.options].some(o => o.value === event.target.value)) select.append(el("option", { value: event.target.value }, text(event.target.value))); select.value = event.target.value; }
   } }, el("option", { value: "" }, "As below"), ...units.map(u => el("option", { value: u }, text(u)))))));
 }
-// The other axes of a sensor take the unit with it, unless they had one of their own.
+// The other axes of a sensor get the same unit, unless they had a different one.
 function alike(event) {
   const stem = name => name.replace(/[xyz](?=[^a-z]*$)/i, "·"), { unit, was } = event.target.dataset;
   for (const other of $("form").querySelectorAll("[data-unit]")) if (other.dataset.was === was && stem(other.dataset.unit) === stem(unit)) other.value = event.target.value;
 }
 function doubt(c) {
-  if (c.role === "time") return "Not analysed";
-  if (c.role === "other" && c.reason) return `Not analysed: ${c.reason}`;
+  if (c.role === "time") return "Not analyzed";
+  if (c.role === "other" && c.reason) return `Not analyzed: ${c.reason}`;
   return c.doubts.map(d => d.replace(": give it", ": choose it")).map(d => d[0].toUpperCase() + d.slice(1)).join(". ");
 }
 function spark(pairs) {
@@ -80,7 +80,7 @@ export function listenReading() {
   $("reading").onclick = ask;
   $("form").onclose = async () => {
     if ($("form").returnValue !== "yes") return;
-    // Until it is read again what was doubted is not asked about again.
+    // Do not ask again before the log has been read with the new settings.
     S.asked = true;
     const boxes = [...$("form").querySelectorAll("[data-use]")], use = boxes.filter(b => b.checked).map(b => b.dataset.use);
     const usual = found ? found.columns.filter(c => c.used && c.role === "sensor").map(c => c.name) : [];

@@ -1,32 +1,32 @@
-// A tour of one minute: a sentence about each part of the page, beside that part and never over it.
+// A one-minute tour: a sentence about each part of the page, shown next to the part and never over it.
 import { $, S, act, busy, say } from "./core.js";
 
-// The first element of a step that is there is the one that it speaks of.
+// Each step describes the first of its elements that is visible.
 const STEPS = [
-  ["Allan curve", ["#plot [data-subplot=xy].nsewdrag", "#plot .xy .nsewdrag", "#plot"], "Dots are the measured Allan deviation with its 95 % interval, and the thick line is the model: the sum of the thin lines, one for each effect."],
-  ["Residual", ["#plot [data-subplot=x2y2].nsewdrag", "#plot .x2y2 .nsewdrag", "#plot"], "The residual is the distance of the measured curve from the model in σ: points beyond the dotted lines are more than expected scatter."],
-  ["Missing effects", ["#cards .card", "#missing-title"], "Each card names an effect that would explain a misfit, with its evidence and its size, and “Add” puts it into the model."],
-  ["Your own effects", ["#add-effect"], "“+ Effect” opens the catalogue, for an effect that you know of and that no card suggests."],
-  ["Ladder", ["#ladder li", "footer"], "Each step of the ladder is a model of the same record, and a click goes back to it."],
-  ["Axes", ["#strip:not([hidden])", "[data-tab=axes]"], "A log of several axes has a model and a ladder for each, and this is where you see them side by side."],
-  ["Export", [".menu summary"], "“File” exports the parameters of all axes for your filter, a report, and each figure with its numbers."],
+  ["Allan curve", ["#plot [data-subplot=xy].nsewdrag", "#plot .xy .nsewdrag", "#plot"], "Dots are the measured Allan deviation with 95 % intervals, the thick line is the model, and each thin line is one of its effects."],
+  ["Residual", ["#plot [data-subplot=x2y2].nsewdrag", "#plot .x2y2 .nsewdrag", "#plot"], "The residual is the distance of the measured curve from the model in σ, and points beyond the dotted lines exceed the expected scatter."],
+  ["Missing effects", ["#cards .card", "#missing-title"], "Each card names an effect that would explain a misfit, with its evidence and size, and “Add” puts the effect into the model."],
+  ["Your own effects", ["#add-effect"], "“+ Effect” opens the catalog, for effects that you know of but that no card suggests."],
+  ["Steps", ["#ladder li", "footer"], "Each step is a model of the same record, and a click on a step returns to it."],
+  ["Axes", ["#strip:not([hidden])", "[data-tab=axes]"], "A log with several axes has a model and steps for each axis, and here you see all axes side by side."],
+  ["Export", [".menu summary"], "“File” exports the parameters of all axes for your filter, a report, and each figure with its values."],
 ];
 const ROOM = 10;
 let at = 0, opener = null, timer = 0;
 
 const subject = () => STEPS[at][1].map(s => document.querySelector(s)).find(n => n && n.getClientRects().length);
 
-// Without a log there is nothing to point at: the example is opened first.
+// Without a log the example is opened first.
 export async function tour(from) {
   if (timer) return;
   opener = from;
   if (!S.state.log && !await act({ do: "example" })) return;
   while (busy() || S.state.log && S.state.ladder.length && !document.body.dataset.drawn) await new Promise(done => setTimeout(done, 100));
-  if (!S.state.ladder.length) { say("The tour is of a log that was read: set its rate and units first, or open another one"); return; }
+  if (!S.state.ladder.length) { say("The tour needs a log that can be read: set its rate and units first, or open another log"); return; }
   if (timer) return;
   S.hooks.go("allan");
   $("tour").show(); $("tour-frame").hidden = false;
-  // The page goes on living: what is pointed at is drawn anew and moves.
+  // The frame follows its element, which may move or be redrawn.
   timer = setInterval(place, 200);
   show(0);
   $("tour-next").focus();
@@ -46,12 +46,12 @@ function show(to) {
   $("tour-count").textContent = `${at + 1} of ${STEPS.length}`;
   $("tour-text").textContent = STEPS[at][2];
   $("tour-next").textContent = last ? "Done" : "Next";
-  // Not `disabled`, which would take the focus away.
+  // `disabled` would remove the focus.
   $("tour-back").setAttribute("aria-disabled", at === 0);
   const target = subject();
   if (target && !target.closest("header")) {
     target.scrollIntoView({ block: "nearest", inline: "nearest" });
-    // On a narrow page the head stays on top: the part goes under it, and the words under the part.
+    // On a narrow page the header stays on top: scroll the part below it, with the text below the part.
     if (document.body.scrollHeight > innerHeight + 1) scrollBy(0, target.getBoundingClientRect().top - document.querySelector("header").offsetHeight - ROOM);
   }
   place();

@@ -1,4 +1,4 @@
-// The views: which is shown, its controls, its numbers, its files.
+// The views: selection, controls, values, and files.
 import { $, S, act, capital, el, fill, refill, say, speak, theme } from "./core.js";
 import { acceptance } from "./accept.js";
 import { axesTable } from "./axes.js";
@@ -6,7 +6,7 @@ import * as Draw from "./draw.js";
 import { tour } from "./tour.js";
 
 let drawn = "";
-// Views that are tables and no figures.
+// Views that are tables instead of figures.
 const TABLES = { axes: axesTable, accept: acceptance };
 export const query = () => new URLSearchParams({ theme: theme(), ...S.options }).toString();
 
@@ -23,7 +23,7 @@ async function draw() {
   $("numbers").hidden = S.view in TABLES;
   if (S.view in TABLES) { drawn = want; Draw.clear(); key(); $("empty").textContent = ""; refill($("table"), state.recording ? TABLES[S.view]() : ""); $("table").hidden = false; document.body.dataset.drawn = want; return; }
   $("table").hidden = $("numbers").getAttribute("aria-pressed") !== "true";
-  // The measured curve and the samples are there before the first fit.
+  // The measured curve and the samples are available before the first fit.
   if (!state.recording || (!state.ladder.length && !["allan", "samples"].includes(S.view))) {
     Draw.clear(); drawn = ""; $("key").replaceChildren(); $("readout").replaceChildren();
     if (state.log) $("empty").textContent = state.problem ? "" : "Reading and fitting …";
@@ -51,29 +51,29 @@ function welcome() {
   refill($("empty"), el("div", { class: "welcome" }, el("h2", {}, "Which noise does your sensor have?"),
     el("p", {}, "Drop a log of a sensor at rest here: CSV, NPZ, NPY, MATLAB, ROS bag, ULog, HDF5, Parquet."),
     el("div", {}, el("button", { class: "main", onclick: () => S.hooks.pick("log") }, "Open a log …"), el("button", { onclick: () => act({ do: "example" }) }, "Try an example"), el("button", { onclick: event => tour(event.currentTarget) }, "Take a one-minute tour")),
-    el("ol", {}, ...["The curve is measured, and a first model fitted to it.", "Where it fails is shaded, and what is missing stands beside it, with the evidence.", "Add an effect, or let all be added: each step is kept.", "Export the parameters of all axes for your filter."].map(t => el("li", {}, t)))));
+    el("ol", {}, ...["The Allan deviation is computed and a first model is fitted.", "Failing regions are shaded; missing effects are listed on the right, with their evidence.", "Add one effect, or let all missing effects be added. Every step is kept.", "Export the parameters of all axes for your filter."].map(t => el("li", {}, t)))));
 }
-// What the figure says, in a sentence.
+// The main result of the figure, as a sentence.
 function headline(text) {
   $("headline").hidden = !text;
   $("headline").textContent = text ? `${capital(text)}.` : "";
 }
 function key(got) {
   const state = S.state, item = (style, text, kind = "", title = null) => el("span", { title }, el("i", { class: kind, style }), text);
-  const allan = [item("", "Measured ± 95 %", "dot"), item("border-color:var(--c-model)", state.preview ? "Tried" : "Model"),
-    item("background:var(--c-model)", "Expected scatter (95 %)", "box", "Where the measured curve lies if the model is true: dark at each τ by itself, pale at all together")];
+  const allan = [item("", "Measured ± 95 %", "dot"), item("border-color:var(--c-model)", state.preview ? "Trial" : "Model"),
+    item("background:var(--c-model)", "Expected scatter (95 %)", "box", "Where the measured curve lies if the model is true: dark for each τ separately, pale for all τ together")];
   const other = got && got.kind === "deviation", psd = [];
   if (state.chips.some(c => c.values.some(v => v.role === "coefficient" && !v.detected))) allan.push(item("border-top-style:dashed", "Not detected: 95 % limit"));
   if (got && got.fails) allan.push(item("background:var(--fail);opacity:.6", "Fails", "box"));
   if (got && got.singles) psd.push(item("border-color:var(--raw)", "Single frequencies"));
   const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box"), ...(got && got.drift ? [item("border-color:var(--c-model)", capital(got.drift))] : [])];
   $("key").replaceChildren(...(other ? [] : { allan, psd: [...allan, ...psd], samples }[S.view] || []));
-  $("readout").textContent = other ? "The model is fitted to the spectrum, whichever deviation is shown" : got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
+  $("readout").textContent = other ? "The model is always fitted to the spectrum, whatever deviation is shown" : got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
 }
-// Open a view at a place of its own axis: s, Hz or s of the record.
+// Opens a view at a range of its axis, in s, Hz, or s of the record.
 export async function visit(name, place) {
   if (S.view !== name) go(name);
-  // Of a spectrum all single frequencies about the place are asked for.
+  // In the spectrum, request all single frequencies around the range.
   if (name === "psd" && place) { const [from, to] = Draw.about(place).map(String); S.options = { from, to }; redraw(); }
   await settled();
   if (place && Draw.shown.view?.name === name) Draw.zoom(place);
@@ -99,9 +99,9 @@ export function controls() {
   refill($("beside"), ...parts);
   sheet();
 }
-// Another deviation, other averaging times: of the measured curve, the fit stays.
-const KINDS = [["", "Overlapping Allan"], ["adev", "Allan, not overlapping"], ["mdev", "Modified Allan"], ["tdev", "Time (TDEV)"], ["ohdev", "Overlapping Hadamard"], ["hdev", "Hadamard"], ["totdev", "Total"], ["pdev", "Parabolic"]];
-const GRIDS = [["", "As fitted"], ["octave", "1, 2, 4, 8 …"], ["decade", "1, 2, 4, 10 …"], ["fine", "20 a decade"]];
+// Other deviations and averaging times for the measured curve; the fit does not change.
+const KINDS = [["", "Overlapping Allan"], ["adev", "Allan (non-overlapping)"], ["mdev", "Modified Allan"], ["tdev", "Time (TDEV)"], ["ohdev", "Overlapping Hadamard"], ["hdev", "Hadamard"], ["totdev", "Total"], ["pdev", "Parabolic"]];
+const GRIDS = [["", "As fitted"], ["octave", "1, 2, 4, 8 …"], ["decade", "1, 2, 4, 10 …"], ["fine", "20 per decade"]];
 function allan() {
   const choice = (name, label, items) => {
     const node = el("select", { "data-option": name, "aria-label": label, onchange: event => { const v = event.target.value; if (v) S.options[name] = v; else delete S.options[name]; redraw(); } });
@@ -115,11 +115,11 @@ function compare() {
   if (state.beside) {
     const end = () => act({ do: "beside", rung: null });
     return [el("span", {}, "Two models:"), el("span", { class: "beside" }, state.beside.heads[0]),
-      el("span", { class: "beside" }, state.beside.heads[1], el("button", { class: "icon", "aria-label": `No longer beside ${state.beside.heads[1].toLowerCase()}`, onclick: end }, "×"))];
+      el("span", { class: "beside" }, state.beside.heads[1], el("button", { class: "icon", "aria-label": `Stop comparing with ${state.beside.heads[1].toLowerCase()}`, onclick: end }, "×"))];
   }
   const logs = state.logs.map((name, i) => ({ name, i })).filter(({ name, i }) => i !== state.log_number && !state.others.some(o => o.startsWith(`${name} `)));
-  const gone = (name, order) => el("span", { class: "beside" }, name, el("button", { class: "icon", "aria-label": `No longer compare with ${name}`, onclick: () => act({ do: "alone", ...order }) }, "×"));
-  return [el("span", {}, "Beside it:"), ...state.others.map(name => gone(name, { name })), state.sheet ? gone(state.sheet.name, {}) : null,
+  const gone = (name, order) => el("span", { class: "beside" }, name, el("button", { class: "icon", "aria-label": `Stop comparing with ${name}`, onclick: () => act({ do: "alone", ...order }) }, "×"));
+  return [el("span", {}, "Compared with:"), ...state.others.map(name => gone(name, { name })), state.sheet ? gone(state.sheet.name, {}) : null,
     ...logs.map(({ name, i }) => el("button", { onclick: () => act({ do: "compare", log: i }) }, `+ ${name}`)),
     el("button", { onclick: () => S.hooks.pick("compare") }, "+ A log …"), el("button", { onclick: () => S.hooks.pick("sheet") }, "+ A data sheet …")];
 }
@@ -128,36 +128,36 @@ function samples() {
   if (S.options.from !== undefined) {
     const from = Number(S.options.from), to = Number(S.options.to);
     const text = `${Number(Math.max(0, from).toPrecision(6))}–${Number(Math.min(duration, to).toPrecision(6))} s`;
-    out.push(el("span", {}, text), el("button", { class: "main", onclick: () => act({ do: "take", from, to }).then(done => { if (done) { S.options = {}; redraw(); } }) }, "Analyse only this"),
-      el("button", { onclick: () => act({ do: "leave-out", from, to }).then(done => { if (done) { S.options = {}; redraw(); } }) }, "Leave this out"),
+    out.push(el("span", {}, text), el("button", { class: "main", onclick: () => act({ do: "take", from, to }).then(done => { if (done) { S.options = {}; redraw(); } }) }, "Analyze only this"),
+      el("button", { onclick: () => act({ do: "leave-out", from, to }).then(done => { if (done) { S.options = {}; redraw(); } }) }, "Exclude this"),
       el("button", { onclick: () => { S.options = {}; controls(); redraw(); } }, "Show all"));
-  } else out.push(el("span", {}, left_out.length ? "Left out:" : "Drag over the samples to zoom in, to take a stretch or to leave it out; a double click shows all."));
+  } else out.push(el("span", {}, left_out.length ? "Excluded:" : "Drag over the samples to zoom in. You can then analyze only this segment or exclude it. Double-click to show all."));
   const begin = span ? span[0] : 0, seconds = t => Number((t - begin).toPrecision(6));
   if (S.options.from === undefined) left_out.forEach(([a, b], i) => {
     const text = `${seconds(a)}–${seconds(b)} s`;
-    out.push(el("span", { class: "beside" }, text, el("button", { class: "icon", "aria-label": `No longer leave out ${text}`, onclick: () => act({ do: "put-back", number: i }) }, "×")));
+    out.push(el("span", { class: "beside" }, text, el("button", { class: "icon", "aria-label": `Include ${text} again`, onclick: () => act({ do: "put-back", number: i }) }, "×")));
   });
-  if (span || left_out.length) out.push(el("button", { onclick: () => act({ do: "take" }) }, "Take the whole record again"));
+  if (span || left_out.length) out.push(el("button", { onclick: () => act({ do: "take" }) }, "Use the whole record"));
   return out;
 }
 function error() {
   const field = (name, text) => el("label", {}, text, el("input", { inputmode: "decimal", size: 7, value: S.options[name] || "", placeholder: "auto", onchange: event => { const v = event.target.value.trim(); if (v) S.options[name] = v; else delete S.options[name]; redraw(); } }), "s");
   return [field("aided", "Aided for"), field("until", "Then without a fix for")];
 }
-// Below the compared curves: what differs between two models, or the figures of a data sheet.
+// Below the compared curves: differences between two models, or the comparison with a data sheet.
 function sheet() {
   const { beside, sheet: found, recording } = S.state;
   $("sheet").hidden = S.view !== "compare" || !recording || !(beside || found);
   if ($("sheet").hidden) return;
   $("sheet").className = beside ? "two" : "";
   $("sheet").replaceChildren(...(beside ? twoModels(beside) : [
-    el("table", {}, el("caption", {}, `The model beside the data sheet ${found.name}`),
+    el("table", {}, el("caption", {}, `Model compared with data sheet ${found.name}`),
       el("tr", {}, ...["Figure", "Data sheet", "Measured", "Measured / sheet (95 %)", "Remark"].map(t => el("th", {}, t))),
       ...found.rows.map(r => el("tr", {}, el("th", {}, r.figure), el("td", {}, r.sheet), el("td", {}, r.measured), el("td", {}, r.ratio), el("td", { class: "remark" }, r.remark)))),
     ...found.remarks.map(r => el("p", {}, r))]));
 }
 function twoModels({ heads, models, rows }) {
-  return [el("table", {}, el("caption", {}, "What differs"),
+  return [el("table", {}, el("caption", {}, "Differences"),
     el("tr", {}, el("th", {}, ""), ...heads.map((h, i) => el("th", {}, `${h}: ${models[i]}`)), el("th", {}, "Difference")),
     ...rows.map(r => el("tr", { class: r.differs ? "differs" : "same" }, el("th", { scope: "row" }, r.what), ...r.texts.map(t => el("td", {}, t)), el("td", {}, r.remark || (r.differs ? "" : "Same")))))];
 }
@@ -167,7 +167,7 @@ async function numbers() {
   try {
     const tables = await speak(`tabs/${S.tab}/part/table-${S.view}?${query()}`);
     const text = v => v === null ? "" : typeof v === "number" ? String(Number(v.toPrecision(6))) : v;
-    const copy = t => navigator.clipboard.writeText([t.head, ...t.rows].map(r => r.map(text).join("\t")).join("\n")).then(() => say("The numbers are in the clipboard", 3));
+    const copy = t => navigator.clipboard.writeText([t.head, ...t.rows].map(r => r.map(text).join("\t")).join("\n")).then(() => say("The values were copied to the clipboard", 3));
     $("table").replaceChildren(...tables.map(t => el("table", {}, el("caption", {}, capital(t.title), el("button", { onclick: () => copy(t) }, "Copy")),
       el("thead", {}, el("tr", {}, ...t.head.map(h => el("th", {}, capital(h))))), el("tbody", {}, ...t.rows.slice(0, 600).map(r => el("tr", {}, ...r.map(v => el("td", {}, text(v)))))))));
   } catch (error) { $("table").textContent = error.message; }
@@ -187,7 +187,7 @@ export async function get(name) {
 }
 export function listenViews() {
   for (const button of document.querySelectorAll("[role=tab]")) {
-    // Until somebody chooses a view the page opens the one that says most.
+    // Until the user chooses a view, the page opens the most informative one.
     button.onclick = () => { S.chosen = S.state.recording?.home; go(button.dataset.tab); };
     button.onkeydown = event => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
