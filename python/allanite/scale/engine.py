@@ -13,7 +13,7 @@ from allanite.common.child_process import safe_path
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.plain import plain
 from allanite.summary import Summary
-from allanite.summary.making import taken_in
+from allanite.summary.making import summary_of_chunks
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -139,7 +139,7 @@ def _computed(tasks: list[Any], client: Any) -> list[Any]:
 def _of_block(
     block: NDArray[Any], rate: float, unit: Any, start: int, columns: Sequence[str] | None
 ) -> Summary:
-    return taken_in(block, rate, unit, start, columns, None, THREADS)
+    return summary_of_chunks(block, rate, unit, start, columns, None, THREADS)
 
 
 def _merged(parts: list[Summary]) -> Summary:
@@ -151,7 +151,7 @@ def _of_log(path: str, rate: float | None, unit: Any, columns: Any) -> Summary |
     from allanite.readers import read
 
     try:
-        return taken_in(
+        return summary_of_chunks(
             read(path, rate, unit=unit, column=columns), None, "1", 0, None, None, THREADS
         )
     except AllaniteError as error:

@@ -168,7 +168,7 @@ class Watch:
         self.taken = 0
         self.alarm: Alarm | None = None
         self.position: dict[str, Any] | None = None
-        self._stretch = Stretch.begun(0, 1, 0, self.rate, (unit,))
+        self._stretch = Stretch.empty(0, 1, 0, self.rate, (unit,))
         #: Samples of the long segment that is not yet complete.
         self._rest = np.zeros(0)
 
@@ -326,7 +326,7 @@ class Watch:
             if _beside(source).is_file():
                 self._stretch = Summary.load(_beside(source)).stretches[0]
             else:
-                self._stretch = Stretch.begun(self.taken, 1, 0, self.rate, (self.unit,))
+                self._stretch = Stretch.empty(self.taken, 1, 0, self.rate, (self.unit,))
 
     def _go_on(self, state: dict[str, Any]) -> None:
         if state["schema"] != SCHEMA:

@@ -22,17 +22,17 @@ from allanite.common.validation import check_size, positive_rate
 
 __all__ = ["Bins", "Spectrum", "bins_of", "bridge_gaps", "cells_of", "psd"]
 
-#: Cells of a decade, each 10 % wide: a corner or a peak of a physical effect covers several.
-PER_DECADE = 24
-#: Bins are judged in wider groups: physical effects are broad on a logarithmic axis, and χ² is the more
-#: powerful the fewer numbers it sums.
+#: Cells per decade, each 10 % wide: a corner or peak of a physical effect covers several.
+CELLS_PER_DECADE = 24
+#: Groups of bins per decade in which χ² is computed: physical effects are broad on a logarithmic axis, and χ² is more
+#: powerful with fewer terms.
 GROUPS_PER_DECADE = 10
-#: Bins into which a cell is cut at most, and the fewest ordinates of such a bin: what is narrower than a cell is seen.
-SPLIT, FEWEST = 8, 32
-#: Ordinates of a bin at which a model is evaluated: a cell needs eight, a part of it two.
-NODES = 8
-#: Ordinates to a node from which its place within them matters.
-WIDE = 4
+#: Most bins of a cell, and fewest ordinates of such a bin. They resolve features narrower than a cell.
+MAX_BINS_PER_CELL, MIN_BIN_ORDINATES = 8, 32
+#: Ordinates of a whole cell at which a model is evaluated; a bin that is part of a cell has at least two.
+NODES_PER_CELL = 8
+#: Ordinates per node above which nodes are placed by Gauss-Legendre quadrature instead of evenly.
+MIN_ORDINATES_PER_NODE = 4
 
 
 @aligned_when_unpickled
@@ -51,7 +51,7 @@ class Bins:
     nodes, owner : ndarray of int64, shape (nodes,)
         Ordinates at which models are evaluated, and the bin of each.
     groups : ndarray of int64, shape (groups,)
-        First bin of each group, ten groups a decade.
+        First bin of each group, ten groups per decade.
     """
 
     n: int
@@ -75,7 +75,7 @@ class Bins:
     def folded(
         self, ordinates: NDArray[np.float64], folds: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Number and sum of squares of the ordinates j ≡ fold (mod `folds`) of each bin, shape (folds, bins) each."""
+        """Number and sum of squares of the ordinates j ≡ fold (mod `folds`) in each bin, both of shape (folds, bins)."""
         number = np.empty((folds, self.count.size))
         total = np.empty_like(number)
         for fold in range(folds):
@@ -101,16 +101,16 @@ class Bins:
 
 
 @lru_cache(maxsize=1)
-def _ladder() -> tuple[list[int], list[int]]:
-    """Edges of the bins of an endless record, and the first bin of each cell: single ordinates, then 24 cells a decade.
+def _endless_bins() -> tuple[list[int], list[int]]:
+    """Edges of the bins of an endless record and the first bin of each cell: single ordinates, then 24 cells per decade.
 
-    A cell is cut into up to `SPLIT` bins of at least `FEWEST` ordinates.
+    A cell is cut into up to `MAX_BINS_PER_CELL` bins of at least `MIN_BIN_ORDINATES` ordinates.
     """
     edges, cells = [1], []
     while edges[-1] < 2**53:
         low = edges[-1]
-        high = max(low + 1, int(np.ceil(low * 10 ** (1 / PER_DECADE))))
-        parts = int(np.clip((high - low) // FEWEST, 1, SPLIT))
+        high = max(low + 1, int(np.ceil(low * 10 ** (1 / CELLS_PER_DECADE))))
+        parts = int(np.clip((high - low) // MIN_BIN_ORDINATES, 1, MAX_BINS_PER_CELL))
         cells.append(len(edges) - 1)
         edges += [low + (high - low) * (i + 1) // parts for i in range(parts)]
     return edges, cells
@@ -118,13 +118,13 @@ def _ladder() -> tuple[list[int], list[int]]:
 
 @lru_cache(maxsize=64)
 def cells_of(bins: int) -> list[int]:
-    """First bin of each cell of the lowest `bins` bins."""
-    return [cell for cell in _ladder()[1] if cell < bins]
+    """First bin of each cell among the lowest `bins` bins."""
+    return [cell for cell in _endless_bins()[1] if cell < bins]
 
 
-@lru_cache(maxsize=2 * NODES)
-def _shares(most: int, wide: bool) -> NDArray[np.float64]:
-    """Where in a bin the nodes lie: pairs of Gauss and Legendre, right for steep flanks up to cubes; few ones evenly."""
+@lru_cache(maxsize=2 * NODES_PER_CELL)
+def _node_positions(most: int, wide: bool) -> NDArray[np.float64]:
+    """Positions of the nodes in a bin, as fractions: pairs of Gauss-Legendre nodes in wide bins, else even spacing."""
     even = (np.arange(most) + 0.5) / most
     if most % 2 or not wide:
         return even
@@ -134,19 +134,21 @@ def _shares(most: int, wide: bool) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=32)
 def bins_of(n: int) -> Bins:
-    """The bins of a record of n samples: single ordinates first, then parts of 24 cells a decade."""
-    edges = [edge for edge in _ladder()[0] if edge < n]
+    """Bins of a record of n samples: single ordinates first, then parts of 24 cells per decade."""
+    edges = [edge for edge in _endless_bins()[0] if edge < n]
     edges.append(n)
-    # A last bin much narrower than its neighbour would be noise beside it.
+    # A last bin much narrower than its neighbor is merged with it.
     if len(edges) > 3 and edges[-1] - edges[-2] < 0.5 * (edges[-2] - edges[-3]):
         del edges[-2]
     nodes, owner = [], []
     cells = np.array([*cells_of(len(edges) - 1), len(edges) - 1])
     parts = np.repeat(np.diff(cells), np.diff(cells))
     for b, (low, high) in enumerate(itertools.pairwise(edges)):
-        width, most = high - low, max(2, NODES // int(parts[b]))
+        width, most = high - low, max(2, NODES_PER_CELL // int(parts[b]))
         most = min(width, most)
-        inside = low + np.floor(_shares(most, width >= WIDE * most) * width).astype(np.int64)
+        inside = low + np.floor(
+            _node_positions(most, width >= MIN_ORDINATES_PER_NODE * most) * width
+        ).astype(np.int64)
         nodes.append(inside)
         owner.append(np.full(inside.size, b))
     limits = np.array(edges, dtype=np.int64)
@@ -170,11 +172,11 @@ def bins_of(n: int) -> Bins:
 def bridge_gaps(
     samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float64]:
-    """Samples with NaN (and `missing`) replaced so that the spectrum stays what it was.
+    """Samples with NaN (and `missing`) replaced so that the spectrum is preserved.
 
-    Each run is bridged by a straight line between the means of up to 8 samples at its sides, plus white noise of the
-    record's own sample-to-sample scatter (fixed seed), so that neither steps nor quiet stretches appear. What was filled
-    is counted by the recording; estimates that can skip terms (all deviations) never see filled values.
+    Each run is bridged by a straight line between the means of up to 8 samples on each side. White noise with the record's
+    own sample-to-sample scatter (fixed seed) is added, so that neither steps nor quiet segments appear. The recording
+    counts the filled samples. All deviations skip them and never see filled values.
     """
     values = np.ascontiguousarray(samples, dtype=np.float64)
     bad = np.isnan(values)
@@ -187,7 +189,7 @@ def bridge_gaps(
         raise TooShortError("all samples are missing: nothing is left to analyse")
     values = values.copy()
     steps = np.diff(values[good])
-    # Of a normal law the median deviation from the median is σ/1.4826, Φ⁻¹(¾) σ.
+    # For a normal distribution the median absolute deviation is Φ⁻¹(¾) σ = σ/1.4826.
     scatter = 1.4826 * float(np.median(np.abs(steps - np.median(steps)))) / np.sqrt(2.0)
     noise = np.random.default_rng(0).standard_normal(int(bad.sum())) * scatter
     change = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
@@ -251,7 +253,7 @@ class Spectrum:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, schema ``allanite/psd/1``."""
+        """JSON record, schema ``allanite/psd/1``."""
         return {
             "schema": "allanite/psd/1",
             "sided": "two-sided",

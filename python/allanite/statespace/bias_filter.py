@@ -1,8 +1,8 @@
-"""How consistent a bias filter is when the noise of its sensor is not what it assumes.
+"""Consistency of a bias filter whose noise model differs from the true noise of its sensor.
 
 The filter integrates a sensor (an angle from a rate, a velocity from an acceleration) and estimates the sensor's bias. Its
-model of the sensor is white noise N and a bias, either a random walk K or a Gauss-Markov process. It is aided at fixed
-intervals by a fix of the integral, then it coasts. Every estimate is a weighted sum of samples, so that the variance of the
+model of the sensor is white noise N and a bias, either a random walk K or a Gauss-Markov process. Fixes of the integral
+aid the filter at fixed intervals; then it coasts. Every estimate is a weighted sum of samples, so that the variance of the
 true error follows exactly from the variogram of the true noise. NEES, the normalized estimation error squared, is that
 variance over the variance which the filter predicts: 1 is consistent, above 1 is overconfident.
 """
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
 __all__ = ["Errors", "Mission", "coast", "mission_of", "true_variance"]
 
 Array = NDArray[np.float64]
-#: Seconds of aiding before the filter coasts; at least three times the horizon.
-AIDED = 300.0
-#: Steps of the longest coasting: each is the interval between two fixes. One second where that gives 10 to 200 steps.
-FEWEST_STEPS, MOST_STEPS = 10, 200
-#: Steps of aiding at most, which bounds the work of a short horizon.
-MOST_AIDED_STEPS = 1000
+#: Shortest aiding before the filter coasts, s. Aiding also lasts at least three times the horizon.
+MIN_AIDING = 300.0
+#: Fewest and most steps of the longest coasting. A step is the interval between two fixes, 1 s within these limits.
+MIN_STEPS, MAX_STEPS = 10, 200
+#: Most steps of aiding, which limits the work for a short horizon.
+MAX_AIDED_STEPS = 1000
 #: Coasting times within a decade.
 PER_DECADE = 5
-#: Variance of the bias of a random walk before aiding, over N² per second: nothing is known.
-UNKNOWN = 1e6
-#: Length of the stretch before aiding whose mean is the bias that a forgetful filter falls back to, in horizons. The white
-#: noise of that mean adds 1/30 to the variance; a longer stretch would add the walk since its beginning.
+#: Variance of a random-walk bias before aiding, over N² per second: large, since nothing is known.
+UNKNOWN_BIAS_VARIANCE = 1e6
+#: Length of the segment before aiding whose mean is the bias that a forgetful filter falls back to, in horizons. The white
+#: noise of that mean adds 1/30 to the variance; a longer segment would add the walk since its beginning.
 LEVEL_HORIZONS = 30
-#: Samples of the variogram at most, 32 MB; the stretch before aiding is shortened to that.
-MOST_SAMPLES = 2**22
-#: Samples of aiding and coasting at most.
-LONGEST = 2**24
+#: Most samples of the variogram (32 MB); the segment before aiding is shortened to them.
+MAX_VARIOGRAM_SAMPLES = 2**22
+#: Most samples of aiding and coasting.
+MAX_SAMPLES = 2**24
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class Errors:
 
 @lru_cache(maxsize=64)
 def mission_of(horizon: float, rate: float) -> Mission:
-    """Aiding and coasting for a filter horizon, with fixes at whole numbers of samples.
+    """Aiding and coasting for a filter horizon, with whole numbers of samples between fixes.
 
     Parameters
     ----------
@@ -109,27 +109,27 @@ def mission_of(horizon: float, rate: float) -> Mission:
     -------
     Mission
     """
-    step = float(np.clip(1.0, horizon / MOST_STEPS, horizon / FEWEST_STEPS))
+    step = float(np.clip(1.0, horizon / MAX_STEPS, horizon / MIN_STEPS))
     step = max(1, round(step * rate)) / rate
     last = max(1, round(horizon / step))
     count = max(2, int(PER_DECADE * np.log10(last)) + 2)
     coasting = np.unique(np.round(np.geomspace(1, last, count)).astype(np.int64))
-    aided = min(MOST_AIDED_STEPS, round(max(AIDED, 3.0 * horizon) / step))
+    aided = min(MAX_AIDED_STEPS, round(max(MIN_AIDING, 3.0 * horizon) / step))
     return Mission(step, max(1, aided), coasting)
 
 
 def coast(
     mission: Mission, walk: ArrayLike, correlation_time: ArrayLike = np.inf, fix: float = 0.0
 ) -> Errors:
-    """Weights and predicted variance of bias filters with N = 1.
+    """Weights and predicted variances of bias filters with N = 1.
 
     Parameters
     ----------
     mission : Mission
     walk : array_like, shape (c,)
-        K over N, or q_c over N of a Gauss-Markov bias, 1/s.
+        K over N of a random walk, or q_c over N of a Gauss-Markov bias, 1/s.
     correlation_time : array_like, shape (c,)
-        Of the Gauss-Markov bias, s; infinite for a random walk.
+        Correlation time of the Gauss-Markov bias, s; infinite for a random walk.
     fix : float
         Variance of a fix over N² and a second.
 
@@ -139,7 +139,7 @@ def coast(
     """
     q, T = np.broadcast_arrays(np.atleast_1d(np.asarray(walk, float)), correlation_time)
     F, Q, start = _discrete(q, np.asarray(T, float), mission.step)
-    gains, P = _aid(F, Q, start, mission.aided, fix)
+    gains, P = _aided_gains(F, Q, start, mission.aided, fix)
     size, last = q.size, int(mission.coasting[-1])
     rows = np.zeros((size, mission.coasting.size, 2))
     predicted = np.zeros(rows.shape[:2])
@@ -163,9 +163,9 @@ def coast(
 
 
 def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
-    """Transition and noise of (integral, bias) over a step, shape (c, 2, 2), and the covariance at the beginning."""
+    """Transition and noise of (integral, bias) over a step, shape (c, 2, 2), and the initial covariance."""
     x = step / T
-    # Integrals of exponentials; of nearly constant ones the first terms of their series.
+    # Integrals of exponentials; for nearly constant ones the first terms of their series.
     small = x < 1e-3
     safe = np.where(small, 1.0, x)
     phi = np.exp(-x)
@@ -183,57 +183,58 @@ def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
     start = np.zeros_like(F)
     lasting = np.isinf(T)
     start[:, 1, 1] = np.where(
-        lasting, UNKNOWN * (1.0 + 1e3 * q**2), 0.5 * q**2 * np.where(lasting, 1.0, T)
+        lasting, UNKNOWN_BIAS_VARIANCE * (1.0 + 1e3 * q**2), 0.5 * q**2 * np.where(lasting, 1.0, T)
     )
     return F, Q.transpose(2, 0, 1), start
 
 
-def _aid(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
-    """Kalman gains of each fix, shape (count, c, 2), and the covariance after the last."""
+def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
+    """Kalman gains of each fix, shape (count, c, 2), and the covariance after the last fix."""
     gains = np.zeros((count, len(F), 2))
     for k in range(count):
         P = F @ P @ F.swapaxes(1, 2) + Q
         total = P[:, 0, 0] + fix
         gains[k] = P[:, :, 0] / total[:, None]
         P = P - gains[k][:, :, None] * P[:, None, 0, :]
-        # An exact fix leaves nothing of the integral's error, which rounding would turn negative.
+        # After an exact fix the variance of the integral is 0, which rounding would make negative.
         P[:, 0, 0] = fix * gains[k][:, 0]
         P[:, 0, 1] = P[:, 1, 0]
     return gains, P
 
 
 def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -> Array:
-    """Variance of the error that the noise of a model makes, shape (c, t), in U² s²; the fixes are exact.
+    """Variance of the error due to the noise of a model, shape (c, t), in U² s², for exact fixes.
 
-    Lines count with a random phase; a ramp counts with its square. Steps, warm-ups and what follows a column do not count:
-    a filter has to subtract them. A filter that forgets its bias falls back to the mean of the model where the model has
-    one, else to the mean over a stretch before aiding.
+    Lines count with a random phase and a ramp with its square. Steps, warm-ups and effects of a column do not count,
+    because a filter must subtract them. A filter that forgets its bias falls back to the mean of the model if there is one,
+    else to the mean over a segment before aiding.
 
     Parameters
     ----------
     model : Model
-        Every value given.
+        Model with all values.
     rate : float
         Samples a second, Hz.
     mission : Mission
     errors : Errors
-        Of the filters.
+        Weights of the filters.
     """
     m = round(mission.step * rate)
-    if mission.steps * m > LONGEST:
+    if mission.steps * m > MAX_SAMPLES:
         raise InputError(
-            f"a horizon of {mission.times[-1]:g} s at {rate:g} Hz needs more than {LONGEST} samples: give a shorter horizon"
+            f"a horizon of {mission.times[-1]:g} s at {rate:g} Hz needs more than {MAX_SAMPLES} samples:"
+            " give a shorter horizon"
         )
-    terms = (*model.terms(rate), *_lines(model, rate))
+    terms = (*model.terms(rate), *_line_terms(model, rate))
     flat = errors.weights.reshape(-1, mission.steps)
     loose = flat.sum(axis=1)
     forgets = bool(np.abs(loose).max() > 1e-6 * np.abs(flat).max())
     has_mean = all(term.power is not None for term in terms)
     before = 0
     if forgets and not has_mean:
-        most = max(MOST_SAMPLES // m - mission.steps, int(mission.coasting[-1]))
+        most = max(MAX_VARIOGRAM_SAMPLES // m - mission.steps, int(mission.coasting[-1]))
         before = min(most, round(LEVEL_HORIZONS * mission.coasting[-1]))
-    gamma, left_out = _of_steps(terms, rate, m, mission.steps + before)
+    gamma, left_out = _step_variogram(terms, rate, m, mission.steps + before)
     places = np.arange(mission.steps)
     apart = np.abs(np.subtract.outer(places, places))
     found = -((flat @ gamma[apart]) * flat).sum(axis=1)
@@ -252,25 +253,27 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
             not isinstance(effect, Periodic)
             and effect.own_allan_variance(np.ones(1), rate)[0] > 0.0
         ):
-            found += _of_signal(effect, rate, mission, flat) ** 2
+            found += _signal_error(effect, rate, mission, flat) ** 2
     return np.asarray(np.maximum(found, 0.0).reshape(errors.predicted.shape))
 
 
-def _of_signal(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
-    """Error by a known function of time."""
+def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
+    """Error due to a known function of time."""
     m = round(mission.step * rate)
     signal = effect.signal(np.arange(m * mission.steps) / rate, {})
     return np.asarray(weights @ (signal.reshape(-1, m).sum(axis=1) / rate))
 
 
 @lru_cache(maxsize=64)
-def _of_steps(terms: tuple[Term, ...], rate: float, m: int, count: int) -> tuple[Array, float]:
-    """½ E(u(k+h) − u(k))² of the integrals u over m samples, h = 0 … count − 1, and the constant that is not in it."""
+def _step_variogram(
+    terms: tuple[Term, ...], rate: float, m: int, count: int
+) -> tuple[Array, float]:
+    """½ E(u(k+h) − u(k))² of the integrals u over m samples, h = 0 … count − 1, without a constant; and that constant."""
     top = m * (count + 1)
     g = np.zeros(top + 1)
     for term in terms:
         g += term.variogram(top + 1)
-    # Weights that add up to zero leave out a constant; without it little is left to cancel.
+    # Weights with the sum 0 ignore a constant; without the constant, little cancels.
     last = float(g[-1])
     g -= last
     # The second difference of `total` is g, an even function.
@@ -279,7 +282,7 @@ def _of_steps(terms: tuple[Term, ...], rate: float, m: int, count: int) -> tuple
     return (total[h + m] - 2.0 * total[h] + total[np.abs(h - m)]) / rate**2, last
 
 
-def _lines(model: Model, rate: float) -> list[Term]:
+def _line_terms(model: Model, rate: float) -> list[Term]:
     """Lines of a model as processes of random phase."""
     return [
         Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.frequency or 0.0) / rate)))

@@ -1,12 +1,12 @@
-"""Budget of a strapdown system at rest: what gyroscopes and accelerometers add to velocity and position together.
+"""Error budget of a strapdown system at rest: velocity and position errors from gyroscopes and accelerometers together.
 
-In a horizontal channel gravity turns a tilt into acceleration, and the travelled velocity turns the local level:
+In a horizontal channel gravity turns a tilt into acceleration, and the traveled velocity turns the local level:
 
     dθ/dt = ω + v/R,    dv/dt = a − g θ,    dp/dt = v.
 
-An error then swings with the Schuler period 2π √(R/g), 84 minutes, instead of growing without limit (Titterton & Weston,
-Strapdown Inertial Navigation Technology, 2004, chapter 12). As in `growth`, each bias was averaged before the last fix, at
-which attitude, velocity and position are right.
+An error then oscillates with the Schuler period 2π √(R/g), 84 minutes, instead of growing without limit (Titterton &
+Weston, Strapdown Inertial Navigation Technology, 2004, chapter 12). As in `growth`, each bias was averaged before the last
+fix, at which attitude, velocity and position are right.
 """
 
 from __future__ import annotations
@@ -22,7 +22,14 @@ from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.common.validation import positive, positive_rate
 from allanite.recording.axis_names import letter_of
 from allanite.statespace.coasting import Coasting, Sums
-from allanite.statespace.growth import GRAVITY, LONGEST, Growth, count_of, parts_of, variogram_of
+from allanite.statespace.growth import (
+    GRAVITY,
+    MAX_SAMPLES,
+    Growth,
+    count_of,
+    parts_of,
+    variogram_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,6 +41,7 @@ __all__ = ["Axis", "six_axis_budget"]
 Array = NDArray[np.float64]
 #: Mean radius of the Earth, m (IUGG).
 RADIUS = 6.371e6
+#: Schuler frequency, rad/s.
 SCHULER = float(np.sqrt(GRAVITY / RADIUS))
 
 
@@ -48,37 +56,39 @@ class Axis:
 
 
 def _sine(u: Array) -> Array:
+    """Impulse response sin(ωu)/ω with the Schuler frequency ω; u at the beginning."""
     return np.asarray(np.sin(SCHULER * u) / SCHULER)
 
 
-def _half(u: Array) -> Array:
-    """(1 − cos)/ω²: u²/2 at the beginning."""
+def _integrated_sine(u: Array) -> Array:
+    """Integral of `_sine`, (1 − cos)/ω²; u²/2 at the beginning."""
     return np.asarray(2.0 * (np.sin(0.5 * SCHULER * u) / SCHULER) ** 2)
 
 
-def _third(u: Array) -> Array:
-    """(u − sin/ω)/ω²: u³/6 at the beginning, from its series where little is left of the difference."""
+def _twice_integrated_sine(u: Array) -> Array:
+    """Second integral of `_sine`, (u − sin/ω)/ω²; u³/6 at the beginning, where its series avoids cancellation."""
     x = SCHULER * u
     series = u**3 / 6.0 * (1.0 - x**2 / 20.0 * (1.0 - x**2 / 42.0))
     return np.asarray(np.where(x < 0.1, series, (u - _sine(u)) / SCHULER**2))
 
 
-#: Kind of sensor and quantity → integral over u of what an impulse makes after u seconds.
+#: Quantity and kind of sensor → integral over u of the response to an impulse after u seconds.
 RESPONSES: dict[str, dict[str, Callable[[Array], Array]]] = {
     "horizontal velocity": {
-        ANGULAR_RATE: lambda u: -GRAVITY * _half(u),
+        ANGULAR_RATE: lambda u: -GRAVITY * _integrated_sine(u),
         ACCELERATION: _sine,
     },
     "horizontal position": {
-        ANGULAR_RATE: lambda u: -GRAVITY * _third(u),
-        ACCELERATION: _half,
+        ANGULAR_RATE: lambda u: -GRAVITY * _twice_integrated_sine(u),
+        ACCELERATION: _integrated_sine,
     },
 }
+#: Name of each kind of sensor in a budget.
 SENSORS = {ANGULAR_RATE: "gyroscopes", ACCELERATION: "accelerometers"}
 
 
-class _Swinging(Coasting):
-    """A coasting whose samples count with the response of a horizontal channel."""
+class _SchulerCoasting(Coasting):
+    """Coasting whose samples are weighted with the response of a horizontal channel."""
 
     def __init__(self, back: int, m: int, rate: float, integral: Callable[[Array], Array]) -> None:
         super().__init__(back, m, rate, 1)
@@ -92,12 +102,12 @@ class _Swinging(Coasting):
 
 
 def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tuple[Growth, ...]:
-    """Horizontal velocity and position of all axes together, by sensor.
+    """Growth of horizontal velocity and position errors of all axes together, by sensor.
 
     Parameters
     ----------
     axes : sequence of Axis
-        At least a gyroscope and an accelerometer. Of three that are named by letters x and y count: y tilts x.
+        At least one gyroscope and one accelerometer. Of axes named by letters only x and y count.
     aided : float
         Seconds of aiding before the fix.
     tau : array_like
@@ -106,7 +116,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
     Returns
     -------
     tuple of Growth
-        Root of the sum of both horizontal variances. Vertical errors and heading are not in it.
+        Root of the sum of both horizontal variances, without vertical and heading errors.
 
     Raises
     ------
@@ -121,7 +131,9 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
     out = []
     for quantity, responses in RESPONSES.items():
         budget = {
-            SENSORS[kind]: np.sqrt(_squares(_horizontal(own), responses[kind], aided, times))
+            SENSORS[kind]: np.sqrt(
+                _horizontal_variance(_horizontal(own), responses[kind], aided, times)
+            )
             for kind, own in kinds.items()
         }
         total = np.sqrt(sum((v**2 for v in budget.values()), np.zeros(times.size)))
@@ -131,12 +143,12 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
 
 
 def _horizontal(own: Sequence[Axis]) -> list[Axis]:
-    """The axes of both horizontal channels: x and y where the names say so, else the mean of all, twice."""
+    """Axes of both horizontal channels: x and y if the names say so, else all axes."""
     level = [axis for axis in own if letter_of(axis.name) in ("x", "y")]
     return level if len(level) == 2 else list(own)
 
 
-def _squares(
+def _horizontal_variance(
     own: Sequence[Axis], integral: Callable[[Array], Array], aided: float, times: Array
 ) -> Array:
     """Variance of both channels together: twice the mean over the axes."""
@@ -145,7 +157,7 @@ def _squares(
         rate = positive_rate(axis.rate)
         back = count_of(positive(aided, "aided", "s", "give the seconds of aiding"), rate, "aided")
         ahead = [count_of(float(t), rate, "tau") for t in times]
-        if back + max(ahead) > LONGEST:
+        if back + max(ahead) > MAX_SAMPLES:
             raise InputError(
                 f"{max(times):g} s at {rate:g} Hz are too many samples: predict a shorter time"
             )
@@ -153,6 +165,6 @@ def _squares(
         terms = [term for own_terms in parts.values() for term in own_terms]
         sums = Sums(variogram_of(terms, back + max(ahead)))
         scale = parse_unit(axis.unit).scale
-        found = [_Swinging(back, m, rate, integral).deviation(sums) for m in ahead]
+        found = [_SchulerCoasting(back, m, rate, integral).deviation(sums) for m in ahead]
         total += (scale * np.array(found)) ** 2
     return np.asarray(2.0 * total / len(own))

@@ -1,4 +1,4 @@
-"""One block of states for all noise and the filter that it has passed."""
+"""State space of noise filtered_section a filter: one block of states for all noise and the filter."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
     from allanite.effects._filter import Filter
 
-__all__ = ["behind"]
+__all__ = ["filtered_section"]
 
 Array = NDArray[np.float64]
 
 
-def behind(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
-    """The sum of sections as one section behind a filter.
+def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
+    """Section for the sum of all sections filtered_section a filter.
 
-    White noise becomes a state, because what it adds to the filter's states it adds to the sample as well. States whose
-    level is unknown come first; the filter's own are counted from where such a level would hold them, so that they are
-    stationary. A level that the filter does not let through is no state.
+    White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level come
+    first. The filter's states are measured from the values at which such a level would hold them, so that they are
+    stationary. A level that the filter blocks is no state.
     """
     terms = filtering.passed(tuple(t for s in sections for t in s.terms), rate)
     F, Q, H, levels = _summed(sections)
@@ -63,7 +63,7 @@ def behind(sections: Sequence[Section], filtering: Filter, rate: float) -> Secti
 
 
 def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """F, Q and H of all sections, white noise as a last state, and which states are unknown levels."""
+    """F, Q and H of all sections with white noise as the last state, and the mask of states with unknown levels."""
     white = sum(s.R for s in sections)
     size = sum(s.states for s in sections) + bool(white)
     F, Q, H = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
@@ -80,7 +80,7 @@ def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[n
 
 
 def _stationary(F: Array, Q: Array) -> Array:
-    """Σ F^k Q F^kᵀ by doubling."""
+    """Stationary covariance Σ F^k Q F^kᵀ, by doubling."""
     total, step = Q, F
     for _ in range(64):
         total, step = total + step @ total @ step.T, step @ step

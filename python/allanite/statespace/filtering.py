@@ -1,4 +1,4 @@
-"""A Kalman filter over a recording: what its samples hold beyond what the model predicts from those before."""
+"""Kalman filter over a recording: innovations, the part of each sample that the model does not predict."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ __all__ = ["Innovations", "NisByTau", "innovations"]
 Array = NDArray[np.float64]
 #: χ² of one degree of freedom, 95 %.
 CHI2_95 = 3.841458820694124
-#: Lags of the test of whiteness.
+#: Lags of the whiteness test.
 LAGS = 20
 
 
 @dataclass(frozen=True, slots=True)
 class NisByTau:
-    """Normalised innovations of the means over τ: expectation 1, with the 95 % band of chance.
+    """Normalized innovations of means over τ: expectation 1, with the 95 % band for a true model.
 
     Attributes
     ----------
     tau : ndarray, shape (k,)
         s.
     nis : ndarray, shape (k,)
-        Mean of (Σ z)²/m over stretches of m samples, z = innovation / standard deviation.
+        Mean of (Σ z)²/m over segments of m samples, z = innovation / standard deviation.
     low, high : ndarray, shape (k,)
-        95 % of a white sequence lie between.
+        Limits that hold 95 % of white sequences.
     """
 
     tau: Array
@@ -56,10 +56,10 @@ class Innovations:
     Attributes
     ----------
     values : ndarray, shape (n,)
-        Sample less its prediction from all samples before, in the recording's unit; NaN where a sample is missing and
-        at the first one, which finds the level.
+        Sample minus its prediction from all samples before, in the recording's unit; NaN for a missing sample and for
+        the first one, which determines the level.
     variances : ndarray, shape (n,)
-        Variance of each that the model says.
+        Variance of each innovation according to the model.
     space : StateSpace
         The filter.
     recording : Recording
@@ -81,12 +81,12 @@ class Innovations:
 
     @cached_property
     def nis(self) -> Array:
-        """Normalised innovation squared of each sample, shape (n,); expectation 1. NaN as in `values`."""
+        """Normalized innovation squared of each sample, shape (n,); expectation 1. NaN as in `values`."""
         return self.values**2 / self.variances
 
     @cached_property
     def n(self) -> int:
-        """Innovations there are."""
+        """Number of innovations."""
         return int(np.count_nonzero(~np.isnan(self.values)))
 
     @property
@@ -102,13 +102,13 @@ class Innovations:
 
     @property
     def coverage(self) -> float:
-        """Share of the NIS below the 95 % point of χ²."""
+        """Share of the NIS below the 95 % quantile of χ²₁."""
         there = self.nis[~np.isnan(self.nis)]
         return float(np.mean(there <= CHI2_95))
 
     @cached_property
     def whiteness(self) -> float:
-        """Probability of larger correlations of the innovations by chance (Ljung & Box 1978, 20 lags)."""
+        """p-value of the correlations of the innovations (Ljung & Box 1978, 20 lags)."""
         from scipy.special import chdtrc
 
         there = ~np.isnan(self.values)
@@ -125,7 +125,7 @@ class Innovations:
 
     @cached_property
     def by_tau(self) -> NisByTau:
-        """NIS of means over τ from one sample to a tenth of the record, two a octave."""
+        """NIS of means over τ, from one sample to a tenth of the record, two averaging times per octave."""
         from scipy.special import chdtri
 
         z = self.values / np.sqrt(self.variances)
@@ -145,7 +145,7 @@ class Innovations:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/innovations/1``: the numbers, and NIS over τ."""
+        """JSON record, schema ``allanite/innovations/1``."""
         by_tau = self.by_tau
         return {
             "schema": "allanite/innovations/1",
@@ -186,17 +186,17 @@ class Innovations:
 def innovations(
     recording: Recording, model: Model | Effect | str | Any, *, states: int | None = None
 ) -> Innovations:
-    """Filter a recording with its model.
+    """Innovations of a recording filtered with its model.
 
     Parameters
     ----------
     recording : Recording
         One column; missing samples are predicted and skipped.
     model : Model, Effect, Fit or str
-        Every value given, in the unit of the recording. Known functions of time are subtracted as the model has them;
-        lines are states of unknown phase; outliers count as missing.
+        Model with all values, in the unit of the recording. Known functions of time are subtracted; lines are states of
+        unknown phase; outliers count as missing.
     states : int, optional
-        As many states at most, as `state_space` reduces them.
+        Largest number of states; `state_space` reduces the model to it.
 
     Returns
     -------
@@ -205,9 +205,9 @@ def innovations(
     Raises
     ------
     InputError
-        A value is missing, or a covariate of the model.
+        A value or a covariate of the model is missing.
     TooShortError
-        Fewer than two samples are there.
+        Fewer than two samples.
 
     References
     ----------
@@ -253,10 +253,10 @@ def filter_samples(samples: Array, space: StateSpace) -> tuple[Array, Array]:
 
 
 def smooth_samples(samples: Array, space: StateSpace) -> Array:
-    """Mean of the noise without its white part R, given all samples there are (NaN: missing); shape (n,).
+    """Mean of the noise without its white part R, given all present samples (NaN: missing), shape (n,).
 
-    Where a sample is missing it is the mean of that sample. A draw of it, given the others: draw a whole record from the
-    model, smooth (samples − draw), and add the draw (Durbin & Koopman 2002).
+    For a missing sample it is the mean of that sample. To draw missing samples given the others: draw a whole record from
+    the model, smooth (samples − draw), and add the draw (Durbin & Koopman 2002).
     """
     there = ~np.isnan(samples)
     mean = float(samples[there].mean()) if there.any() else 0.0
@@ -264,5 +264,5 @@ def smooth_samples(samples: Array, space: StateSpace) -> Array:
 
 
 def matrices(space: StateSpace) -> tuple[Array, Array, Array, float, Array]:
-    """F, Q, H, R, P0 as the core takes them."""
+    """F, Q, H, R and P0 for the compiled filter."""
     return space.F, space.Q, space.H[0], float(space.R[0, 0]), space.P0

@@ -1,9 +1,9 @@
-"""Growth of the error since the last fix: what each effect does to an angle, a velocity, a position, a phase.
+"""Growth of the error since the last fix: the contribution of each effect to an angle, velocity, position or phase.
 
-The sensor was aided for a while: its bias is taken as the mean of the samples of that time, and attitude, velocity,
-position are right at its end. From there on the samples are integrated. The error after t is a weighted sum of samples,
-Σ w(k) x(k), whose weights add up to zero; its variance is −Σ c(h) g(h), c the correlation of the weights and g(h) =
-½ E(x(k+h) − x(k))² the variogram (`coasting`). After t = the time of aiding, the angle's error is √2 t σ(t) of Allan.
+During aiding the bias is estimated as the mean of the samples; at its end attitude, velocity and position are right. From
+there on the samples are integrated. The error after t is a weighted sum of samples, Σ w(k) x(k), whose weights have the
+sum 0. Its variance is −Σ c(h) g(h), with the correlation c of the weights and the variogram g(h) = ½ E(x(k+h) − x(k))²
+(`coasting`). After a t equal to the time of aiding, the angle's error is √2 t σ(t) with the Allan deviation σ.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._modifier import Modifier
-from allanite.statespace.coasting import Coasting, Sums, ramp
+from allanite.statespace.coasting import Coasting, Sums, integration_weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,8 +42,8 @@ __all__ = [
 Array = NDArray[np.float64]
 #: Standard gravity, m/s² (CGPM 1901).
 GRAVITY = 9.80665
-#: Samples beyond which variograms no longer fit into memory.
-LONGEST = 2**24
+#: Most samples for which variograms fit into memory.
+MAX_SAMPLES = 2**24
 #: Kind of sensor → (quantity, unit for samples in SI, integrations, factor): a tilt turns gravity into acceleration.
 QUANTITIES = {
     "angular rate": (
@@ -71,13 +71,13 @@ class Growth:
     total : ndarray, shape (k,)
         Standard deviation; a ramp counts with its size.
     budget : dict of str to ndarray, shape (k,)
-        The part of each effect, by its label; they add in squares.
+        Contribution of each effect, by its label; the squares add up.
     left_out : tuple of str
-        Effects that depend on the time of the record (a step, a temperature, a louder stretch) and are not in it.
+        Effects that depend on the time of the record (a step, a temperature, a louder segment) and are not included.
     aided : float
         Seconds of aiding before the fix.
     following : tuple of str
-        Those of `left_out` that follow a column.
+        Effects in `left_out` that follow a column.
 
     Examples
     --------
@@ -100,11 +100,11 @@ class Growth:
 
     @property
     def shown(self) -> tuple[str, float]:
-        """Unit for people, and how many of them are one of `unit`: degrees for radians."""
+        """Unit for display and the factor from `unit` to it: degrees for radians."""
         return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
 
     def table(self, measured: Measured | None = None) -> str:
-        """Standard deviation over time, in all and by effect; beside it what a recording shows (`measured`)."""
+        """Text table of standard deviations over time, in total and by effect, beside those of a recording (`measured`)."""
         unit, factor = self.shown
         head = ["after / s", "total", *self.budget]
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
@@ -132,7 +132,7 @@ class Growth:
             if kinds:
                 several = len(kinds) > 1
                 line = f"not predicted, {more if several else one}: {', '.join(kinds)}"
-                # The samples of the log are integrated as they are.
+                # The measured errors include these effects.
                 with_it = f" (measured with {'them' if several else 'it'})"
                 lines.append(line + (with_it if measured is not None else ""))
         return "\n".join(lines)
@@ -141,7 +141,7 @@ class Growth:
         return self.table()
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers of one quantity."""
+        """JSON record of one quantity."""
         return {
             "quantity": self.quantity,
             "unit": self.unit,
@@ -155,7 +155,7 @@ class Growth:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The same error as a recording at rest shows it, segment by segment.
+    """The same error measured in segments of a recording at rest.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class Measured:
     inside : ndarray, shape (k,)
         Share of the segments within ±1.96 of the predicted standard deviation.
     segments : ndarray of int, shape (k,)
-        Segments at each time: the shorter it is, the more a record has. Without one, `rms` and `inside` are NaN.
+        Number of segments at each time. Without any, `rms` and `inside` are NaN.
     """
 
     tau: Array
@@ -174,7 +174,7 @@ class Measured:
     segments: NDArray[np.int64]
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers."""
+        """JSON record."""
         return {
             "tau_s": self.tau.tolist(),
             "rms": _numbers(self.rms),
@@ -184,6 +184,7 @@ class Measured:
 
 
 def _numbers(values: Array) -> list[float | None]:
+    """Values with None for NaN."""
     return [None if np.isnan(v) else float(v) for v in values]
 
 
@@ -196,23 +197,23 @@ def error_growth(
     tau: ArrayLike | None = None,
     duration: float | None = None,
 ) -> tuple[Growth, ...]:
-    """Error since the last fix of each quantity that this kind of sensor is integrated to.
+    """Growth of the error since the last fix, for each quantity that this kind of sensor is integrated to.
 
     Parameters
     ----------
     model : Model, Effect, str or Fit
-        Every value given.
+        Model with all values.
     aided : float
         Seconds of aiding before the fix, over which the bias was averaged.
     unit : str, optional
-        Unit of the samples; of a fit, its recording's.
+        Unit of the samples; by default that of a fit's recording.
     rate : float, optional
-        Sampling rate in Hz; of a fit, its recording's.
+        Sampling rate, Hz; by default that of a fit's recording.
     tau : array_like, optional
-        Times since the fix, s; else eleven from a sample or a hundredth of `aided` to ten times it.
+        Times since the fix, s; by default eleven times from a hundredth of `aided` to ten times `aided`.
     duration : float, optional
-        Seconds of the record over which a noise level that changes is averaged; of a fit, its recording's. Without it the
-        usual level counts, and what changes it is left out.
+        Length of the record over which a changing noise level is averaged, s; by default that of a fit's recording.
+        Without it the usual level counts and its changes are omitted.
 
     Returns
     -------
@@ -221,11 +222,11 @@ def error_growth(
     Raises
     ------
     InputError
-        No unit or rate, a value that is missing, times that are no positive numbers or too long, more than 64 effects.
+        No unit or rate, a missing value, times that are not positive or too long, or more than 64 effects.
 
     Examples
     --------
-    The angle of white noise grows by N √t, and by N t/√T of the bias known from T seconds:
+    White noise adds N √t to the angle, and N t/√T through the bias averaged over T seconds:
 
     >>> angle = al.error_growth(al.AngleRandomWalk(N=0.01), aided=1e4, tau=[100.0], unit="rad/s", rate=1)[0]
     >>> print(angle.total.round(2))
@@ -244,9 +245,9 @@ def error_growth(
     times = np.geomspace(max(1.0 / fs, aided / 100), 10 * aided, 11) if tau is None else tau
     ahead = [count_of(float(t), fs, "tau") for t in np.atleast_1d(np.asarray(times, dtype=float))]
     top = back + max(ahead)
-    if top > LONGEST:
+    if top > MAX_SAMPLES:
         raise InputError(
-            f"{top / fs:g} s at {fs:g} Hz are {top} samples, more than {LONGEST}: predict a shorter time"
+            f"{top / fs:g} s at {fs:g} Hz are {top} samples, more than {MAX_SAMPLES}: predict a shorter time"
         )
     if duration is not None:
         model = model.steady((0.0, positive(duration, "duration", "s", "give that of the record")))
@@ -275,14 +276,14 @@ def error_growth(
 
 
 def measured_growth(recording: Recording, growth: Growth) -> Measured:
-    """Integrate a recording at rest from fix to fix, and compare with the prediction.
+    """Measured error growth: a recording at rest integrated from fix to fix, compared with the prediction.
 
     Parameters
     ----------
     recording : Recording
-        One column. Segments with missing samples are left out.
+        One column. Segments with missing samples are omitted.
     growth : Growth
-        Of a model of this sensor.
+        Prediction from a model of this sensor.
 
     Returns
     -------
@@ -292,7 +293,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     Raises
     ------
     TooShortError
-        Not one segment of aiding and coasting.
+        The recording has no complete segment of aiding and coasting.
 
     Examples
     --------
@@ -326,23 +327,23 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
 
 
 def _errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
-    """Errors after m samples, of as many segments of aiding and coasting as the record has side by side."""
+    """Errors after m samples in each complete segment of aiding and coasting."""
     length = back + m
     segments = x[: x.size // length * length].reshape(-1, length)
     segments = segments[~np.isnan(segments).any(axis=1)]
     rest = segments[:, back:] - segments[:, :back].mean(axis=1, keepdims=True)
-    return np.asarray(rest @ ramp(m, rate, order))
+    return np.asarray(rest @ integration_weights(m, rate, order))
 
 
 def count_of(seconds: float, rate: float, name: str) -> int:
-    """Samples in a time, at least one."""
+    """Number of samples in a time, at least one."""
     if not seconds > 0.0 or not np.isfinite(seconds):
         raise InputError(f"{name} = {seconds:g} s: give positive seconds")
     return max(1, round(seconds * rate))
 
 
 def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
-    """Terms of each effect that grows by itself, none for a known function that repeats everywhere; what is left out."""
+    """Terms of each effect that grows by itself (none for a periodic known function), and the effects that are omitted."""
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []
     for effect, label in zip(model.limited("a prediction").effects, model.labels, strict=True):
@@ -352,7 +353,7 @@ def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tu
                 raise InputError(f"{effect.kind}: {effect.coefficient} has no value yet: fit it")
             out[label] = tuple(t.scaled(value**2) for t in model.unit_terms(effect, rate))
         elif isinstance(effect, Deterministic):
-            # What has an Allan variance of its own is the same at every time of the record.
+            # An effect with an Allan variance is the same at every time of the record.
             if effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
                 out[label] = ()
             else:
@@ -363,20 +364,20 @@ def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tu
 
 
 def variogram_of(terms: Sequence[Term], count: int) -> Array:
-    """½ E(x(k+h) − x(k))², h = 0 … count."""
+    """Variogram ½ E(x(k+h) − x(k))², h = 0 … count."""
     return np.asarray(sum((t.variogram(count + 1) for t in terms), np.zeros(count + 1)))
 
 
 def _known_error(model: Model, label: str, coasting: Coasting) -> float:
-    """Error by a ramp; root mean square over the phase of lines."""
+    """Error due to a ramp, or root mean square over the phase of lines."""
     effect = model.effects[model.labels.index(label)]
     if isinstance(effect, Periodic):
         turn = 2.0 * np.pi * (effect.frequency or 0.0) / coasting.rate
         power = (
-            0.5 * (amplitude * coasting.of_line(multiple * turn)) ** 2
+            0.5 * (amplitude * coasting.line_error(multiple * turn)) ** 2
             for multiple, amplitude, _ in effect.lines
         )
         return float(np.sqrt(sum(power)))
     assert isinstance(effect, Deterministic)
     time = np.arange(coasting.back + coasting.m) / coasting.rate
-    return coasting.of_signal(effect.signal(time, {}))
+    return coasting.signal_error(effect.signal(time, {}))

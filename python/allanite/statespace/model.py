@@ -1,4 +1,4 @@
-"""F, Q, H, R, P0 of a model: what a Kalman filter needs to know of a sensor's noise."""
+"""State-space form of a model: the matrices F, Q, H, R and P0 for a Kalman filter."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._modifier import Modifier
-from allanite.statespace.sections import Section, is_line, line, of_terms
+from allanite.statespace.sections import Section, is_line, line, sections_of
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 __all__ = ["StateSpace", "state_space"]
 
 Array = NDArray[np.float64]
-#: Samples of a record whose slowest noise the state space describes, where no duration is given.
-RECORD = 1_000_000
-#: Variance of a level that is unknown at the beginning, over that of all that is known of it.
-UNKNOWN = 1e7
+#: Samples of the record whose slowest noise the state space describes, if no duration is given.
+DEFAULT_SAMPLES = 1_000_000
+#: Initial variance of an unknown level over the variance of everything else.
+UNKNOWN_LEVEL_RATIO = 1e7
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +42,14 @@ class StateSpace:
     owners : tuple of str
         Label of the effect of each section (``N``, ``GM2``).
     rate : float
-        Samples a second.
+        Sampling rate, Hz.
     samples : int
-        Length of the record up to which the slowest parts are described.
+        Length of the record over which the slowest parts are described, samples.
     known : tuple of Effect
-        What is known of time and not in the matrices: a ramp, a temperature, a step, which the filter has to subtract or to
-        estimate, and a noise level that changes, by which it has to scale R.
+        Effects that are not in the matrices: known functions of time, which the filter must subtract or estimate, and
+        changes of the noise level, by which it must scale R.
     exact : tuple of Term
-        The model itself, against which a reduced form is judged.
+        Terms of the exact model, with which a reduced form is compared.
 
     Examples
     --------
@@ -83,7 +83,8 @@ class StateSpace:
             for _ in range(s.states)
         )
 
-    def _blocks(self, name: str) -> Array:
+    def _block_diagonal(self, name: str) -> Array:
+        """Block-diagonal matrix of one matrix of all sections."""
         out = np.zeros((self.states, self.states))
         at = 0
         for section in self.sections:
@@ -94,12 +95,12 @@ class StateSpace:
     @property
     def F(self) -> Array:
         """Transition matrix, shape (d, d)."""
-        return self._blocks("F")
+        return self._block_diagonal("F")
 
     @property
     def Q(self) -> Array:
-        """Covariance of the step of the states, U², shape (d, d)."""
-        return self._blocks("Q")
+        """Covariance of the process noise of a step, U², shape (d, d)."""
+        return self._block_diagonal("Q")
 
     @property
     def H(self) -> Array:
@@ -113,7 +114,7 @@ class StateSpace:
 
     @property
     def diffuse(self) -> NDArray[np.bool_]:
-        """States whose level at the beginning is unknown (the bias), shape (d,)."""
+        """Mask of the states whose initial level is unknown (the bias), shape (d,)."""
         out = np.zeros(self.states, dtype=bool)
         at = 0
         for section in self.sections:
@@ -124,30 +125,32 @@ class StateSpace:
 
     @property
     def P0(self) -> Array:
-        """Covariance of the state at the beginning, U², shape (d, d).
+        """Initial covariance of the state, U², shape (d, d).
 
-        Stationary; where the level is unknown, 10⁷ times the variance of everything else over the record.
+        It is stationary. An unknown level has 10⁷ times the variance of everything else over the record.
         """
-        out = self._blocks("P0")
+        out = self._block_diagonal("P0")
         H = self.H[0]
         spread = float(self.R[0, 0] + H @ out @ H + self.samples * (H @ self.Q @ H))
-        out[np.diag_indices(self.states)] += np.where(self.diffuse, UNKNOWN * spread, 0.0)
+        out[np.diag_indices(self.states)] += np.where(
+            self.diffuse, UNKNOWN_LEVEL_RATIO * spread, 0.0
+        )
         return out
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """What these matrices are, as primitive terms."""
+        """Primitive terms that the matrices represent."""
         return tuple(t for s in self.sections for t in s.terms)
 
     @property
     def cost(self) -> Cost:
-        """What these matrices lose against the model: error of the Allan deviation, and of the likelihood."""
+        """Error of the Allan deviation and loss of likelihood relative to the exact model."""
         from allanite.statespace.reduction import cost
 
         return cost(self)
 
     def psd(self, f: ArrayLike) -> Array:
-        """Two-sided density in U²/Hz, lines left out; shape of `f`."""
+        """Two-sided density in U²/Hz without lines; shape of `f`."""
         w = 2.0 * np.pi * np.asarray(f, dtype=float) / self.rate
         noise = (t for t in self.terms if not is_line(t))
         return np.asarray(sum((t.spectrum(w) for t in noise), np.zeros_like(w)) / self.rate)
@@ -159,7 +162,7 @@ class StateSpace:
         return np.asarray(total).reshape(m.shape)
 
     def with_level(self) -> StateSpace:
-        """The same with a constant of unknown value, unless there is an unknown level already."""
+        """The state space with an additional constant of unknown value, unless it has an unknown level."""
         if self.diffuse.any():
             return self
         one = np.ones((1, 1))
@@ -174,7 +177,7 @@ class StateSpace:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/state_space/1``: the matrices row by row, and what each state belongs to."""
+        """JSON record, schema ``allanite/state_space/1``: the matrices by rows, and the effect of each state."""
         cost = self.cost
         return {
             "schema": "allanite/state_space/1",
@@ -213,20 +216,20 @@ def state_space(
 ) -> StateSpace:
     """State-space form of the random part of a model.
 
-    Flicker and other power laws become sums of lags (two a decade of frequency), a low-pass filter and quantization the
-    short recursions that have their spectrum, lines undamped pairs of unknown phase. Behind a filter of the whole signal
-    all noise is one block.
+    Flicker and other power laws become sums of lags, two per decade of frequency. A low-pass filter and quantization become
+    short recursions with their spectrum, and lines undamped pairs of unknown phase. Behind a filter of the whole signal all
+    noise is one block.
 
     Parameters
     ----------
     model : Model, Effect or str
-        Every value given.
+        Model with all values.
     rate : float
-        Samples a second, Hz.
+        Sampling rate, Hz.
     states : int, optional
-        As many states at most; `StateSpace.cost` says what that loses.
+        Largest number of states; `StateSpace.cost` says what a reduction loses.
     duration : float, optional
-        Seconds over which the slowest noise has to be right; else a million samples.
+        Length over which the slowest noise must be right, s; by default a million samples.
 
     Returns
     -------
@@ -235,11 +238,11 @@ def state_space(
     Raises
     ------
     InputError
-        A value is missing, a rate or duration not positive, or fewer states than the model can do with.
+        A missing value, a rate or duration that is not positive, or fewer states than the model needs.
     """
     model = as_model(model)
     fs = positive_rate(rate)
-    n = RECORD if duration is None else max(16, round(duration * fs))
+    n = DEFAULT_SAMPLES if duration is None else max(16, round(duration * fs))
     if n > 2**40:
         raise InputError(f"duration = {duration:g} s at {fs:g} Hz is too long: give a shorter one")
     if model.filters:
@@ -254,7 +257,7 @@ def state_space(
     for effect, label in zip(model.effects, model.labels, strict=True):
         if isinstance(effect, Stochastic):
             terms = _terms_of(model, effect, fs)
-            own = of_terms(terms, n)
+            own = sections_of(terms, n)
             exact += terms
         elif isinstance(effect, Periodic):
             if effect.frequency is None:
@@ -262,7 +265,7 @@ def state_space(
             own = [line(a, 2 * np.pi * m * effect.frequency / fs) for m, a, _ in effect.lines]
             exact += [t for s in own for t in s.terms]
         else:
-            if _in_time(effect):
+            if _is_known_in_time(effect):
                 known.append(effect)
             continue
         sections += own
@@ -278,26 +281,26 @@ def state_space(
 
 
 def _filtered(model: Model, rate: float, states: int | None, duration: float | None) -> StateSpace:
-    """State space of a model whose noise has passed filters: that of the rest, and the filters behind it."""
-    from allanite.statespace.filtered import behind
+    """State space of a model whose noise has passed filters."""
+    from allanite.statespace.filtered import filtered_section
 
-    known = tuple(e for e in model if _in_time(e))
+    known = tuple(e for e in model if _is_known_in_time(e))
     aside = [e for e in model.modifiers if e.whole is not None]
     noise = Model(tuple(e for e in model if not isinstance(e, Deterministic) and e not in aside))
     more = sum(len(f.response(rate).poles) for f in model.filters) + 1
     lines = Model(tuple(e for e in model.deterministic if isinstance(e, Periodic)))
-    turning = state_space(lines, rate, duration=duration) if len(lines) else None
-    more += turning.states if turning else 0
+    line_space = state_space(lines, rate, duration=duration) if len(lines) else None
+    more += line_space.states if line_space else 0
     within = None if states is None else max(1, states - more)
     inner = state_space(noise, rate, states=within, duration=duration)
-    section = behind(inner.sections, model.filters[0], rate)
+    section = filtered_section(inner.sections, model.filters[0], rate)
     for filtering in model.filters[1:]:
-        section = behind([section], filtering, rate)
+        section = filtered_section([section], filtering, rate)
     owner = "+".join(e.short for e in model.filters)
-    beside = turning.sections if turning else ()
+    beside = line_space.sections if line_space else ()
     return StateSpace(
         (section, *beside),
-        (owner, *(turning.owners if turning else ())),
+        (owner, *(line_space.owners if line_space else ())),
         rate,
         inner.samples,
         known,
@@ -305,14 +308,15 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
     )
 
 
-def _in_time(effect: Effect) -> bool:
-    """Whether it is a known function of time or changes the level of the noise; lines have states."""
+def _is_known_in_time(effect: Effect) -> bool:
+    """True if the effect is a known function of time or changes the noise level; lines have states instead."""
     if isinstance(effect, Modifier):
         return effect.passing
     return isinstance(effect, Deterministic) and not isinstance(effect, Periodic)
 
 
 def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:
+    """Terms of a process at its value."""
     value = getattr(effect, effect.coefficient)
     if value is None:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Fewer states: lags of a sum merged and placed anew, and what that costs."""
+"""Reduction of a state space: lags of a sum are merged and placed anew, and the loss is computed."""
 
 from __future__ import annotations
 
@@ -21,25 +21,26 @@ if TYPE_CHECKING:
 __all__ = ["Cost", "cost", "reduced"]
 
 Array = NDArray[np.float64]
-#: Fitted averaging times and frequencies a decade.
+#: Fitted averaging times and frequencies per decade.
 PER_DECADE = 8
-#: Weight of the logarithm of the density beside that of the Allan variance, which is what is promised.
-DENSITY = 0.2
-ROUNDS = 60
+#: Weight of the log density relative to the log Allan variance, which the reduction must preserve. Chosen by judgment.
+DENSITY_WEIGHT = 0.2
+#: Most Gauss-Newton steps.
+MAX_ROUNDS = 60
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a state space loses against the model it stands for.
+    """Loss of a state space relative to its model.
 
     Attributes
     ----------
     allan_error : float
         Largest relative error of the Allan deviation at τ from one sample to a tenth of the record.
     tau_s : float
-        Where that is, s.
+        Averaging time of the largest error, s.
     log_likelihood : float
-        Expected loss of log-likelihood a sample (the Kullback-Leibler rate of the two spectra; lines left out).
+        Expected loss of log-likelihood per sample: Kullback-Leibler rate of the two spectra, without lines.
     """
 
     allan_error: float
@@ -54,11 +55,11 @@ class Cost:
 
 
 def cost(space: StateSpace) -> Cost:
-    """Compare a state space with the exact terms of its model."""
+    """Loss of a state space relative to the exact terms of its model."""
     m = _factors(space.samples, 16)
     error = np.sqrt(_allan(space.terms, m) / _allan(space.exact, m)) - 1.0
     worst = int(np.argmax(np.abs(error)))
-    # Half of the ordinates lie above a quarter of the rate, and all of what is slow below a thousandth of it.
+    # Both log and linear spacing: half of the ordinates lie above a quarter of the rate, slow noise below a thousandth.
     low = np.pi / space.samples
     w = np.unique(np.concatenate([np.geomspace(low, np.pi, 2000), np.linspace(low, np.pi, 2000)]))
     ratio = _density(space.exact, w) / _density(space.terms, w)
@@ -71,16 +72,16 @@ def cost(space: StateSpace) -> Cost:
 
 
 def reduced(space: StateSpace, states: int) -> StateSpace:
-    """A state space of at most `states` states with nearly the same Allan deviation and spectrum.
+    """State space of at most `states` states with nearly the same Allan deviation and spectrum.
 
-    Whatever turns or sums (a resonance, quantization, a random walk, a filter) is kept as it is while there is room, the
-    largest first; all plain lags together are replaced by as many as there is room for, with variances and time constants
-    of least squares in the logarithms of both curves.
+    Sections other than plain lags (a resonance, quantization, a random walk, a filter) are kept while there is room, the
+    largest first. All plain lags together are replaced by as many as there is room for. Their variances and time constants
+    come from least squares in the logarithms of both curves.
 
     Raises
     ------
     InputError
-        No state at all is left, or a power law steeper than −2.
+        Fewer than one state, or a power law steeper than −2.
     """
     if states < 1:
         raise InputError(f"states = {states}: at least 1 is needed")
@@ -88,7 +89,7 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
         raise InputError("a power law steeper than −2 cannot be reduced: leave `states` out")
     order = sorted(
         (i for i, s in enumerate(space.sections) if s.states and not s.is_lag),
-        key=lambda i: -_share(space.sections[i], space),
+        key=lambda i: -_largest_share(space.sections[i], space),
     )
     lags = sum(s.is_lag for s in space.sections)
     room = states
@@ -108,8 +109,8 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     return replace(space, sections=(*fixed, *fitted), owners=(*owners, *([merged] * len(fitted))))
 
 
-def _share(section: Section, space: StateSpace) -> float:
-    """Largest share of a section in the model's density; a line and an unknown level come first."""
+def _largest_share(section: Section, space: StateSpace) -> float:
+    """Largest share of a section in the model's density; 2 for a line or an unknown level, which come first."""
     if section.diffuse or not section.Q.any():
         return 2.0
     w = np.geomspace(np.pi / space.samples, np.pi, 500)
@@ -119,32 +120,33 @@ def _share(section: Section, space: StateSpace) -> float:
 def _fit(
     space: StateSpace, fixed: list[Section], count: int
 ) -> tuple[list[Section], list[Section]]:
-    """Scale what is kept, and place `count` lags: Gauss-Newton in the logarithms, damped."""
+    """Kept sections with fitted scales, and `count` fitted lags: damped Gauss-Newton in the logarithms."""
     m = _factors(space.samples, PER_DECADE)
     low = 2.0 * np.pi / space.samples
     w = np.geomspace(low, np.pi, max(8, int(PER_DECADE * np.log10(np.pi / low))))
     target = np.log(np.concatenate([_allan(space.exact, m), _density(space.exact, w)]))
-    weight = np.concatenate([np.ones(m.size), np.full(w.size, DENSITY)])
+    weight = np.concatenate([np.ones(m.size), np.full(w.size, DENSITY_WEIGHT)])
     movable = [i for i, s in enumerate(fixed) if s.Q.any() or s.R > 0.0]
     bound = [i for i in range(len(fixed)) if i not in movable]
-    base = sum((_columns(fixed[i].terms, m, w) for i in bound), np.zeros(target.size))
-    plain = np.array([_columns(fixed[i].terms, m, w) for i in movable]).reshape(-1, target.size)
+    base = sum((_curves(fixed[i].terms, m, w) for i in bound), np.zeros(target.size))
+    plain = np.array([_curves(fixed[i].terms, m, w) for i in movable]).reshape(-1, target.size)
     gaps = _first_gaps(space, count)
-    unit = np.array([_lag_columns(g, m, w) for g in gaps]).reshape(-1, target.size)
+    unit = np.array([_lag_curves(g, m, w) for g in gaps]).reshape(-1, target.size)
     sizes = np.log(_first_sizes(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
     logs = np.log(gaps)
     damping, best = 1e-3, np.inf
 
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
-        unit = np.array([_lag_columns(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
+        """Contributions, their total, weighted residuals and their sum of squares."""
+        unit = np.array([_lag_curves(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
         parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
         total = base + parts.sum(axis=0)
         rest = weight * (np.log(total) - target)
         return parts, total, rest, float(rest @ rest)
 
     parts, total, rest, best = evaluate(sizes, logs)
-    for _ in range(ROUNDS):
-        up = np.array([_lag_columns(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(-1, target.size)
+    for _ in range(MAX_ROUNDS):
+        up = np.array([_lag_curves(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(-1, target.size)
         moved = np.exp(sizes[len(movable) :])[:, None] * up - parts[len(movable) :]
         jacobian = weight[:, None] * np.vstack([parts, moved / 1e-4]).T / total[:, None]
         normal = jacobian.T @ jacobian
@@ -175,11 +177,11 @@ def _fit(
 
 
 def _first_gaps(space: StateSpace, count: int) -> Array:
-    """1 − φ, log-spaced over where the model's own lags are seen at all."""
+    """Initial 1 − φ of each lag, log-spaced over the range of the model's own visible lags."""
     own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_lag]
     if not own or not count:
         return np.zeros(0)
-    seen = [gap for gap, s in own if _share(s, space) > 0.02] or [gap for gap, _ in own]
+    seen = [gap for gap, s in own if _largest_share(s, space) > 0.02] or [gap for gap, _ in own]
     low, high = max(min(seen), 1.0 / space.samples), max(seen)
     if count == 1:
         return np.array([np.sqrt(low * high)])
@@ -187,7 +189,7 @@ def _first_gaps(space: StateSpace, count: int) -> Array:
 
 
 def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Array:
-    """Non-negative least squares in relative errors; what comes out as 0 begins small."""
+    """Initial variances from non-negative least squares in relative errors; zeros begin small."""
     from scipy.optimize import nnls
 
     if not len(columns):
@@ -199,13 +201,14 @@ def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Arra
     return np.asarray(sizes)
 
 
-def _columns(terms: Sequence[Term], m: Array, w: Array) -> Array:
+def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
+    """Allan variance and density of some terms."""
     return np.concatenate([_allan(terms, m), _density(terms, w)])
 
 
-def _lag_columns(gap: float, m: Array, w: Array) -> Array:
-    """A lag of variance 1."""
-    return _columns((Exponential(1.0, 1.0 - gap),), m, w)
+def _lag_curves(gap: float, m: Array, w: Array) -> Array:
+    """Allan variance and density of a lag of variance 1."""
+    return _curves((Exponential(1.0, 1.0 - gap),), m, w)
 
 
 def _factors(n: int, per_decade: int) -> Array:
@@ -215,9 +218,11 @@ def _factors(n: int, per_decade: int) -> Array:
 
 
 def _allan(terms: Sequence[Term], m: Array) -> Array:
+    """Allan variance of some terms."""
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
+    """Density of some terms without lines."""
     noise = (t for t in terms if not is_line(t))
     return np.asarray(sum((t.spectrum(w) for t in noise), np.full(w.size, 1e-300)))

@@ -3,14 +3,14 @@
 | term | states | recursion |
 |---|---|---|
 | ``white`` | 0 | adds to R |
-| ``blue`` | 2 | this deviate less the last |
-| ``random_walk`` | 1 | its first level is unknown |
-| ``exponential`` | 1, or 2 for a complex pole | a lag, a turning pair |
+| ``blue`` | 2 | difference of successive white samples |
+| ``random_walk`` | 1 | sum of white samples; its first level is unknown |
+| ``exponential`` | 1, or 2 for a complex pole | a lag, or a rotating pair |
 | exponentials and white, one of them negative | 2 or more | the ARMA process of that spectrum |
-| ``flicker``, ``power_law`` in [−2, 0] | one a lag | a non-negative sum of lags (two a decade) |
-| ``power_law`` above 0 | 2 a lag | differences of such a sum |
-| ``power_law`` below −2 | 2 a lag | running sums of such a sum |
-| ``lags`` | as many | the moving average of that spectrum |
+| ``flicker``, ``power_law`` in [−2, 0] | 1 per lag | a non-negative sum of lags (two per decade) |
+| ``power_law`` above 0 | 2 per lag | differences of such a sum |
+| ``power_law`` below −2 | 2 per lag | running sums of such a sum |
+| ``lags`` | 1 per lag | the moving average with that spectrum |
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from allanite.effects.terms import Term
 
-__all__ = ["Section", "line", "of_terms"]
+__all__ = ["Section", "line", "sections_of"]
 
 Array = NDArray[np.float64]
 
@@ -52,11 +52,11 @@ class Section:
     F, Q, P0 : ndarray, shape (d, d)
     H : ndarray, shape (d,)
     R : float
-        Variance of the white noise that comes with it.
+        Variance of additional white noise.
     terms : tuple of Term
-        The same process as primitive terms; none where an earlier section speaks for it.
+        The same process as primitive terms; empty if an earlier section contains them.
     diffuse : bool
-        Whether the level of its first state at the beginning is unknown; P0 is 0 there.
+        True if the initial level of its first state is unknown; P0 is 0 there.
     """
 
     F: Array
@@ -74,17 +74,17 @@ class Section:
 
     @property
     def is_lag(self) -> bool:
-        """Whether it is a plain first-order lag."""
+        """True if the section is a plain first-order lag."""
         return self.states == 1 and not self.diffuse and self.R == 0.0
 
 
-def of_terms(terms: Iterable[Term], n: int) -> list[Section]:
-    """Sections of the terms of one effect, good for records of `n` samples.
+def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
+    """Sections of the terms of one effect, for records of up to `n` samples.
 
     Raises
     ------
     InputError
-        A spectrum that no real process has.
+        A term that has no state space.
     """
     terms = tuple(terms)
     white = sum(t.variance for t in terms if isinstance(t, White))
@@ -109,14 +109,14 @@ def of_terms(terms: Iterable[Term], n: int) -> list[Section]:
         elif isinstance(term, PowerLaw):
             out += _power_law(term.exponent, term.level, n)
         elif isinstance(term, Lags):
-            out.append(_moving(term.covariance))
+            out.append(_moving_average(term.covariance))
         else:
             raise InputError(f"no state space for a process {term.name!r}")
     return out
 
 
 def line(amplitude: float, w: float) -> Section:
-    """A sinusoid of `w` radians a sample, its phase unknown: it turns for ever."""
+    """Section of a sinusoid of `w` radians per sample with unknown phase: an undamped rotation."""
     turn = np.array([[np.cos(w), -np.sin(w)], [np.sin(w), np.cos(w)]])
     power = 0.5 * amplitude**2
     term = Exponential(power, complex(np.cos(w), np.sin(w)))
@@ -124,7 +124,7 @@ def line(amplitude: float, w: float) -> Section:
 
 
 def lag(phi: float, variance: float) -> Section:
-    """A first-order lag of this variance."""
+    """Section of a first-order lag with this variance."""
     return Section(
         np.array([[phi]]),
         np.array([[variance * (1.0 - phi) * (1.0 + phi)]]),
@@ -135,17 +135,19 @@ def lag(phi: float, variance: float) -> Section:
 
 
 def _white(variance: float) -> Section:
+    """Section of white noise."""
     empty = np.zeros((0, 0))
     return Section(empty, empty, np.zeros(0), empty, (White(variance),), R=max(variance, 0.0))
 
 
 def _walk(step: float) -> Section:
+    """Section of a random walk with this variance of its steps."""
     one = np.ones((1, 1))
     return Section(one, step * one, np.ones(1), 0.0 * one, (RandomWalk(step),), diffuse=True)
 
 
 def _exponential(term: Exponential) -> Section | None:
-    """A lag or a turning pair; None where the term alone has a negative density somewhere."""
+    """Section of a lag or a rotating pair; None if the term alone has a negative density somewhere."""
     a, phi = complex(term.a), complex(term.phi)
     if phi.imag == 0.0:
         return lag(phi.real, a.real) if a.real >= 0.0 and a.imag == 0.0 else None
@@ -175,14 +177,14 @@ def _exponential(term: Exponential) -> Section | None:
 
 
 def _arma(terms: tuple[Term, ...]) -> Section:
-    """The ARMA process with the spectrum of exponentials and a white rest."""
+    """Section of the ARMA process with the spectrum of exponentials and white noise."""
     from allanite.simulate import arma
 
     return _harvey(*arma(terms), terms)
 
 
 def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]) -> Section:
-    """Harvey's form of an ARMA process driven by b, with a(z) = 1 + a1/z + …."""
+    """Section in Harvey's form of an ARMA process driven by b, with a(z) = 1 + a1/z + …."""
     d = max(1 + max((i for i, value in enumerate(b) if value), default=0), len(a))
     F = np.eye(d, k=1)
     F[: len(a), 0] = -np.array(a)
@@ -195,10 +197,10 @@ def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]
     return Section(F, Q, np.eye(d)[0], 0.5 * (P0 + P0.T), terms)
 
 
-def _moving(lags: tuple[float, ...]) -> Section:
-    """The moving average of autocovariance r(0), r(1), …: its coefficients are the gains of the filter of its own state.
+def _moving_average(lags: tuple[float, ...]) -> Section:
+    """Section of the moving average with autocovariance r(0), r(1), …; its coefficients are the gains of its own filter.
 
-    Bauer (1955); where the spectrum has a zero the k-th step is right to about 1/k.
+    Bauer (1955). If the spectrum has a zero, the k-th step is right to about 1/k.
     """
     order = len(lags) - 1
     if order == 0:
@@ -213,12 +215,12 @@ def _moving(lags: tuple[float, ...]) -> Section:
 
 
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
-    """u(k) − u(k−1) of a lag u."""
+    """Section of u(k) − u(k−1) for a lag u."""
     F = np.array([[phi, 0.0], [1.0, 0.0]])
     Q = np.diag([variance * (1.0 - phi**2), 0.0])
     P0 = variance * np.array([[1.0, phi], [phi, 1.0]])
     if not terms:
-        # r(h) = 2vφ^h − vφ^{h−1} − vφ^{h+1}, and twice what is missing at lag 0.
+        # r(h) = 2vφ^h − vφ^{h−1} − vφ^{h+1} for h > 0; the white term corrects lag 0.
         slope = variance * (1.0 - phi) ** 2 / phi
         terms = (
             Exponential(-slope, phi),
@@ -228,7 +230,7 @@ def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Se
 
 
 def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Section:
-    """Output z with z(k+1) = z(k) + u(k) of a lag u; its spectrum is that of u over 4 sin²(w/2)."""
+    """Section of the running sum z(k+1) = z(k) + u(k) of a lag u; its spectrum is that of u over 4 sin²(w/2)."""
     F = np.array([[1.0, 1.0], [0.0, phi]])
     Q = np.diag([0.0, variance * (1.0 - phi**2)])
     P0 = np.diag([0.0, variance])
@@ -236,7 +238,7 @@ def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Sectio
 
 
 def _power_law(exponent: float, level: float, n: int) -> list[Section]:
-    """Spectrum level·(2 sin(w/2))^exponent, over [1/(4n), ½] cycles a sample within 0.1 %."""
+    """Sections of the spectrum level·(2 sin(w/2))^exponent, within 0.1 % over [1/(4n), ½] cycles per sample."""
     if level == 0.0:
         return []
     if exponent == -2.0:
@@ -246,7 +248,7 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
         return [_difference(phi, v * level, () if phi else (Blue(v * level),)) for phi, v in bank]
     if exponent < -2.0:
         bank = _kernels.power_law_bank(exponent + 2.0, n)
-        # The sum as one term: that of each part is the difference of two that are nearly equal.
+        # The sum is one term; the term of each part would be a difference of two nearly equal ones.
         whole: list[tuple[Term, ...]] = [(PowerLaw(exponent, level),)]
         terms = whole + [()] * (len(bank) - 1)
         return [_running_sum(phi, v * level, t) for (phi, v), t in zip(bank, terms, strict=True)]
@@ -255,7 +257,7 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
 
 
 def resized(section: Section, factor: float) -> Section:
-    """The same section with its variance multiplied by `factor`."""
+    """The section with its variance multiplied by `factor`."""
     return Section(
         section.F,
         factor * section.Q,
@@ -268,5 +270,5 @@ def resized(section: Section, factor: float) -> Section:
 
 
 def is_line(term: Term) -> bool:
-    """Whether a term is a line, whose density is no function."""
+    """True if a term is a line, whose density is not a function."""
     return isinstance(term, Exponential) and abs(complex(term.phi)) >= 1.0

@@ -1,4 +1,4 @@
-"""The Allan curve of stretches: one accumulator, or several about what is missing between them."""
+"""Allan curve of a summary: one accumulator per segment, with gaps between them."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ if TYPE_CHECKING:
 
 __all__ = ["curve_of"]
 
-#: Missing samples given at a time.
-CHUNK = 1 << 20
+#: Missing samples that are added at a time; limits the memory.
+MISSING_AT_ONCE = 1 << 20
 
 
 def curve_of(curves: list[Accumulator]) -> Deviation:
-    """The curve of accumulators in the order of time; what is between two is a gap."""
+    """Allan curve of accumulators in the order of time; the samples between two are missing."""
     if len(curves) == 1:
         return curves[0].oadev()
     whole = curves[0].__copy__()
     for following in curves[1:]:
         end = whole.start + whole.n
         while end < following.start:
-            size = min(CHUNK, following.start - end)
+            size = min(MISSING_AT_ONCE, following.start - end)
             whole.update(np.full(size, np.nan))
             end += size
         whole.merge(following)

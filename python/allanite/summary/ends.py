@@ -1,6 +1,6 @@
-"""A stretch read: what its finished tiles and the two ends of it tell together.
+"""Reading of a segment of a stream: its finished tiles and its two ends.
 
-The record goes on beyond its ends as its cosine transform takes it, mirrored, and the segments there end with it.
+Beyond its ends the record continues mirrored, as its cosine transform takes it, and the transform segments end there.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.summary.gaps import mended
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, hard_block, regridded
-from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, bands_of, far
+from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, band_sums, in_long_gaps
 from allanite.summary.sums import Sum
 
 __all__ = ["Read", "depth_of", "read"]
@@ -24,15 +24,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Read:
-    """Octaves from the top, and the samples of the level below them.
+    """Octaves of a segment from the highest frequency down, and the samples of the level below them.
 
     Attributes
     ----------
     octaves : tuple of Octave
     samples : ndarray
-        At 2^−len(octaves) of the rate; NaN where too much is missing.
+        Samples at 2^−len(octaves) of the rate; NaN where too many are missing.
     start : int
-        Index of the first of them, at their own rate.
+        Index of the first of these samples, at their rate.
     """
 
     octaves: tuple[Octave, ...]
@@ -43,16 +43,16 @@ class Read:
 
 
 def depth_of(level: Level) -> int:
-    """Depth at which a stretch keeps all its samples."""
+    """Depth of the first level that keeps all its samples."""
     while not level.whole:
         assert level.deeper is not None
         level = level.deeper
-    # The ends still to come may make it too long.
+    # The unread ends may make the level too long.
     return level.depth
 
 
 def read(level: Level, depth: int) -> Read:
-    """Read a stretch down to a depth at which it keeps all samples, or deeper."""
+    """Octaves and low-rate samples of a segment, down to a depth at which it keeps all samples, or deeper."""
     octaves = []
     before, after = np.zeros(0), np.zeros(0)
     here: Level | None = level
@@ -68,8 +68,8 @@ def read(level: Level, depth: int) -> Read:
             found.add(here)
             if at == depth:
                 raise AssertionError("a level that keeps all samples was asked for")
-            before = _end(found, head, start, (True, False), here)
-            after = _end(found, tail, tail_at, (False, True), here)
+            before = _halved_end(found, head, start, (True, False), here)
+            after = _halved_end(found, tail, tail_at, (False, True), here)
             octaves.append(found)
             here = here.deeper
             continue
@@ -81,17 +81,19 @@ def read(level: Level, depth: int) -> Read:
             break
         size = SEGMENT - LOW if at == 0 else LOW
         found = Octave(Sum.zeros(size))
-        before = _end(found, samples, start, (True, True), level)
+        before = _halved_end(found, samples, start, (True, True), level)
         after, here = np.zeros(0), None
         start = (start + start % 2) // 2
         octaves.append(found)
     return Read(tuple(octaves), samples, start)
 
 
-def _end(found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level) -> Array:
-    """Add the segments of an end of a level to `found`; returns the halved samples.
+def _halved_end(
+    found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level
+) -> Array:
+    """Halved samples of an end of a level, whose transform segments are added to `found`.
 
-    `x` begins at index `start`; at an end that is not hard it has a margin more.
+    `x` begins at index `start`. At an end at which the record goes on (not `hard`), it has a margin more.
     """
     if hard[0] and start % 2:
         x, start = x[1:], start + 1
@@ -114,7 +116,7 @@ def _end(found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Le
     )
     half = halved(np.concatenate([left, filled[low - start : high - start], right]))
     if gaps.any():
-        half[far(gaps[low - start : high - start])] = np.nan
+        half[in_long_gaps(gaps[low - start : high - start])] = np.nan
     if level.spectral and high - low >= SEGMENT:
         _add_segments(found, filled, gaps, start, (low, high), hard)
     return half
@@ -128,9 +130,10 @@ def _add_segments(
     span: tuple[int, int],
     hard: tuple[bool, bool],
 ) -> None:
+    """Add the power of the transform segments within `span` to `found`."""
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT
-    # What is less than half a segment at a hard end joins its neighbour.
+    # Less than half a segment at a hard end joins its neighbor.
     if hard[0]:
         borders = np.append(low, borders[borders >= low + SEGMENT // 2])
     if hard[1]:
@@ -146,4 +149,4 @@ def _add_segments(
         frames = (b - a) / SEGMENT
         found.power.add(power)
         found.frames += frames
-        add_bands(found, int((a + b) // 2 // TILE), bands_of(power[:LOW])[None], frames)
+        add_bands(found, int((a + b) // 2 // TILE), band_sums(power[:LOW])[None], frames)

@@ -1,4 +1,4 @@
-"""Missing samples of a stream filled by what is about them: a pass knows no model that it could draw them from."""
+"""Filling of missing samples of a stream from the samples around them; a single pass has no model to draw them from."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ __all__ = ["mended"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
-#: Longest run of missing samples that is drawn, from how many samples on either side, and how often.
-SHORT, BESIDE, SWEEPS = 16, 24, 2
+#: Longest run of missing samples that is drawn, neighbors on each side that the draw uses, and number of sweeps.
+MAX_DRAWN_RUN, NEIGHBORS, SWEEPS = 16, 24, 2
 
 
 def mended(x: Array) -> Array:
-    """Samples with the missing ones (NaN) filled so that the spectrum stays what it is about them.
+    """Samples with the missing ones (NaN) filled so that the spectrum around them is preserved.
 
-    A long run has the mirror images of both sides, a short one a normal draw given the samples beside it, of the
-    autocovariance of all.
+    A long run is filled by mirror images of both sides, a short one by a normal draw given its neighbors, with the
+    autocovariance of all samples.
 
     Raises
     ------
@@ -41,12 +41,12 @@ def mended(x: Array) -> Array:
 
 
 def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
-    """Each run filled by the mirror images of both sides.
+    """Samples with each run filled by mirror images of both sides.
 
-    The mean of as many samples as are missing is taken on either side; the line from one to the other has what the samples
-    before and behind differ from their mean by, turned round, each with a weight whose squares add up to 1. So a run is as
-    loud as what is about it at all frequencies, begins and ends where its neighbours are, and has no part of a single
-    sample's noise over its whole length. What is missing in the image as well is left to the other.
+    The mean of as many samples as are missing is taken on each side. The line between the two means gets the mirrored
+    deviations of both sides, with weights whose squares have the sum 1. The run is then as loud as its surroundings at all
+    frequencies, joins its neighbors, and does not carry the noise of a single sample over its length. If a mirror image has
+    missing samples, the other image replaces it.
     """
     sizes = ends - starts
     total = np.concatenate([[0.0], np.cumsum(np.where(bad, 0.0, x))])
@@ -55,7 +55,7 @@ def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) ->
     count = [seen[starts] - seen[first], seen[last] - seen[ends]]
     sums = [total[starts] - total[first], total[last] - total[ends]]
     level = [s / np.maximum(c, 1) for s, c in zip(sums, count, strict=True)]
-    # At an end of the record there is but one side; where neither has a sample, the mean of all.
+    # At an end of the record only one side exists; without any sample use the mean of all.
     whole = np.full(starts.size, float(np.mean(x[~bad])))
     before = np.where(count[0] > 0, level[0], np.where(count[1] > 0, level[1], whole))
     behind = np.where(count[1] > 0, level[1], before)
@@ -79,31 +79,33 @@ def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) ->
 
 
 def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> None:
-    """Draw the short runs anew, given what is beside them, in place."""
-    inside = (sizes <= SHORT) & (starts >= BESIDE) & (starts + sizes + BESIDE <= x.size)
+    """Draw the short runs anew in place, given their neighbors."""
+    inside = (
+        (sizes <= MAX_DRAWN_RUN) & (starts >= NEIGHBORS) & (starts + sizes + NEIGHBORS <= x.size)
+    )
     if not inside.any():
         return
-    # The same wherever the samples come from, and another for other samples.
+    # The seed depends on the samples alone, so that the result does not depend on the chunks.
     noise = np.random.default_rng(zlib.crc32(x.tobytes()))
     middle = float(x[seen].mean())
-    lags = _autocovariance(np.where(seen, x - middle, 0.0), seen, 2 * BESIDE + SHORT)
-    laws = {size: _given_beside(lags, size) for size in np.unique(sizes[inside]).tolist()}
+    lags = _autocovariance(np.where(seen, x - middle, 0.0), seen, 2 * NEIGHBORS + MAX_DRAWN_RUN)
+    laws = {size: _conditional_law(lags, size) for size in np.unique(sizes[inside]).tolist()}
     for _ in range(SWEEPS):
         for size, (weights, root) in laws.items():
             first = starts[inside & (sizes == size)][:, None]
-            expected = (x[first + _beside(size)] - middle) @ weights
+            expected = (x[first + _neighbor_places(size)] - middle) @ weights
             drawn = noise.standard_normal((first.size, size)) @ root.T
             x[first + np.arange(size)] = middle + expected + drawn
 
 
-def _beside(size: int) -> Places:
-    """Places beside a run, from its first sample."""
-    return np.concatenate([np.arange(-BESIDE, 0), np.arange(size, size + BESIDE)])
+def _neighbor_places(size: int) -> Places:
+    """Places of the neighbors of a run, relative to its first sample."""
+    return np.concatenate([np.arange(-NEIGHBORS, 0), np.arange(size, size + NEIGHBORS)])
 
 
-def _given_beside(lags: Array, size: int) -> tuple[Array, Array]:
-    """Weights of the samples beside a run in its expected ones, and a root of the covariance of the rest."""
-    beside, own = _beside(size), np.arange(size)
+def _conditional_law(lags: Array, size: int) -> tuple[Array, Array]:
+    """Weights of the neighbors of a run in its conditional mean, and a root of the conditional covariance."""
+    beside, own = _neighbor_places(size), np.arange(size)
     among = lags[np.abs(beside[:, None] - beside)]
     among[np.diag_indices_from(among)] *= 1.0 + 1e-9
     across = lags[np.abs(beside[:, None] - own)]
@@ -113,9 +115,9 @@ def _given_beside(lags: Array, size: int) -> tuple[Array, Array]:
 
 
 def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
-    """At lags 0 … `lags` − 1: the variance less half the mean square of the differences, of the pairs that are there.
+    """Autocovariance at lags 0 … `lags` − 1: the variance less half the mean squared difference, over the pairs present.
 
-    `x` is 0 where a sample is missing. Of a walk, whose variance is large, the differences are known much better than the
+    `x` is 0 where a sample is missing. For a walk, with its large variance, differences are known much better than
     products.
     """
     from scipy.fft import irfft, next_fast_len, rfft
@@ -123,7 +125,7 @@ def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
     n = next_fast_len(x.size + lags, real=True)
     of_x, of_square, of_seen = (rfft(part, n) for part in (x, x * x, seen.astype(np.float64)))
     pairs = np.round(irfft(np.abs(of_seen) ** 2, n)[:lags])
-    # Of both samples of a pair: it is the same forwards and backwards.
+    # Squares of both samples of a pair, so that the result is the same forwards and backwards.
     squares = 2.0 * irfft((of_square * of_seen.conj()).real, n)[:lags]
     products = irfft(np.abs(of_x) ** 2, n)[:lags]
     steps = (squares - 2.0 * products) / np.maximum(pairs, 1.0)

@@ -1,8 +1,8 @@
-"""One level of the pyramid: a stretch of samples at a rate, its power in segments, and the level of half the rate.
+"""One level of the pyramid: samples at a rate, their power in transform segments, and the level at half the rate.
 
-All work is done in tiles at fixed places of the stream's sample index, each from the same samples whatever the pieces were:
-a stretch keeps the samples at its ends that a neighbour needs to complete the tiles between them. The last level, short
-enough, keeps all its samples.
+All work is done in tiles at fixed sample indices of the stream, so that results do not depend on the chunks. A segment of
+the stream keeps the samples at its ends that its neighbors need to complete the tiles between them. The last level, which
+is short, keeps all its samples.
 """
 
 from __future__ import annotations
@@ -22,34 +22,33 @@ from allanite.summary.sums import Blocks, Sum
 __all__ = [
     "BANDS",
     "FINE",
-    "KEEP",
     "MARGIN",
+    "MAX_KEPT_SAMPLES",
     "TILE",
     "Level",
     "Octave",
     "add_bands",
-    "bands_of",
-    "far",
+    "band_sums",
+    "in_long_gaps",
     "join",
     "tile_of",
 ]
 
 Array = NDArray[np.float64]
-#: Samples of a tile, and those beside it that it needs.
+#: Samples of a tile, and samples on each side that it needs.
 TILE, MARGIN = 16384, SEGMENT // 2
-#: A level with no more samples than this keeps them all.
-KEEP = 1 << 18
-#: Bands of a level in the map over time and most blocks of it (at twice as few they are split no further), and in the map
-#: in which a band is looked for that moves.
+#: Most samples of a level that keeps them all.
+MAX_KEPT_SAMPLES = 1 << 18
+#: Bands of a level in the map over time and most blocks of the map; the same for the fine map of moving bands.
 BANDS, BLOCKS = 8, 512
 FINE, SECTIONS = 38 * BANDS, 64
-#: A segment of which more is missing is left out.
-MISSING = 1.0 / 8.0
+#: Largest share of missing samples of a transform segment that is used. Chosen by judgment; not measured.
+MAX_MISSING_SHARE = 1.0 / 8.0
 
 
 @dataclass(slots=True, eq=False)
 class Octave:
-    """Power of one level: of each coefficient from `LOW`, over all segments, and in bands over time."""
+    """Power of one level: of each coefficient from `LOW`, summed over all segments, and in bands over time."""
 
     power: Sum
     frames: float = 0.0
@@ -59,7 +58,7 @@ class Octave:
     __repr__ = brief
 
     def add(self, other: Octave | Level) -> None:
-        """Add the power of another stretch of the same stream, at the same level."""
+        """Add the power of another segment of the same stream at the same level."""
         self.power.add(other.power.high, other.power.low)
         self.frames += other.frames
         self.blocks.merge(other.blocks)
@@ -74,20 +73,20 @@ class Level:
     Attributes
     ----------
     head : list of ndarray
-        The samples up to the margin of the first finished tile; all of them where no tile is finished.
+        Samples up to the margin of the first finished tile; all samples if no tile is finished.
     tail : list of ndarray
-        The samples from the margin of the last finished tile on.
+        Samples from the margin of the last finished tile on.
     tiles : (int, int)
-        First finished tile and the one after the last.
+        First finished tile, and the tile after the last finished one.
     power : Sum, shape (coefficients,)
-        Of the coefficients from `LOW`: to twice that, on the first level to the last.
+        Power of the coefficients from `LOW` to twice `LOW`; on the first level to the last.
     frames : float
-        Segments that were summed.
+        Number of segments summed.
     blocks, sections : Blocks
-        The same in `BANDS` and in `FINE` bands over time.
+        Power over time in `BANDS` and in `FINE` bands.
     deeper : Level or None
     threads : int
-        Of the core; the numbers do not depend on it.
+        Threads of the compiled loops; results do not depend on them.
     """
 
     depth: int
@@ -110,15 +109,15 @@ class Level:
 
     @property
     def whole(self) -> bool:
-        """Whether all samples are there."""
+        """True if the level keeps all its samples."""
         return self.tiles is None
 
     def samples(self) -> Array:
-        """Those of the head (all, where `whole`), in one piece."""
-        return _one(self.head)
+        """Samples of the head (all samples if `whole`) as one array."""
+        return _concatenated(self.head)
 
     def extend(self, *pieces: Array) -> None:
-        """Take the samples that follow; what is kept of them is copied, since the caller may use their memory again."""
+        """Add the samples that follow; kept samples are copied, since the caller may reuse the memory."""
         self.stop += sum(x.size for x in pieces)
         if not self.whole:
             assert self.tiles is not None
@@ -129,19 +128,20 @@ class Level:
                 self.tail.extend(x.copy() for x in pieces)
             return
         self.head.extend(x.copy() for x in pieces)
-        if self.stop - self.start > KEEP:
+        if self.stop - self.start > MAX_KEPT_SAMPLES:
             first = -(-(self.start + MARGIN) // TILE)
-            rest = _one(self.head)[first * TILE - MARGIN - self.start :]
+            rest = _concatenated(self.head)[first * TILE - MARGIN - self.start :]
             self.tiles, self.tail = (first, first), []
-            # A copy: a view would keep all that has come so far.
-            self.head = [_one(self.head)[: first * TILE + MARGIN - self.start].copy()]
+            # A copy: a view would keep all samples in memory.
+            self.head = [_concatenated(self.head)[: first * TILE + MARGIN - self.start].copy()]
             self._finish_tail(first, rest)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
+        """Add the samples that follow the tail, and finish its complete tiles."""
         assert self.tiles is not None
-        tail = _one(self.tail)
+        tail = _concatenated(self.tail)
         end = (self.stop - MARGIN) // TILE
-        # Tiles that begin in what was kept are put together; the others are taken where they lie.
+        # Tiles that begin in the kept tail are concatenated; the others are used in place.
         parted = min(end, tile - (-tail.size // TILE))
         used = (parted - tile) * TILE + 2 * MARGIN - tail.size if parted < end else x.size
         runs = [(tile, np.concatenate([tail, x[:used]]))] if tail.size else []
@@ -160,13 +160,13 @@ class Level:
             self.deeper.extend(*halves)
 
     def take_tiles(self, first: int, x: Array) -> Array:
-        """Add the power of consecutive tiles, of whose samples `x` has a margin more at both ends; halves their rate."""
+        """Samples of consecutive tiles at half the rate; adds their power. `x` has a margin more at both ends."""
         count = (x.size - 2 * MARGIN) // TILE
         out: list[Array] = []
         done = 0
         while done < count:
             if self.spectral:
-                # As far as no sample is missing, by all threads.
+                # Up to the first missing sample, with all threads.
                 half = np.empty((count - done) * TILE // 2)
                 sums = LOW, self.power.high, self.power.low
                 bands, taken = kernel().tiles(x[done * TILE :], half, sums, FINE, self.threads)
@@ -182,20 +182,20 @@ class Level:
                 kept = power[LOW : LOW + self.power.high.size]
                 self.power.add(kept)
                 self.frames += frames
-                add_bands(self, first + done, bands_of(kept[:LOW])[None], frames)
+                add_bands(self, first + done, band_sums(kept[:LOW])[None], frames)
             out.append(half)
             done += 1
-        return _one(out)
+        return _concatenated(out)
 
     def state(self) -> dict[str, Any]:
-        """Plain parts, this level and the deeper ones."""
+        """State of this level and the deeper ones as plain values."""
         return {
             "depth": self.depth,
             "start": self.start,
             "stop": self.stop,
             "spectral": self.spectral,
-            "head": _one(self.head),
-            "tail": _one(self.tail),
+            "head": _concatenated(self.head),
+            "tail": _concatenated(self.tail),
             "tiles": None if self.tiles is None else list(self.tiles),
             "power": self.power.state(),
             "frames": self.frames,
@@ -206,9 +206,9 @@ class Level:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Level:
-        """The level whose state that was."""
+        """Level with this state."""
         power, tiles = state["power"], state["tiles"]
-        # A file of the time before bands were looked for that move has none.
+        # Files of older versions have no fine map.
         sections = state.get("sections")
         return cls(
             state["depth"],
@@ -228,12 +228,15 @@ class Level:
         )
 
     def copy(self) -> Level:
-        """Another one that can be changed; samples, which nothing changes, are shared."""
+        """Independent copy; samples, which are never changed, are shared."""
         return (
-            self.restored({**self.state(), "deeper": None}) if self.deeper is None else self._deep()
+            self.restored({**self.state(), "deeper": None})
+            if self.deeper is None
+            else self._copy_with_deeper()
         )
 
-    def _deep(self) -> Level:
+    def _copy_with_deeper(self) -> Level:
+        """Copy of a level that has deeper ones."""
         out = self.restored({**self.state(), "deeper": None})
         assert self.deeper is not None
         out.deeper = self.deeper.copy()
@@ -241,7 +244,7 @@ class Level:
 
 
 def join(left: Level, right: Level) -> Level:
-    """Two adjacent stretches as one; both are used up."""
+    """Two adjacent levels as one; both are used up."""
     if right.whole:
         left.extend(right.samples())
         return left
@@ -250,7 +253,7 @@ def join(left: Level, right: Level) -> Level:
     if not left.whole:
         assert left.tiles is not None
         begin = left.tiles[1] * TILE - MARGIN
-    x = np.concatenate([_one(left.head if left.whole else left.tail), right.samples()])
+    x = np.concatenate([_concatenated(left.head if left.whole else left.tail), right.samples()])
     first = -(-(begin + MARGIN) // TILE)
     between = x[first * TILE - MARGIN - begin : right.tiles[0] * TILE + MARGIN - begin]
     middle = Level(right.depth + 1, first * TILE // 2, first * TILE // 2, right.spectral)
@@ -277,7 +280,7 @@ def join(left: Level, right: Level) -> Level:
 
 
 def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
-    """Halved samples of a tile, power of its segments at every coefficient, and how many segments that is."""
+    """Halved samples of a tile, power of its segments at every coefficient, and the number of segments."""
     gaps = np.isnan(x)
     lost = None
     if gaps.any():
@@ -287,20 +290,20 @@ def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
         x = mended(x)
     half = halved(x[MARGIN - REACH : x.size - MARGIN + REACH])
     if lost is not None:
-        half[far(lost[MARGIN : x.size - MARGIN])] = np.nan
+        half[in_long_gaps(lost[MARGIN : x.size - MARGIN])] = np.nan
     if not spectral:
         return half, np.zeros(SEGMENT), 0.0
-    # A large offset would leak; tiles of one record differ little in it.
+    # A large offset would leak, so the mean of the tile is subtracted.
     found = segments(x - x.mean())
     if lost is not None:
         share = lost[MARGIN : x.size - MARGIN].reshape(-1, SEGMENT).mean(axis=1)
-        found = found[share <= MISSING]
+        found = found[share <= MAX_MISSING_SHARE]
     np.square(found, out=found)
     return half, found.sum(axis=0), float(found.shape[0])
 
 
-def far(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which pairs of samples are missing, in runs too long to be bridged within a tile."""
+def in_long_gaps(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Mask of pairs of missing samples in runs too long to be bridged within a tile."""
     pairs = gaps[0::2] & gaps[1::2]
     change = np.diff(np.concatenate([[0], pairs.astype(np.int8), [0]]))
     out = np.zeros(pairs.size, dtype=bool)
@@ -310,17 +313,18 @@ def far(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
-    """Add the power of the `FINE` bands of consecutive tiles, of so many segments each, to both maps over time."""
+    """Add the power in `FINE` bands of consecutive tiles, of so many segments each, to both maps over time."""
     to.blocks.add(tile, power.reshape(power.shape[0], BANDS, -1).sum(axis=2), frames)
     to.sections.add(tile, power, frames)
 
 
-def bands_of(power: Array) -> Array:
+def band_sums(power: Array) -> Array:
     """Sums over the `FINE` bands of a level's octave."""
     return np.add.reduceat(power, [power.size * band // FINE for band in range(FINE)])
 
 
-def _one(parts: list[Array]) -> Array:
+def _concatenated(parts: list[Array]) -> Array:
+    """The parts as one array, which replaces them."""
     if len(parts) != 1:
         parts[:] = [np.concatenate(parts)] if parts else [np.zeros(0)]
     return parts[0]

@@ -1,4 +1,4 @@
-"""Lines at frequencies of which a summary keeps no phase: seen in the power of segments, and taken out of it."""
+"""Lines above the frequencies at which a summary keeps samples: found in the power of segments and removed from it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Line", "octave_power", "without_lines"]
 
-#: Coefficients to each side that a line reaches, and of the neighbourhood that it is compared with.
-REACH, NEAR = 6, 48
-#: Normal score from which a coefficient is a line: one record in 10 000 has one by chance.
-CLEAR = 5.6
-#: Part of a line's power that may lie beside it; a resonance has more there.
-BESIDE = 0.1
+#: Coefficients on each side that a line reaches, and on each side of the neighborhood that it is compared with.
+LINE_REACH, NEIGHBORHOOD = 6, 48
+#: Smallest normal score of a line; one record in 10 000 has a larger one by chance.
+MIN_LINE_SCORE = 5.6
+#: Largest power beside a line relative to its own; a resonance has more. Chosen by judgment; not measured.
+MAX_POWER_BESIDE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class Line:
     Attributes
     ----------
     frequency, width : float
-        Hz; known to within `width`.
+        Frequency and its uncertainty, Hz.
     amplitude : float
-        U, the mean over the record.
+        Mean amplitude over the record, U.
     """
 
     frequency: float
@@ -51,7 +51,7 @@ def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
 def without_lines(
     reading: Reading, level: int, rate: float
 ) -> tuple[NDArray[np.float64], list[Line]]:
-    """`octave_power` with each line replaced by its neighbourhood, and the lines, the strongest first."""
+    """`octave_power` with each line replaced by its neighborhood, and the lines, strongest first."""
     power = octave_power(reading, level)
     freedom = max(reading.octaves[level].frames, 1.0)
     spread = 2.0 / (9.0 * freedom)
@@ -59,18 +59,18 @@ def without_lines(
     found: list[Line] = []
     for _ in range(32):
         windows = np.lib.stride_tricks.sliding_window_view(
-            np.pad(power, NEAR, mode="reflect"), 2 * NEAR + 1
+            np.pad(power, NEIGHBORHOOD, mode="reflect"), 2 * NEIGHBORHOOD + 1
         )
         middle = np.median(windows, axis=1)
         score = (np.cbrt(power / middle) - (1.0 - spread)) / np.sqrt(spread)
         top = int(np.argmax(score))
-        if score[top] < CLEAR:
+        if score[top] < MIN_LINE_SCORE:
             break
-        low, high = max(0, top - REACH), min(power.size, top + REACH + 1)
+        low, high = max(0, top - LINE_REACH), min(power.size, top + LINE_REACH + 1)
         excess = power - middle
-        beside = [*excess[max(0, low - REACH) : low], *excess[high : high + REACH]]
+        beside = [*excess[max(0, low - LINE_REACH) : low], *excess[high : high + LINE_REACH]]
         whole = float(excess[low:high].sum())
-        if abs(sum(beside)) > BESIDE * whole:
+        if abs(sum(beside)) > MAX_POWER_BESIDE * whole:
             break
         place = np.arange(low, high)
         centre = float(

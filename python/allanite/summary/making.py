@@ -1,4 +1,4 @@
-"""The one pass over a record."""
+"""Making of a summary in one pass over a record."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["summarise", "taken_in"]
+__all__ = ["summarise", "summary_of_chunks"]
 
-#: Samples taken at a time, and rows of many columns: tiles enough for several threads, and little memory.
-SAMPLES, ROWS = 1 << 19, 1 << 18
-#: Rows whose columns are put in order at a time: they stay in the cache.
-BLOCK = 1 << 13
-#: Bytes of a mapped file, about, after which they are let go.
-SEEN = 1 << 23
+#: Samples processed at a time, and fewest rows of several columns: enough tiles for several threads, little memory.
+SAMPLES_AT_ONCE, MIN_ROWS_AT_ONCE = 1 << 19, 1 << 18
+#: Rows that are transposed at a time, so that they stay in the cache.
+TRANSPOSED_ROWS = 1 << 13
+#: Bytes of a mapped file after which its pages are released.
+RELEASED_BYTES = 1 << 23
 
 
 def summarise(
@@ -44,23 +44,23 @@ def summarise(
     columns: Sequence[str] | None = None,
     path: str | None = None,
 ) -> Summary:
-    """Take a record in one pass, a chunk at a time, and keep a few megabytes of it.
+    """Summary of a record, made in one pass over its chunks; it takes a few megabytes.
 
     Parameters
     ----------
     chunks : iterable of array_like or Recording, or one of these
-        Consecutive samples, shape (n,) or (n, columns) each; NaN marks a missing one. Recordings bring rate, unit,
-        names and covariates. A memory-mapped array is read as it is taken.
+        Consecutive samples, shape (n,) or (n, columns) each; NaN marks a missing sample. Recordings have their own rate,
+        unit, names and covariates. A memory-mapped array is read piece by piece.
     rate : float, optional
-        Hz; of recordings their own.
+        Sampling rate, Hz; by default that of recordings.
     unit : str or sequence of str
-        Unit of the rate, or of each column.
+        Unit of the samples, or of each column.
     start : int
         Index of the first sample in its stream; `Summary.merge` orders pieces by it.
     columns : sequence of str, optional
-        Names.
+        Names of the columns.
     path : str, optional
-        Where the samples come from.
+        Path of the source, for display.
 
     Returns
     -------
@@ -69,9 +69,9 @@ def summarise(
     Raises
     ------
     InputError
-        No rate, infinite samples, chunks of different columns, angles (difference them first).
+        No rate, infinite samples, chunks with different columns, or angles (difference them first).
     TooShortError
-        No sample at all.
+        No samples.
 
     Examples
     --------
@@ -79,10 +79,10 @@ def summarise(
     >>> al.summarise(chunks, rate=100.0, unit="deg/s").n
     20000
     """
-    return taken_in(chunks, rate, unit, start, columns, path, processors())
+    return summary_of_chunks(chunks, rate, unit, start, columns, path, processors())
 
 
-def taken_in(
+def summary_of_chunks(
     chunks: Any,
     rate: float | None,
     unit: str | Sequence[str],
@@ -91,34 +91,35 @@ def taken_in(
     path: str | None,
     threads: int,
 ) -> Summary:
-    """`summarise` by so many threads, which do not change a bit of it: where others are at work beside it, by one."""
+    """`summarise` with so many threads, which do not change the result; one thread if other tasks run beside it."""
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
     with Pool(threads) if threads > 1 else nullcontext() as pool:
-        return _taken_in(chunks, (rate, unit, columns), start, path, threads, pool)
+        return _summary_with_pool(chunks, (rate, unit, columns), start, path, threads, pool)
 
 
-def _taken_in(
+def _summary_with_pool(
     chunks: Any,
-    asked: tuple[float | None, str | Sequence[str], Sequence[str] | None],
+    options: tuple[float | None, str | Sequence[str], Sequence[str] | None],
     start: int,
     path: str | None,
     threads: int,
     pool: Pool | None,
 ) -> Summary:
+    """Summary of chunks, with a thread pool if there is one."""
     stretch: Stretch | None = None
     head: dict[str, Any] = {}
     for chunk in _pieces(chunks):
-        taken, about = _taken(chunk, *asked)
+        taken, about = _tables_of(chunk, *options)
         if stretch is None:
             head, width = about, sum(map(len, taken))
-            stretch = Stretch.begun(
+            stretch = Stretch.empty(
                 start,
                 len(about["columns"]),
                 len(about["covariates_named"]),
                 about["rate"],
                 about["units"],
-                # Columns and their curves are at work side by side.
+                # The columns and their curves are computed side by side.
                 max(1, threads - 1 if width == 1 else threads // width),
             )
         elif {**about, "path": None} != {**head, "path": None}:
@@ -131,11 +132,11 @@ def _taken_in(
             if pool is None:
                 stretch.update(rows)
             else:
-                # Rows are read while those before them are taken in.
-                _ended(at_work)
+                # Rows are read while the rows before them are processed.
+                _wait_for(at_work)
                 at_work = [pool.submit(task) for task in stretch.tasks(rows)]
-        # The caller may use the memory of a chunk again.
-        _ended(at_work)
+        # The caller may reuse the memory of a chunk.
+        _wait_for(at_work)
     if stretch is None or stretch.stop == stretch.start:
         raise TooShortError("no samples")
     _kernels.trim()
@@ -144,36 +145,37 @@ def _taken_in(
 
 
 def _rows(tables: list[NDArray[Any]], mapped: mmap.mmap | None) -> Iterator[list[NDArray[Any]]]:
-    """The samples of every column, so many at a time."""
+    """Samples of every column, a number of rows at a time."""
     seen, count = 0, tables[0].shape[1]
-    step = max(ROWS, SAMPLES // sum(map(len, tables)))
+    step = max(MIN_ROWS_AT_ONCE, SAMPLES_AT_ONCE // sum(map(len, tables)))
     for at in range(0, count, step):
-        rows = [x for table in tables for x in _in_order(table[:, at : at + step])]
+        rows = [x for table in tables for x in _contiguous_rows(table[:, at : at + step])]
         yield rows
         seen += sum(x.nbytes for x in rows)
-        if mapped is not None and (seen >= SEEN or at + step >= count):
-            # Pages that were read stay with the system, but do not count as memory of this process.
+        if mapped is not None and (seen >= RELEASED_BYTES or at + step >= count):
+            # The system keeps the pages in its cache, but they no longer count as memory of this process.
             mapped.madvise(mmap.MADV_DONTNEED)
             seen = 0
 
 
-def _in_order(table: NDArray[Any]) -> NDArray[Any]:
-    """A row a column, each in one piece; a few samples of all at a time, for a column is read with its neighbours."""
+def _contiguous_rows(table: NDArray[Any]) -> NDArray[Any]:
+    """Table with one contiguous row per column, transposed a few samples at a time."""
     if table.shape[0] == 1 or table.flags.c_contiguous:
         return np.ascontiguousarray(table)
     out = np.empty(table.shape, table.dtype)
-    for at in range(0, table.shape[1], BLOCK):
-        out[:, at : at + BLOCK] = table[:, at : at + BLOCK]
+    for at in range(0, table.shape[1], TRANSPOSED_ROWS):
+        out[:, at : at + TRANSPOSED_ROWS] = table[:, at : at + TRANSPOSED_ROWS]
     return out
 
 
-def _ended(tasks: list[Future[None]]) -> None:
+def _wait_for(tasks: list[Future[None]]) -> None:
+    """Wait for some tasks, and raise their errors."""
     for task in tasks:
         task.result()
 
 
 def _mapped(chunk: Any) -> mmap.mmap | None:
-    """The mapping of a file that is only read."""
+    """Mapping of a file that is only read, or None."""
     if not isinstance(chunk, np.memmap) or chunk.mode != "r" or not hasattr(mmap, "MADV_DONTNEED"):
         return None
     base: Any = chunk
@@ -183,7 +185,7 @@ def _mapped(chunk: Any) -> mmap.mmap | None:
 
 
 def _pieces(chunks: Any) -> Iterable[Any]:
-    """The chunks one after the other: an array, or a list of numbers, is one."""
+    """Chunks one after the other; an array, or a list of values, is one chunk."""
     if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
         return [chunks]
     if isinstance(chunks, (list, tuple)) and chunks and np.isscalar(chunks[0]):
@@ -193,10 +195,10 @@ def _pieces(chunks: Any) -> Iterable[Any]:
     return chunks
 
 
-def _taken(
+def _tables_of(
     chunk: Any, rate: float | None, unit: str | Sequence[str], columns: Sequence[str] | None
 ) -> tuple[list[NDArray[Any]], dict[str, Any]]:
-    """A chunk as tables of columns and of each covariate, a row a column, and what is known of them."""
+    """Tables of a chunk, for its columns and each covariate with one row per column, and their rate, units and names."""
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":
             raise InputError("a summary is of rates: difference the angles first")

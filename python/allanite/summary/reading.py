@@ -1,4 +1,4 @@
-"""What the stretches of one column tell together: the octaves of its spectrum and, below them, its samples."""
+"""Reading of one column of a summary: octaves of its spectrum, and low-rate samples below them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.summary.ends import depth_of, read
-from allanite.summary.level import KEEP, Octave
+from allanite.summary.level import MAX_KEPT_SAMPLES, Octave
 from allanite.summary.sums import Sum
 
 if TYPE_CHECKING:
@@ -21,16 +21,16 @@ __all__ = ["Reading", "read_column"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """A column, read to its ends.
+    """A column of a summary.
 
     Attributes
     ----------
     octaves : tuple of Octave
-        From the top; as many as halvings of the rate.
+        Octaves from the highest frequency down, one for each halving of the rate.
     samples : ndarray, shape (m,)
-        At 2^−len(octaves) of the rate; NaN where the record has too many missing.
+        Samples at 2^−len(octaves) of the rate; NaN where too many are missing.
     start : int
-        Index of the first of them, at their own rate.
+        Index of the first of these samples, at their rate.
     """
 
     octaves: tuple[Octave, ...]
@@ -41,15 +41,15 @@ class Reading:
 
     @property
     def factor(self) -> int:
-        """Samples of the record to one that is kept."""
+        """Samples of the record for each kept sample."""
         return 1 << len(self.octaves)
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:
-    """Read stretches of one stream, in order; `depth` at least where each keeps its samples."""
+    """Reading of the levels of one stream, in order; at the given depth or where each level keeps its samples."""
     if depth is None:
         depth = max(depth_of(level) for level in levels)
-        while (levels[-1].stop - levels[0].start) >> depth > 2 * KEEP:
+        while (levels[-1].stop - levels[0].start) >> depth > 2 * MAX_KEPT_SAMPLES:
             depth += 1
     found = [read(level, depth) for level in levels]
     first = min(one.start for one in found)

@@ -1,4 +1,4 @@
-"""A summary as one file: arrays of NumPy, and a header of JSON beside them."""
+"""File format of a summary: NumPy arrays and a JSON header."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 
 __all__ = ["load", "save"]
 
+#: Schema of the header.
 SCHEMA = "allanite/summary/1"
 
 
 def save(summary: Summary, path: str | Path) -> None:
-    """Write a summary; a file of that name is replaced only once the new one is complete."""
+    """Write a summary; an existing file is replaced only once the new one is complete."""
     with whole_file(path) as draft:
         arrays: list[np.ndarray[Any, Any]] = []
         header = {
@@ -36,7 +37,7 @@ def save(summary: Summary, path: str | Path) -> None:
             "covariate_units": summary.covariate_units,
             "path": summary.path,
             "told": [asdict(finding) for finding in summary.told],
-            "stretches": [_plain(one.state(), arrays) for one in summary.stretches],
+            "stretches": [_without_arrays(one.state(), arrays) for one in summary.stretches],
         }
         text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
         with draft.open("wb") as file:
@@ -45,7 +46,7 @@ def save(summary: Summary, path: str | Path) -> None:
 
 
 def load(cls: type[Summary], path: str | Path) -> Summary:
-    """Read a summary."""
+    """Summary from a file."""
     source = Path(path)
     with about(source):
         try:
@@ -53,7 +54,9 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
                 header = json.loads(bytes(file["header"]).decode())
                 if header["schema"] != SCHEMA:
                     raise InputError(f"{header['schema']} is not {SCHEMA}")
-                stretches = tuple(Stretch.restored(_full(one, file)) for one in header["stretches"])
+                stretches = tuple(
+                    Stretch.restored(_with_arrays(one, file)) for one in header["stretches"]
+                )
         except FileNotFoundError:
             raise InputError("no such file") from None
         except OSError as error:
@@ -72,24 +75,24 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
         )
 
 
-def _plain(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
-    """The same with each array replaced by its number."""
+def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
+    """Value with each array replaced by its number in `arrays`."""
     if isinstance(value, np.ndarray):
         arrays.append(value)
         return {"array": len(arrays) - 1}
     if isinstance(value, dict):
-        return {key: _plain(inside, arrays) for key, inside in value.items()}
+        return {key: _without_arrays(inside, arrays) for key, inside in value.items()}
     if isinstance(value, list) and value and isinstance(value[0], dict):
-        return [_plain(inside, arrays) for inside in value]
+        return [_without_arrays(inside, arrays) for inside in value]
     return value
 
 
-def _full(value: Any, arrays: Any) -> Any:
-    """The same with each number of an array replaced by the array."""
+def _with_arrays(value: Any, arrays: Any) -> Any:
+    """Value with each number of an array replaced by the array."""
     if isinstance(value, dict):
         if set(value) == {"array"}:
             return arrays[f"a{value['array']}"]
-        return {key: _full(inside, arrays) for key, inside in value.items()}
+        return {key: _with_arrays(inside, arrays) for key, inside in value.items()}
     if isinstance(value, list) and value and isinstance(value[0], dict):
-        return [_full(inside, arrays) for inside in value]
+        return [_with_arrays(inside, arrays) for inside in value]
     return value

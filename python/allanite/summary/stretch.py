@@ -1,4 +1,4 @@
-"""One stretch of a stream without a piece missing: pyramid, Allan curve and extremes of every column."""
+"""One segment of a stream: pyramid, Allan curve and extremes of every column."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ if TYPE_CHECKING:
 
 __all__ = ["Extremes", "Stretch"]
 
-#: Averaging times per octave of the curve.
-TAUS = 2
-#: Samples looked at at a time: they stay in the cache.
-FEW = 1 << 16
+#: Averaging times per octave of the Allan curve.
+TAUS_PER_OCTAVE = 2
+#: Samples processed at a time, so that they stay in the cache.
+SAMPLES_AT_ONCE = 1 << 16
 
 
 @dataclass(slots=True, eq=False)
 class Extremes:
-    """What single samples tell: how many, the smallest and largest and where, and how they step.
+    """Counts, extremes and steps of single samples.
 
     Attributes
     ----------
     count, missing, gaps : int
-        Samples that are there, that are missing, and runs of these.
+        Number of present samples, of missing samples, and of gaps.
     low, high : (float, int)
-        Smallest and largest sample and its place in the stream.
+        Smallest and largest sample and its index in the stream.
     steps : Sum, shape (4,)
-        Of the differences of neighbours: their number, how many are 0, Σd², Σd⁴.
+        Number of differences of neighbors, number of zeros among them, Σd², Σd⁴.
     ends : (float, float)
-        First and last sample, NaN where missing.
+        First and last sample; NaN if missing.
     """
 
     count: int = 0
@@ -50,7 +50,7 @@ class Extremes:
     ends: tuple[float, float] | None = None
 
     def update(self, x: NDArray[np.float64], at: int) -> None:
-        """Take the samples from place `at` on."""
+        """Add the samples from index `at` on."""
         before = None if self.ends is None else self.ends[1]
         low, high, *moments = _kernels.steps(x)
         if np.isnan(moments[1]) or np.isnan(x[0]):
@@ -60,20 +60,21 @@ class Extremes:
             self.gaps += int(np.count_nonzero(holes & ~np.concatenate([[was], holes[:-1]])))
             self.missing += lost
             self.count -= lost
-            self._step(x[1:] - x[:-1])
+            self._add_steps(x[1:] - x[:-1])
         else:
             self.steps.add(np.array([x.size - 1, *moments], dtype=np.float64))
         self.count += x.size
-        # Places are looked for only where there is something new.
+        # The index is searched only for a new extreme.
         if low < self.low[0]:
             self.low = low, at + int(np.flatnonzero(x == low)[0])
         if high > self.high[0]:
             self.high = high, at + int(np.flatnonzero(x == high)[0])
         if before is not None:
-            self._step(np.array([x[0] - before]))
+            self._add_steps(np.array([x[0] - before]))
         self.ends = float(x[0]) if self.ends is None else self.ends[0], float(x[-1])
 
-    def _step(self, d: NDArray[np.float64]) -> None:
+    def _add_steps(self, d: NDArray[np.float64]) -> None:
+        """Add differences of neighbors."""
         if d.size and np.isnan(d.sum()):
             d = d[~np.isnan(d)]
         square = d * d
@@ -81,12 +82,12 @@ class Extremes:
         self.steps.add(np.array(found, dtype=np.float64))
 
     def merge(self, other: Extremes) -> None:
-        """Take the stretch that follows."""
+        """Add the segment that follows."""
         if other.ends is None:
             return
         if self.ends is not None:
             self.gaps -= bool(np.isnan(self.ends[1]) and np.isnan(other.ends[0]))
-            self._step(np.array([other.ends[0] - self.ends[1]]))
+            self._add_steps(np.array([other.ends[0] - self.ends[1]]))
         self.count += other.count
         self.missing += other.missing
         self.gaps += other.gaps
@@ -96,7 +97,7 @@ class Extremes:
         self.ends = other.ends if self.ends is None else (self.ends[0], other.ends[1])
 
     def state(self) -> dict[str, Any]:
-        """Plain parts."""
+        """State as plain values."""
         return {
             "numbers": [self.count, self.missing, self.gaps],
             "low": list(self.low),
@@ -107,7 +108,7 @@ class Extremes:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Extremes:
-        """What had that state."""
+        """Extremes with this state."""
         steps, ends = state["steps"], state["ends"]
         count, missing, gaps = state["numbers"]
         return cls(
@@ -123,7 +124,7 @@ class Extremes:
 
 @dataclass(slots=True, eq=False)
 class Stretch:
-    """Samples `start` … `stop` − 1 of a stream: one level, curve and extremes a column; of covariates a level."""
+    """Samples `start` … `stop` − 1 of a stream: level, curve and extremes of each column, and a level of each covariate."""
 
     start: int
     stop: int
@@ -132,7 +133,7 @@ class Stretch:
     extremes: list[Extremes]
 
     @classmethod
-    def begun(
+    def empty(
         cls,
         start: int,
         columns: int,
@@ -141,7 +142,7 @@ class Stretch:
         units: tuple[str, ...],
         threads: int = 1,
     ) -> Stretch:
-        """Nothing taken yet."""
+        """Empty segment that begins at `start`."""
         return cls(
             start,
             start,
@@ -149,12 +150,12 @@ class Stretch:
                 Level(0, start, start, i < columns, threads=threads)
                 for i in range(columns + covariates)
             ],
-            [Accumulator(rate, TAUS, unit=unit, start=start) for unit in units],
+            [Accumulator(rate, TAUS_PER_OCTAVE, unit=unit, start=start) for unit in units],
             [Extremes() for _ in range(columns)],
         )
 
     def update(self, columns: list[NDArray[Any]]) -> None:
-        """Take the samples that follow, an array a column and covariate."""
+        """Add the samples that follow, one array for each column and covariate."""
         for task in self.tasks(columns):
             task()
 
@@ -167,11 +168,14 @@ class Stretch:
         looks = zip(self.curves, self.extremes, columns, values, strict=False)
         return [
             *(partial(level.extend, x) for level, x in levels),
-            *(partial(_look, curve, extremes, at, given, x) for curve, extremes, given, x in looks),
+            *(
+                partial(_update_column, curve, extremes, at, given, x)
+                for curve, extremes, given, x in looks
+            ),
         ]
 
     def merge(self, other: Stretch) -> None:
-        """Take the stretch that begins where this one ends; it is used up."""
+        """Add the segment that begins where this one ends; that segment is used up."""
         self.levels = [join(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
         for curve, theirs in zip(self.curves, other.curves, strict=True):
             curve.merge(theirs)
@@ -180,7 +184,7 @@ class Stretch:
         self.stop = other.stop
 
     def of(self, place: int, covariates: slice) -> Stretch:
-        """One column, with the covariates."""
+        """One column with the covariates."""
         return Stretch(
             self.start,
             self.stop,
@@ -190,7 +194,7 @@ class Stretch:
         )
 
     def copy(self) -> Stretch:
-        """Another one that can be changed."""
+        """Independent copy."""
         return Stretch(
             self.start,
             self.stop,
@@ -200,7 +204,7 @@ class Stretch:
         )
 
     def state(self) -> dict[str, Any]:
-        """Plain parts."""
+        """State as plain values."""
         return {
             "start": self.start,
             "stop": self.stop,
@@ -211,7 +215,7 @@ class Stretch:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Stretch:
-        """The stretch whose state that was."""
+        """Segment with this state."""
         return cls(
             state["start"],
             state["stop"],
@@ -221,11 +225,12 @@ class Stretch:
         )
 
 
-def _look(
+def _update_column(
     curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: NDArray[np.float64]
 ) -> None:
-    # The curve of whole numbers is exact.
+    # Integers are passed as they are, since their curve is exact.
+    """Add samples to the Allan curve and the extremes of a column, a few at a time."""
     whole = given if given.dtype.kind in "iu" else x
-    for first in range(0, x.size, FEW):
-        curve.update(whole[first : first + FEW])
-        extremes.update(x[first : first + FEW], at + first)
+    for first in range(0, x.size, SAMPLES_AT_ONCE):
+        curve.update(whole[first : first + SAMPLES_AT_ONCE])
+        extremes.update(x[first : first + SAMPLES_AT_ONCE], at + first)

@@ -1,4 +1,4 @@
-"""A record of any length in a few megabytes: made in one pass, mergeable, and enough for a fit."""
+"""Summary of a record of any length in a few megabytes: made in one pass, mergeable, and sufficient for a fit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.recording import find_column
 from allanite.summary import storage
-from allanite.summary.level import KEEP
+from allanite.summary.level import MAX_KEPT_SAMPLES
 from allanite.summary.lines import Line, without_lines
 from allanite.summary.reading import Reading, read_column
 
@@ -27,30 +27,31 @@ if TYPE_CHECKING:
 
 __all__ = ["Summary"]
 
-#: Fourth moment of the steps over three times the square of their second from which single samples stand out.
-HEAVY = 1.5
+#: Kurtosis of the sample-to-sample steps over that of normal noise, from which the audit warns of outliers. Chosen by
+#: judgment; not measured.
+MIN_KURTOSIS_RATIO = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Summary:
-    """What one pass over a record keeps: a few megabytes a column, whatever its length.
+    """Result of one pass over a record: a few megabytes for each column, whatever its length.
 
-    A fit, a check and a ladder take it where they take a recording. Up to 2^18 samples it keeps them all and is read as the
-    recording; of longer records it keeps the low frequencies as samples of a lower rate, the power of all higher ones in
-    segments of 8192 samples of each octave, and the Allan curve.
+    Fits, checks and studies accept a summary instead of a recording. Up to 2^18 samples it keeps all of them and acts as
+    the recording. For longer records it keeps the low frequencies as samples at a lower rate, the power of all higher
+    frequencies in segments of 8192 samples of each octave, and the Allan curve.
 
     Attributes
     ----------
     rate : float
         Hz.
     units, columns : tuple of str
-        A unit and a name a column.
+        Unit and name of each column.
     covariates_named : tuple of str
-        Columns offered as an explanation; only their low frequencies are kept.
+        Columns that may explain others; only their low frequencies are kept.
     covariate_units : dict of str to str
     path : str or None
     stretches : tuple of Stretch
-        Pieces that have not met yet, in the order of time; what is between them is missing.
+        Segments of the stream in the order of time; the samples between them are missing.
 
     Examples
     --------
@@ -122,7 +123,7 @@ class Summary:
     def whole(self) -> bool:
         """True if all samples are kept; the summary then behaves like the recording."""
         every = all(level.whole for one in self.stretches for level in one.levels)
-        return every and self.n <= 2 * KEEP
+        return every and self.n <= 2 * MAX_KEPT_SAMPLES
 
     @property
     def extremes(self) -> Extremes:
@@ -156,12 +157,12 @@ class Summary:
         return (self.column(i) for i in range(len(self.columns)))
 
     def merge(self, *others: Summary) -> Summary:
-        """Join with `others`, pieces of the same stream, in any order; adjacent ones become one.
+        """Summary of this one and `others`, segments of the same stream in any order; adjacent ones become one.
 
         Raises
         ------
         InputError
-            Pieces of another rate, unit or set of columns, or that overlap.
+            Segments with another rate, unit or set of columns, or segments that overlap.
         """
         pieces = [(self, one) for one in self.stretches]
         for other in others:
@@ -197,17 +198,18 @@ class Summary:
 
     def reading(self) -> Reading:
         """Octaves and low-rate samples of the only column."""
-        self._one()
+        self._require_one_column()
         return read_column([one.levels[0] for one in self.stretches])
 
-    def _one(self) -> None:
+    def _require_one_column(self) -> None:
+        """Raise InputError unless there is one column."""
         if len(self.columns) != 1:
             raise InputError(
                 f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
             )
 
     def low_rate(self, depth: int) -> dict[str, NDArray[np.float64]]:
-        """Covariates at 2^−depth of the rate, where `reading` has its samples."""
+        """Covariates at 2^−depth of the rate, at the samples of `reading`."""
         first = len(self.columns)
         return {
             name: read_column([one.levels[first + i] for one in self.stretches], depth).samples
@@ -215,16 +217,16 @@ class Summary:
         }
 
     def recording(self) -> Recording:
-        """The recording itself, where all samples are kept.
+        """The recording itself, if all samples are kept.
 
         Raises
         ------
         InputError
-            They are not.
+            The samples are not kept.
         """
         if not self.whole:
             raise InputError(
-                f"the summary of {self.n} samples does not keep them: read the piece that is needed"
+                f"the summary of {self.n} samples does not keep them: read the segment that you need"
             )
         return Recording(
             self.reading().samples,
@@ -237,11 +239,11 @@ class Summary:
         )
 
     def rate_samples(self) -> NDArray[np.float64]:
-        """Samples of the only column, where all are kept; see `recording`."""
+        """Samples of the only column, if all are kept; see `recording`."""
         return np.asarray(self.recording().rate_samples())
 
     def oadev(self) -> Deviation:
-        """Overlapping Allan deviation of the only column, two averaging times an octave.
+        """Overlapping Allan deviation of the only column, two averaging times per octave.
 
         Raises
         ------
@@ -250,11 +252,11 @@ class Summary:
         """
         from allanite.summary.curve import curve_of
 
-        self._one()
+        self._require_one_column()
         return curve_of([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
-        """Lines of the only column at frequencies of which no phase is kept; a fit leaves them out."""
+        """Lines of the only column at frequencies without phase information; fits leave them out."""
         reading = self.reading()
         return [
             line
@@ -264,12 +266,12 @@ class Summary:
 
     @property
     def covariates(self) -> dict[str, NDArray[np.float64]]:
-        """Covariates at the rate of the samples that are kept."""
+        """Covariates at the rate of the kept samples."""
         return self.low_rate(len(self.column(0).reading().octaves)) if self.covariates_named else {}
 
     @property
     def audit(self) -> list[Finding]:
-        """What is odd about the samples, as far as one pass tells."""
+        """Findings about the samples, as far as one pass shows them."""
         out = list(self.told)
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
@@ -293,7 +295,7 @@ class Summary:
                         name,
                     )
                 )
-            if square > 0.0 and fourth * count > HEAVY * 3.0 * square**2:
+            if square > 0.0 and fourth * count > MIN_KURTOSIS_RATIO * 3.0 * square**2:
                 at = max(found.low, found.high, key=lambda v: abs(v[0]))
                 out.append(
                     Finding(
@@ -320,7 +322,7 @@ class Summary:
         return out
 
     def describe(self) -> dict[str, Any]:
-        """JSON form: as that of a recording."""
+        """JSON record, like that of a recording."""
         return {
             "path": self.path,
             "column": ", ".join(self.columns),

@@ -1,4 +1,4 @@
-"""Sums that do not depend on the order in which they were made: two doubles a number."""
+"""Sums that do not depend on the order of addition: two doubles for each number."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Array = NDArray[np.float64]
 @aligned_when_unpickled
 @dataclass(slots=True, eq=False)
 class Sum:
-    """An array of sums, kept as `high + low`: some 106 bits, of which the order of adding moves the last few."""
+    """An array of sums, kept as `high + low` with about 106 bits; the order of addition changes only the last few bits."""
 
     high: Array
     low: Array
 
     @classmethod
     def zeros(cls, shape: int | tuple[int, ...]) -> Sum:
-        """Nothing added yet."""
+        """Sums of nothing."""
         return cls(np.zeros(shape), np.zeros(shape))
 
     def add(self, value: Array, low: Array | float = 0.0) -> None:
-        """Add an array, or one of two doubles (Knuth's two-sum)."""
+        """Add an array, or one given as two doubles (Knuth's two-sum)."""
         total = self.high + value
         back = total - self.high
         lost = (self.high - (total - back)) + (value - back)
@@ -44,7 +44,7 @@ class Sum:
         return self.high + self.low
 
     def state(self) -> dict[str, Any]:
-        """Plain parts."""
+        """State as plain values."""
         return {"high": self.high, "low": self.low}
 
 
@@ -56,12 +56,12 @@ class Blocks:
     Attributes
     ----------
     size : int
-        Exponent of two of the tiles in a block; it grows so that there are at most `most` blocks.
+        Log2 of the tiles in a block; it grows so that there are at most `most` blocks.
     first : int
-        Number of the first block.
+        Index of the first block.
     sums : Sum, shape (blocks, bands)
     frames : ndarray, shape (blocks,)
-        Segments in each block.
+        Number of transform segments in each block.
     most : int
     """
 
@@ -73,12 +73,12 @@ class Blocks:
 
     @classmethod
     def empty(cls, bands: int, most: int) -> Blocks:
-        """No block yet."""
+        """Map without blocks."""
         return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0), most)
 
     @classmethod
     def restored(cls, state: dict[str, Any], most: int) -> Blocks:
-        """The blocks whose state that was."""
+        """Blocks with this state."""
         sums = Sum(state["high"].copy(), state["low"].copy())
         return cls(state["size"], state["first"], sums, state["frames"].copy(), most)
 
@@ -97,7 +97,7 @@ class Blocks:
             at = until
 
     def merge(self, other: Blocks) -> None:
-        """Add the blocks of another stretch of the same stream."""
+        """Add the blocks of another segment of the same stream."""
         if other.frames.size == 0:
             return
         while self.size < other.size:
@@ -115,7 +115,7 @@ class Blocks:
         self.frames[place] += theirs.frames
 
     def _make_room(self, first: int, end: int) -> None:
-        """Extend the time axis to blocks first … end − 1 of the present size, and coarsen while they are too many."""
+        """Extend the map to blocks first … end − 1 of the present size, and coarsen it while there are too many blocks."""
         if self.frames.size == 0:
             self.first = first
         low, high = min(first, self.first), max(end, self.first + self.frames.size)
@@ -134,6 +134,7 @@ class Blocks:
             self._coarsen()
 
     def _coarsen(self) -> None:
+        """Merge pairs of blocks."""
         count = self.frames.size
         odd = self.first % 2
         pad = ((odd, (odd + count) % 2), (0, 0))
@@ -146,5 +147,5 @@ class Blocks:
         self.size += 1
 
     def state(self) -> dict[str, Any]:
-        """Plain parts."""
+        """State as plain values."""
         return {"size": self.size, "first": self.first, "frames": self.frames, **self.sums.state()}

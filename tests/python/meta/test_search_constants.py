@@ -1,4 +1,4 @@
-"""The table of search constants gives a unit and a basis for each constant, and no module of the search defines one again."""
+"""The table of search constants gives unit and basis of each constant; the search defines none of them elsewhere."""
 
 import re
 from pathlib import Path

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import allanite as al
 from allanite.summary import level, reading, summary
-from allanite.summary.making import taken_in
+from allanite.summary.making import summary_of_chunks
 
 N = 150_000
 
@@ -23,7 +23,7 @@ def small():
     modules = (level, reading, summary)
     with pytest.MonkeyPatch.context() as patch:
         for module in modules:
-            patch.setattr(module, "KEEP", 1 << 15)
+            patch.setattr(module, "MAX_KEPT_SAMPLES", 1 << 15)
         yield
 
 
@@ -95,6 +95,6 @@ def test_a_piece_that_never_came_is_a_gap(record):
 def test_threads_change_no_bit(record, whole):
     # Three: also where there are fewer processors.
     for threads in (1, 3):
-        found = taken_in(record, 100.0, "1", 0, None, None, threads)
+        found = summary_of_chunks(record, 100.0, "1", 0, None, None, threads)
         ours, theirs = found.stretches[0].state(), whole.stretches[0].state()
         assert pickle.dumps(ours) == pickle.dumps(theirs)

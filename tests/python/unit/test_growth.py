@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import allanite as al
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects.files import parse_model
-from allanite.statespace.coasting import Coasting, Sums, ramp
+from allanite.statespace.coasting import Coasting, Sums, integration_weights
 
 RATE = 50.0
 
@@ -62,14 +62,14 @@ def test_hours_are_exact_at_once_and_at_the_end():
 def test_sums_are_those_of_every_pair(back, m, order, seed, angle):
     g = np.concatenate([[0.0], np.random.default_rng(seed).random(back + m).cumsum()])
     coasting = Coasting(back, m, RATE, order)
-    r = ramp(m, RATE, order)
+    r = integration_weights(m, RATE, order)
     w = np.concatenate([np.full(back, -r.sum() / back), r])
     k = np.arange(w.size)
     variance = -(w[:, None] * w * g[np.abs(k[:, None] - k)]).sum()
     size = np.abs(w).sum() ** 2 * g[-1]
     assert coasting.deviation(Sums(g)) ** 2 == pytest.approx(variance, rel=1e-9, abs=1e-12 * size)
     turn = abs(w @ np.exp(1j * angle * k))
-    assert coasting.of_line(angle) == pytest.approx(turn, abs=1e-12 * np.abs(w).sum() * w.size)
+    assert coasting.line_error(angle) == pytest.approx(turn, abs=1e-12 * np.abs(w).sum() * w.size)
 
 
 def test_fast_lines_are_not_taken_for_slow_ones():

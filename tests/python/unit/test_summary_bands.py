@@ -19,7 +19,7 @@ WARMS_UP = 18.0 + 2.5 * np.exp(-TIME / 600.0)
 def short(monkeypatch):
     """Levels keep fewer samples, so that records of 3e5 samples have octaves of segments."""
     for module in (level, reading, summary):
-        monkeypatch.setattr(module, "KEEP", 1 << 16)
+        monkeypatch.setattr(module, "MAX_KEPT_SAMPLES", 1 << 16)
 
 
 def _both(x):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import allanite as al
 import generators as g
 from allanite.summary import level, reading, summary
-from allanite.summary.gaps import SHORT, mended
+from allanite.summary.gaps import MAX_DRAWN_RUN, mended
 
 RATE, LENGTH = 100.0, 300_000
 
@@ -19,7 +19,7 @@ RATE, LENGTH = 100.0, 300_000
 def short(monkeypatch):
     """Levels keep fewer samples, so that records of 3e5 samples have octaves of segments."""
     for module in (level, reading, summary):
-        monkeypatch.setattr(module, "KEEP", 1 << 16)
+        monkeypatch.setattr(module, "MAX_KEPT_SAMPLES", 1 << 16)
 
 
 def _noise(kind, rng, n=LENGTH):
@@ -101,7 +101,7 @@ def test_what_is_there_stays_and_what_is_filled_is_finite(seed, runs):
     assert np.array_equal(out, mended(x.copy()))
 
 
-@pytest.mark.parametrize("size", [1, 3, SHORT, 40, 1000])
+@pytest.mark.parametrize("size", [1, 3, MAX_DRAWN_RUN, 40, 1000])
 def test_white_noise_stays_white(size):
     """Power of the low, middle and high third of the spectrum, with a fifth of the samples missing in runs of a size."""
     ratio = []
