@@ -13,10 +13,10 @@ from allanite.cli.options import SEED, json_option
 if TYPE_CHECKING:
     from allanite.study import Study
 
-# A consumer MEMS gyroscope in rad/s, two hours at 100 Hz. The three classical coefficients are those of the MathWorks
-# example of an Allan variance. A fit of these three coefficients cannot describe the two hidden effects.
-CLASSICAL = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"
-HIDDEN = "GM(correlation_time=30,q_c=2.5e-3)+SIN(frequency=3.1,amplitude=0.003)"
+# A MEMS gyroscope in deg/s, two hours at 100 Hz: N = 0.3 °/√h and B = 3 °/h. A fit of N+B+K cannot describe the two hidden
+# effects.
+CLASSICAL = "N(N=0.005)+B(B=8.33e-4)"
+HIDDEN = "GM(correlation_time=60,q_c=6.94e-4)+SIN(frequency=12.5,amplitude=0.002)"
 START = "N+B+K"
 RATE, DURATION = 100.0, 7200.0
 
@@ -50,14 +50,14 @@ def command(output: str, seed: int, as_json: bool) -> None:
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
     recording = parse_model(f"{CLASSICAL}+{HIDDEN}").simulate(
-        duration=DURATION, rate=RATE, seed=seed, unit="rad/s"
+        duration=DURATION, rate=RATE, seed=seed, unit="deg/s"
     )
     log = folder / "imu.csv"
     with whole_file(log) as draft:
         write_csv(recording, draft)
     if not as_json:
         click.echo(
-            f"A simulated gyroscope: {recording.n} samples at {RATE:g} Hz of {CLASSICAL}, in rad/s.\n"
+            f"A simulated gyroscope: {recording.n} samples at {RATE:g} Hz of {CLASSICAL}, in deg/s.\n"
             f"Hidden effects: {HIDDEN}.\n\nFit of the usual model {START}:\n"
         )
     study = improve(recording, parse_model(START))
