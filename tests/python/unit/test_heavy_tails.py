@@ -34,6 +34,33 @@ def test_a_marginal_is_no_effect(kind):
         assert check.adequate
 
 
+SKEWED = {
+    "exponential": lambda rng, n: rng.exponential(size=n),
+    "gamma": lambda rng, n: rng.gamma(4.0, size=n),
+    "lognormal": lambda rng, n: np.exp(0.8 * rng.standard_normal(n)),
+    "mirrored": lambda rng, n: -rng.exponential(size=n),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", SKEWED)
+def test_the_long_tail_of_a_skewed_law_has_no_outliers(kind):
+    """Four records; of true noise one in a hundred has an outlier."""
+    for seed in range(4):
+        samples = SKEWED[kind](np.random.default_rng([seed, 6]), N)
+        check = al.parse_model("N").fit(al.Recording(samples, rate=RATE)).check()
+        assert "outliers" not in {s.kind for s in check.significant}
+
+
+@pytest.mark.slow
+def test_wrong_samples_on_the_short_side_of_a_skewed_law_are_outliers():
+    samples = SKEWED["exponential"](np.random.default_rng(1), N)
+    samples[[1000, 7000]] -= 8.0
+    check = al.parse_model("N").fit(al.Recording(samples, rate=RATE)).check()
+    assert check.significant[0].kind == "outliers"
+    assert check.significant[0].effect.count == 2
+
+
 @pytest.mark.parametrize("kind", ["3", "10", "laplace"])
 def test_the_interval_is_as_wide_as_the_tails_ask(kind):
     """Against what a normal sample has, √((κ − 1)/2): κ = 4 of t (10), 6 of Laplace; t (3) has none, but more."""

@@ -136,31 +136,22 @@ def screen_outliers(
     The scale comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a separate level for
     each outlier, less ln n for choosing it.
     """
-    from scipy.special import log_ndtr, ndtri_exp
+    from scipy.special import log_ndtr
 
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "outlier"]
     wanted = [c for c in kinds if c.candidates(solution.model, data.covariates)]
     if not wanted or samples.size < data.n:
         return None
-    centre = np.median(samples)
-    size = np.abs(samples - centre)
-    scale = _scale(size)
+    distance = samples - np.median(samples)
+    scale = _scale(np.abs(distance))
     if scale == 0.0:
         return None
-    z = np.abs(samples - centre) / scale
-    limit = -float(ndtri_exp(np.log(0.5 * FALSE_ALARM_PROBABILITY / data.n)))
-    if z.max() > limit:
-        # Samples within the tail of the record's own distribution are no outliers; a coarse step rounds up.
-        there = size if data.missing is None else size[~data.missing]
-        limit = max(
-            limit,
-            outlier_limit(
-                there / scale,
-                FALSE_ALARM_PROBABILITY / data.n,
-                rounding_step(data, samples) / scale,
-            ),
-        )
-    z = np.where(z > limit, z, 0.0)
+    z = distance / scale
+    there = z if data.missing is None else z[~data.missing]
+    step = rounding_step(data, samples) / scale
+    z = sum(
+        np.where(side * z > _limit(side * there, data.n, step), side * z, 0.0) for side in (1, -1)
+    )
     z += at_the_ends(solution, data)
     index = np.flatnonzero(z)
     if index.size == 0 or index.size > MAX_EXCLUDED_FRACTION * data.n:
@@ -174,6 +165,21 @@ def screen_outliers(
     largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
     effect = wanted[0].at((data.start + index / data.rate).tolist())
     return _exclusion(effect, solution, data, gain, 1, largest)
+
+
+def _limit(distance: NDArray[np.float64], n: int, step: float) -> float:
+    """Distance above the median, in standard deviations, beyond which a sample of the record is an outlier.
+
+    Each side of the median has its own distribution, so the long tail of a skewed one is none of outliers.
+    """
+    from scipy.special import ndtri_exp
+
+    limit = -float(ndtri_exp(np.log(0.5 * FALSE_ALARM_PROBABILITY / n)))
+    if distance.max() <= limit:
+        return limit
+    # Samples within the tail of the record's own distribution are no outliers; a coarse step rounds up.
+    own = outlier_limit(distance[distance > 0.0], FALSE_ALARM_PROBABILITY / n, step)
+    return max(limit, own)
 
 
 def _exclusion(
