@@ -117,9 +117,8 @@ def section(record: Record, path: Path) -> str:
             [(e.claim, e.found, "yes" if e.holds else "**no**") for e in expected],
         ),
         f"![Where {record.model} fails]({first_png})",
-        "Missing in the first model, best evidence first: "
-        + (suggestions(first) or "nothing significant")
-        + ".",
+        "Missing in the first model, best evidence first:",
+        bullets(suggestions(first) or ["nothing significant"]),
         f"![The steps of model building]({ladder_png})",
         ladder(study),
         left(study),
@@ -130,7 +129,7 @@ def section(record: Record, path: Path) -> str:
     return "\n\n".join(out)
 
 
-def suggestions(check: al.Check) -> str:
+def suggestions(check: al.Check) -> list[str]:
     """The first three suggestions with their parameters and alternatives."""
     told = []
     for s in check.significant[:3]:
@@ -139,7 +138,7 @@ def suggestions(check: al.Check) -> str:
         told.append(
             f"{check.fit.display_name(s.effect)} ({numbers}; ΔlogL {number(s.delta_log_likelihood)}{rivals})"
         )
-    return ", ".join(told)
+    return told
 
 
 def ladder(study: al.Study) -> str:
