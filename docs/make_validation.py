@@ -10,8 +10,8 @@ HEAD = """# Validation
 
 Each line names a claim, the command or test that tries the claim, the result, and the date of the run.
 `docs/make_validation.py` writes this page from `benches/record/claims.toml`. Run programs of `benches/claims` with
-`python FILE` in the repository. [Methods](methods.md) explains the terms. For results before 2026-11-28, the date is that on
-which the result was written down.
+`python FILE` in the repository. [Methods](methods.md) explains the terms. For results before 2026-11-28, the date is that
+on which the result was written down.
 
 The continuous integration runs the same claims on fewer records. `make test-nightly` runs them on all records.
 """
