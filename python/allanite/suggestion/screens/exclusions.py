@@ -149,10 +149,9 @@ def screen_outliers(
     z = distance / scale
     there = z if data.missing is None else z[~data.missing]
     step = rounding_step(data, samples) / scale
-    z = sum(
-        np.where(side * z > _limit(side * there, data.n, step), side * z, 0.0) for side in (1, -1)
-    )
-    z += at_the_ends(solution, data)
+    up = np.where(z > _limit(there, data.n, step), z, 0.0)
+    down = np.where(-z > _limit(-there, data.n, step), -z, 0.0)
+    z = up + down + at_the_ends(solution, data)
     index = np.flatnonzero(z)
     if index.size == 0 or index.size > MAX_EXCLUDED_FRACTION * data.n:
         return None
