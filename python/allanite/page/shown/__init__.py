@@ -1,1 +1,5 @@
-"""Contents of the browser page as data: views, figures, tables, cards, and the catalog of effects."""
+"""Contents of the browser page as data: views, figures, tables, cards, and the catalog of effects.
+
+Input: the state of a tab. Output: documents that the browser draws. Add a view in `views.py`, and a table in
+`tables.py`.
+"""

@@ -1,1 +1,5 @@
-"""Text logs that are more than a table; each is recognized by its first bytes."""
+"""Text logs with a structure of their own, recognized by their first bytes.
+
+Input: a path and a choice of columns. Output: a `Table`. Add a format as a module with `read(path, pick)` and a
+`FORMAT` whose `recognizes` tests the first bytes.
+"""

@@ -1,1 +1,5 @@
-"""What looks for one kind of missing effect each, in the residual of a fit."""
+"""Searches for missing effects in the residual of a fit, one module for each kind.
+
+Input: a fit and its whitened residual. Output: candidates with the expected rise of the log-likelihood. Add a search
+as a module here, and call it in `suggest.py`.
+"""
