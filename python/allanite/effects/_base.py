@@ -1,4 +1,4 @@
-"""What every physical effect says of itself."""
+"""Base classes of effects: declarations, values, limits, and hooks for checks and simulation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.errors import InputError
 from allanite.effects._declared import SCREENS, Parameter, StraightLine, has_several, names_of
 from allanite.effects._documented import document
-from allanite.effects._limits import NONE, limits_of
+from allanite.effects._limits import NO_LIMITS, limits_of
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -27,7 +27,7 @@ __all__ = ["SCREENS", "Effect", "Parameter", "Stochastic", "StraightLine"]
 
 @dataclass(frozen=True)
 class Effect:
-    """A physical effect with its values; a value that is None is to be fitted.
+    """A physical effect with its values; None is a value to be fitted.
 
     Examples
     --------
@@ -42,7 +42,7 @@ class Effect:
     >>> print(al.GaussMarkov().fit(x).model.name)
     GM
 
-    What a check asks of an effect, with the answers that most give:
+    Methods that a check uses, with the results of most effects:
 
     >>> lag.parameter("q_c").unit, lag.grid("correlation_time", 10_000, 10.0).size
     (-0.5, 24)
@@ -64,52 +64,55 @@ class Effect:
     kind: ClassVar[str]
     short: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
-    #: What it physically is, what it looks like on the curves, how to confirm or refute it.
+    #: Physical cause of the effect.
     physics: ClassVar[str]
+    #: Appearance of the effect in the samples, the Allan deviation and the spectrum.
     looks_like: ClassVar[str]
+    #: Experiment that confirms or refutes the effect.
     check_by: ClassVar[str]
-    #: How a check looks for it: a key of `SCREENS`.
+    #: Method by which a check searches the effect: a key of `SCREENS`.
     screened: ClassVar[str] = "spectral"
-    #: Effects tried together share one correction for trials.
+    #: Name of the family; effects of a family share one correction for multiple trials.
     family: ClassVar[str] = "spectral"
-    #: Whether most logs may show it: listed before rare effects.
+    #: True if many logs show the effect; common effects are listed before rare ones.
     common: ClassVar[bool] = False
-    #: Whether two of them equal one larger one.
+    #: True if two instances cannot be told from one.
     single: ClassVar[bool] = False
-    #: What comes where one that describes several things takes the place of one with fewer; empty of others.
+    #: Label used when an effect of several items (levels, excursions) is extended by more; empty for other effects.
     further: ClassVar[str] = ""
-    #: Whether it describes without explaining: two effects of the standard that explain as much are preferred.
+    #: True if the effect only describes a spectrum; two standard effects that explain as much are preferred.
     last_resort: ClassVar[bool] = False
-    #: Whether it stands for what has no name: used where the catalogue has no explanation.
+    #: True if the effect has no physical name; it is used only if no other effect explains the record.
     nameless: ClassVar[bool] = False
-    #: Effects that a short record cannot tell from this one.
+    #: Kinds of effects that a short record cannot distinguish from this one (alternative explanations).
     rivals: ClassVar[tuple[str, ...]] = ()
-    #: The line by which its coefficient is read, for the five effects of IEEE 952-1997; None for all others.
+    #: Straight line from which the coefficient is read, for the five effects of IEEE 952-1997; None for all others.
     standard: ClassVar[StraightLine | None] = None
-    #: Why its detection cannot be planned from a spectrum, and what to plan instead; empty where it can.
+    #: Why the detection cannot be planned from a spectrum, and what to plan instead; empty if it can be planned.
     unplanned: ClassVar[str] = ""
-    #: How its coefficient compares with the number that data sheets print; empty where it is the same.
+    #: Relation of the coefficient to the value that data sheets print; empty if they are equal.
     on_sheets: ClassVar[str] = ""
-    #: Names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency"); `title` is the gyroscope's.
+    #: Display name for gyroscopes, and for all sensors without an entry in `titles`.
     title: ClassVar[str]
+    #: Display names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency").
     titles: ClassVar[Mapping[str, str]] = {}
-    #: Numbers that a legend shows, the most informative first; coefficients and shapes as declared where empty.
+    #: Parameters that a legend shows, the most informative first; if empty, coefficients and shapes as declared.
     legend: ClassVar[tuple[str, ...]] = ()
-    #: Every parameter that is given, its name and bounds.
+    #: Parameters of the constructor with name and bounds.
     _given: ClassVar[tuple[tuple[Parameter, str, float, float], ...]] = ()
 
     #: Names of parameters that a fit must not change.
     hold: tuple[str, ...] = field(default=(), kw_only=True)
-    #: (low, high) within which a fit must stay, by parameter name; None is an open end. Kept as `Limits`.
-    limits: Any = field(default=NONE, kw_only=True)
-    #: Names of parameters that a fit found at a limit: held there until the next fit.
+    #: Limits (low, high) of a fit by parameter name; None is an open end. Stored as `Limits`.
+    limits: Any = field(default=NO_LIMITS, kw_only=True)
+    #: Names of parameters that a fit found at a limit; they are held there until the next fit.
     at_limit: tuple[str, ...] = field(default=(), kw_only=True)
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         document(cls)
         given = [p for p in getattr(cls, "parameters", ()) if p.role != "derived"]
-        # A single number of these is never within its bounds.
+        # Bounds of NaN mark parameters that are not single numbers.
         other = {p.name for p in given if p.unit == "text" or has_several(cls, p.name)}
         none = (math.nan, math.nan)
         cls._given = tuple((p, p.name, *(none if p.name in other else p.bounds)) for p in given)
@@ -117,7 +120,7 @@ class Effect:
     def __post_init__(self) -> None:
         for parameter, name, low, high in self._given:
             value = getattr(self, name)
-            # Of the thousands of copies a second that a fit makes the numbers are in their range.
+            # Fast path: a fit makes thousands of copies per second with values in their range.
             if value is None or (type(value) is float and low <= value <= high):
                 continue
             try:
@@ -128,11 +131,14 @@ class Effect:
                 raise InputError(f"{self.kind}: {error}") from None
         unknown = set(self.held) - {p.name for p in self.parameters} if self.held else None
         if unknown:
-            raise InputError(f"{self.kind}: no parameter {', '.join(sorted(unknown))} to hold")
-        if self.limits is not NONE:
+            raise InputError(
+                f"{self.kind}: cannot hold {', '.join(sorted(unknown))}: no such parameter"
+            )
+        if self.limits is not NO_LIMITS:
             self._check_limits()
 
     def _check_limits(self) -> None:
+        """Normalize `limits`; raise InputError for invalid limits or a held value beyond its limits."""
         limits = limits_of(self.kind, self.parameters, self.limits)
         object.__setattr__(self, "limits", limits)
         for name in limits.keys() & set(self.hold):
@@ -140,43 +146,43 @@ class Effect:
             if value is not None and limits.clipped(name, value) != value:
                 low, high = limits[name]
                 raise InputError(
-                    f"{self.kind}: {name} is held at {value:g}, beyond its limits {low:g} … {high:g}"
+                    f"{self.kind}: {name} is held at {value:g}, outside its limits {low:g} … {high:g}"
                 )
 
     @property
     def held(self) -> frozenset[str]:
-        """Names of parameters that a fit must not change: what is given as such, and what is at its limit."""
+        """Names of parameters that a fit must not change: held by the user, or at a limit."""
         return frozenset((*self.hold, *self.at_limit))
 
     def kept(self, name: str) -> str:
-        """Why the number `name` is not fitted: ``held``, ``at its limit``, or empty where it is."""
+        """Why the parameter `name` is not fitted: ``held``, ``at its limit``, or empty if it is fitted."""
         return "held" if name in self.hold else "at its limit" if name in self.at_limit else ""
 
     @property
     def values(self) -> dict[str, Any]:
-        """Parameter values by JSON name, derived ones included, None where not known."""
+        """Parameter values by JSON name, including derived ones; None if unknown."""
         return {p.name: getattr(self, p.name) for p in self.parameters}
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """Shape parameters that a fit may move."""
+        """Names of shape parameters that a fit may change."""
         return tuple(
             p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
         )
 
     @classmethod
     def may_be(cls, other: Effect | type[Effect]) -> bool:
-        """Whether a short record may confuse it with an `other` effect: one kind, or declared rivals."""
+        """True if a short record may confuse this effect with an `other` one: the same kind, or declared rivals."""
         return cls.kind == other.kind or cls.kind in other.rivals or other.kind in cls.rivals
 
     @classmethod
     def parameter(cls, name: str) -> Parameter:
-        """The declaration of the parameter of this JSON `name`."""
+        """Declaration of the parameter with this JSON `name`."""
         return next(p for p in cls.parameters if p.name == name)
 
     @classmethod
     def shown(cls) -> tuple[str, ...]:
-        """Names of the numbers that a legend shows, the most informative first."""
+        """Names of the parameters that a legend shows, the most informative first."""
         ours = (p.name for p in cls.parameters if p.role in {"coefficient", "shape"})
         return cls.legend or tuple(ours)
 
@@ -184,30 +190,29 @@ class Effect:
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """The effects of this kind that a check tries beside a model.
+        """Effects of this kind that a check tries to add to a fitted `model`.
 
-        By default one without values; none where the effect is `single` and the model has it.
-
-        `model` is the one that was fitted; `columns` are the other columns of the recording by name, shape (n,) each.
+        By default one effect without values; none if the effect is `single` and the model has it. `columns` are the logged
+        columns of the recording by name, shape (n,) each.
         """
         return () if cls.single and any(e.kind == cls.kind for e in model) else (cls(),)
 
     def variants(self) -> tuple[Self, ...]:
-        """The choices to try that agree with the values given; by default the effect itself."""
+        """Variants of the effect to try, e.g. filter designs, that agree with the given values; by default itself."""
         return (self,)
 
     def extended(self) -> tuple[Effect, ...]:
-        """Richer forms to try from the fitted values where a discrepancy remains; by default none."""
+        """Richer forms to try, starting from the fitted values, if a discrepancy remains; by default none."""
         return ()
 
     def otherwise(self) -> tuple[Effect, ...]:
-        """Other forms with as many numbers to try from the fitted values; by default none."""
+        """Other forms with as many parameters to try, starting from the fitted values; by default none."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Values of the shape parameter `name` to try on n samples at `rate` Hz.
+        """Grid of values of the shape `name` to try for n samples at `rate` Hz.
 
-        By default times run from two samples to half the record and frequencies from 4/T to Nyquist, 8 a decade.
+        By default times run from two samples to half the record, and frequencies from 4/T to Nyquist, 8 per decade.
         """
         if self.parameter(name).unit == "s":
             low, high = 2.0 / rate, n / rate / 2.0
@@ -216,21 +221,21 @@ class Effect:
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def searched(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Values of the shape `name` to try within its limits, on n samples at `rate` Hz: of `grid`, and the limits."""
+        """Grid of values of the shape `name` within its limits, for n samples at `rate` Hz; includes the limits."""
         grid = self.grid(name, n, rate)
         if name not in self.limits:
             return grid
         low, high = self.limits[name]
         inside = grid[(grid > low) & (grid < high)]
-        # A polish goes as far as twice the ends of a grid: so far limits are tried themselves.
+        # The optimization extends a grid by a factor of 2 to both sides; limits inside that range are tried too.
         first, last = (0.5 * grid.min(), 2.0 * grid.max()) if grid.min() > 0.0 else (low, high)
         ends = [end for end in (low, high) if np.isfinite(end) and first <= end <= last]
         return np.unique([*ends, *inside]) if ends or inside.size else grid.clip(low, high)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Ends within which a fit looks for the shape `name`, on n samples at `rate` Hz: half and twice those of its grid.
+        """Lowest and highest value of the shape `name` in a fit of n samples at `rate` Hz: grid ends times ½ and 2.
 
-        A band or a gap beyond the Nyquist frequency is none of the record.
+        Frequencies are at most the Nyquist frequency.
         """
         grid = self.searched(name, n, rate)
         most = 0.5 * rate if name == "frequency" else np.inf
@@ -238,33 +243,33 @@ class Effect:
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
-        """Effects of this kind that single ordinates suggest, to be tried beside the grid; by default none.
+        """Effects of this kind suggested by single ordinates, tried in addition to the grid; by default none.
 
-        `power` are the squared cosine ordinates of n samples at `rate` Hz over what the model expects, shape (n,).
+        `power` are the squared cosine ordinates of n samples at `rate` Hz relative to the model, shape (n,).
         """
         return ()
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of values that the spectrum does not determine, at `rate` Hz; by default none."""
+        """Standard errors, by name, of values that the spectrum does not determine, at `rate` Hz; by default none."""
         return {}
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of the shape `name` whose likelihood is not smooth; by default None: Fisher's information serves.
+        """Standard error of the shape `name` if its likelihood is not smooth; by default None: Fisher information is used.
 
-        `variance` is that of the first amplitude, `duration` that of the record in s.
+        `variance` is the variance of the first amplitude, `duration` the duration of the record, s.
         """
         return None
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from its rivals.
 
-        The record is of `duration` s at `rate` Hz.
+        The record has a `duration` in s and a sampling `rate` in Hz.
         """
         return True
 
     @property
     def numbers(self) -> int:
-        """How many numbers it adds to a model."""
+        """Number of parameters that the effect adds to a model."""
         return sum(
             p.role in {"coefficient", "shape", "time"} and self.values[p.name] is not None
             for p in self.parameters
@@ -272,30 +277,30 @@ class Effect:
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Lowest and highest frequency of a line (the same), a band or a gap, Hz; by default None."""
+        """Lowest and highest frequency of a band, a gap, or a line (equal values), Hz; by default None."""
         return None
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """What it `occupies` and, behind it, its companions at other frequencies, Hz; by default none of these."""
+        """Frequency ranges (low, high) of the main band and then of its companions, Hz; by default only the main one."""
         return () if self.occupies is None else (self.occupies,)
 
     @property
     def follows(self) -> str | None:
-        """Name of the other column that it is a function of; by default None."""
+        """Name of the logged column that the effect follows; by default None."""
         return None
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """First and last time of a one-off event, s; by default None: it lasts."""
+        """First and last time of a one-time event, s; by default None."""
         return None
 
     def with_values(self, **values: Any) -> Self:
-        """A copy with other `values`, by their JSON names."""
+        """A copy with some `values` changed, by JSON name."""
         own, made, names = vars(self), object.__new__(type(self)), names_of(type(self))
         if not values.keys() <= names:
             return replace(self, **values)
-        # What `replace` does, without asking every field about itself.
+        # Faster than `dataclasses.replace`, which inspects every field.
         vars(made).update({name: own[name] for name in names} | values)
         made.__post_init__()
         return made
@@ -319,12 +324,13 @@ class Effect:
         return f"{self.short}({inside})" if inside else self.short
 
     def _model(self) -> Model:
+        """A model with this effect only."""
         from allanite.effects.model import Model
 
         return Model((self,))
 
     def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
-        """Fit this effect alone to one column; `method` as of `allanite.fit_model`."""
+        """Fit this effect alone to one column; for `method` see `allanite.fit_model`."""
         return self._model().fit(recording, method)
 
     def simulate(
@@ -339,7 +345,7 @@ class Effect:
         axis: int = 0,
         replicate: int = 0,
     ) -> Recording:
-        """Samples of this effect alone; parameters as of `Model.simulate`."""
+        """Simulated samples of this effect alone; for the parameters see `Model.simulate`."""
         return self._model().simulate(
             duration=duration,
             n=n,
@@ -364,7 +370,7 @@ class Effect:
         axis: int = 0,
         replicate: int = 0,
     ) -> Iterator[Recording]:
-        """The samples of `simulate` in consecutive pieces of `size` samples; parameters as of `Model.simulate`."""
+        """The samples of `simulate` in consecutive segments of `size` samples; for the parameters see `Model.simulate`."""
         return self._model().simulate_chunks(
             size=size,
             duration=duration,
@@ -378,17 +384,19 @@ class Effect:
         )
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
-        """Two-sided density in U²/Hz at the frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""
+        """Two-sided power spectral density, U²/Hz, at frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""
         return self._model().psd(f, rate)
 
     def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
-        """Allan variance in U² at the averaging times `tau`, s, of samples at `rate` Hz; see `Model.allan_variance`."""
+        """Allan variance, U², at averaging times `tau`, s, of samples at `rate` Hz; see `Model.allan_variance`."""
         return self._model().allan_variance(tau, rate)
 
 
 @dataclass(frozen=True)
 class Stochastic(Effect):
-    """A stationary random process, or one with stationary increments, linear in its squared coefficient.
+    """A random process whose spectrum is proportional to the square of one coefficient.
+
+    The process, or its increments, are stationary.
 
     Examples
     --------
@@ -410,50 +418,51 @@ class Stochastic(Effect):
 
     #: Name of the coefficient.
     coefficient: ClassVar[str]
-    #: Whether it is white: its level is what modifiers change.
+    #: True for white noise; modifiers change its level.
     white: ClassVar[bool] = False
-    #: Whether it wanders as drifts do: a slow function of time must explain more than it.
+    #: True if the process drifts slowly; a slow function of time must explain more than this process.
     wanders: ClassVar[bool] = False
-    #: Names of the shapes that say where its `peaks` beside the first are, and how strong.
+    #: Names of the shapes that place the further `peaks` and set their strength.
     companions: ClassVar[tuple[str, ...]] = ()
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Primitive terms (see `effects.terms`) at this shape and `rate` (Hz), with the coefficient equal to 1."""
+        """Primitive spectral terms (see `effects.terms`) at this shape and `rate` (Hz), with coefficient 1."""
         raise NotImplementedError
 
     def terms(self, rate: float) -> tuple[Term, ...]:
-        """Primitive terms at this shape, coefficient and `rate` (Hz)."""
+        """Primitive spectral terms at this shape, coefficient and `rate` (Hz)."""
         value = getattr(self, self.coefficient)
         if value is None:
-            raise InputError(
-                f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it"
-            )
+            raise InputError(f"{self.kind}: {self.coefficient} has no value; give one, or fit it")
         return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
 
     @classmethod
     def like(cls, other: Effect) -> Self | None:
-        """The effect of the same spectrum as an `other` one with values; by default None: there is none."""
+        """The effect of this kind with the same spectrum as an `other` effect with values; by default None."""
         return None
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Simple forms of which a fit to n samples at `rate` Hz puts an effect without values together; by default none."""
+        """Simple spectral pieces from which a fit builds an effect of free form, for n samples at `rate` Hz.
+
+        By default none.
+        """
         return ()
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect of such `pieces`; `variances` are their squared coefficients."""
+        """One effect built from `pieces` with squared coefficients `variances`."""
         raise NotImplementedError
 
     def banded(self, low: float, high: float) -> Self | None:
-        """The effect with the band that it `occupies` from `low` to `high` Hz; by default None: it has none to place."""
+        """The effect with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""
         return None
 
     @classmethod
     def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """A `band` with companions `rate` Hz to either side, (depth/2)² as strong; by default None: it is no such form."""
+        """A `band` with sidebands at distance `rate` Hz and relative power (depth/2)²; by default None."""
         return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
-        """The core's generator of samples at `rate` Hz that are not normal; by default None: the terms suffice."""
+        """Generator of non-normal samples at `rate` Hz in the compiled core; by default None: terms are simulated."""
         return None

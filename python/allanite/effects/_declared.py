@@ -1,4 +1,4 @@
-"""What an effect declares: its parameters, how its line is read, how a check looks for it."""
+"""Declarations of effects: parameters, straight lines on the Allan curve, and methods of search (screens)."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from allanite.common.validation import MAX_NUMBER
 
 __all__ = ["SCREENS", "Parameter", "StraightLine", "has_several", "names_of"]
 
-#: How a check looks for an effect.
+#: Methods by which a check searches for an effect, with their descriptions.
 SCREENS = {
-    "spectral": "every point of its shape grid moves the mean spectrum in its own way",
-    "slow": "a matched filter on the lowest ordinates at every point of its shape grid",
-    "line": "lines of any frequency, with their harmonics",
-    "drifting line": "bands of the spectrum turned back at every rate of drift, where a line or a resonance was found",
-    "passing line": "stretches of time in bands of the spectrum, where a line or a resonance was found",
-    "level": "the white level over time",
-    "band level": "the level of each octave over time",
-    "stretch": "stretches of time that are louder in some band",
-    "outlier": "single samples beyond what the noise allows",
-    "moving band": "the places of a band that the model has, in sections of the record",
-    "two levels": "the law of the samples where another process has the same spectrum",
-    "none": "not at all: it is fitted where a model names it",
+    "spectral": "fit of the mean spectrum at every point of its shape grid",
+    "slow": "matched filter on the lowest ordinates at every point of its shape grid",
+    "line": "search of lines at all frequencies, with their harmonics",
+    "drifting line": "search at all drift rates in bands in which a line or a resonance was found",
+    "passing line": "search over time intervals in bands in which a line or a resonance was found",
+    "level": "white-noise level over time",
+    "band level": "level of each octave over time",
+    "stretch": "time segments that are louder in some band",
+    "outlier": "single samples larger than the noise allows",
+    "moving band": "frequency over time of a band of the model",
+    "two levels": "distribution of the samples, if another process has the same spectrum",
+    "none": "no search: the effect is fitted only if a model names it",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One number of an effect.
+    """Declaration of one parameter of an effect.
 
     Attributes
     ----------
@@ -42,21 +42,23 @@ class Parameter:
         JSON name, as in constructors.
     unit : float or str
         A float p means U·s^p for samples in U; a string is the unit itself (``s``, ``Hz``, ``1``, ``rad``).
+    description : str
+        Meaning of the parameter, for docstrings and documentation.
+    role : str
+        ``coefficient`` (the model is linear in it or its square), ``shape`` (found by grid search and optimization),
+        ``choice`` (one of a few), ``time`` (found over time) or ``derived`` (only reported).
     low, high : float
         Bounds, both included.
-    role : str
-        ``coefficient`` (the model is linear in it or its square), ``shape`` (found by scan and polish), ``choice``
-        (one of a few), ``time`` (found by the time view) or ``derived`` (reported only).
     aliases : tuple of str
-        Short spellings in model strings.
+        Other spellings in model strings.
     symbol : str
-        What a legend prints for it; its name where empty.
+        Symbol in legends; if empty, the name.
     optional : bool
-        Whether simulation and planning do without a value (a lag that is not there, a phase).
+        True if simulation and planning work without a value (no lag, any phase).
     sheet : mapping of str to str
-        Unit in which data sheets print it, by kind of sensor (``units.Unit.kind``).
+        Unit in which data sheets print the parameter, by kind of sensor (``units.Unit.kind``).
     figures : mapping of str to tuple of str
-        What data sheets call it, each name with its other spellings.
+        Names that data sheets use, each with its other spellings.
     """
 
     name: str
@@ -72,28 +74,29 @@ class Parameter:
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def accepted(self, value: Any, several: bool) -> Any:
-        """A given value as a number within the bounds, `several` as a tuple of finite numbers, text as it is.
+        """A given value, checked: a number within the bounds, a tuple of finite numbers if `several`, or a text.
 
         Raises
         ------
         InputError
-            Another type, or a number out of the bounds; it begins with the name of the parameter.
+            A value of another type, or a number out of the bounds; the message starts with the parameter's name.
         """
         if several:
             low, high = -MAX_NUMBER, MAX_NUMBER
             given = [value] if isinstance(value, (int, float)) else value
             if isinstance(given, (list, tuple)):
                 return tuple(self._number(one, low, high) for one in given)
-            raise InputError(f"{self.name} = {_shown(value)} is no list of numbers")
+            raise InputError(f"{self.name} = {_shown(value)} is not a list of numbers")
         if self.unit == "text":
             if isinstance(value, str):
                 return value
-            raise InputError(f"{self.name} = {_shown(value)} is no text")
+            raise InputError(f"{self.name} = {_shown(value)} is not a text")
         return self._number(value, *self.bounds)
 
     def _number(self, value: Any, low: float, high: float) -> float:
+        """A given value as a number between `low` and `high`; raises InputError otherwise."""
         try:
-            # A text is no number, though float() reads it.
+            # Texts are rejected, although float() would parse them.
             number = math.nan if isinstance(value, (str, bytes)) else float(value)
         except (TypeError, ValueError, OverflowError):
             number = math.nan
@@ -107,36 +110,36 @@ class Parameter:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The bounds, finite."""
+        """Finite lowest and highest admissible value."""
         return max(self.low, -MAX_NUMBER), min(self.high, MAX_NUMBER)
 
 
 def has_several(cls: type, name: str) -> bool:
-    """Return whether the parameter `name` of an effect is a tuple of numbers."""
+    """True if the parameter `name` of an effect class is a tuple of numbers."""
     return any("tuple" in str(get_annotations(base).get(name)) for base in cls.__mro__)
 
 
 def _shown(value: Any) -> str:
-    """The first letters of a value."""
+    """Text of a value, at most 60 characters, for messages."""
     return repr(value)[:60]
 
 
 @dataclass(frozen=True, slots=True)
 class StraightLine:
-    """How IEEE 952-1997 reads a coefficient off the Allan deviation.
+    """Straight line by which IEEE 952-1997 reads a coefficient from the Allan deviation.
 
     Attributes
     ----------
     name : str
-        Of the coefficient: Q, N, B, K or R.
+        Name of the coefficient: Q, N, B, K or R.
     slope : float
-        On log-log paper.
+        Slope of the line in log-log scale.
     read_at : float or None
         τ at which the line is read, s; None for a plateau.
     level : float
-        The line of coefficient 1 there.
+        Value of the line there for coefficient 1.
     scatter : str
-        Primitive term (see `effects.terms`) whose scatter the curve has on this slope.
+        Primitive term (see `effects.terms`) with which the scatter of the curve on this slope is computed.
     """
 
     name: str
@@ -150,7 +153,7 @@ _NAMES: dict[type, frozenset[str]] = {}
 
 
 def names_of(cls: Any) -> frozenset[str]:
-    """Names of what the objects of a dataclass are made of; asked for at every copy."""
+    """Field names of a dataclass, cached because every copy needs them."""
     if cls not in _NAMES:
         _NAMES[cls] = frozenset(f.name for f in fields(cls))
     return _NAMES[cls]

@@ -1,6 +1,6 @@
-"""What `help` shows of an effect beyond its own words: its parameters as they are declared, and whose a method's are.
+"""Generate the parameter sections of the docstrings of effects from their declarations.
 
-A declaration is the one place where names, units and ranges stand; a docstring written by hand would be a second one.
+Declarations are the only place with names, units and ranges; hand-written docstrings would repeat them.
 """
 
 from __future__ import annotations
@@ -16,19 +16,23 @@ if TYPE_CHECKING:
 
 __all__ = ["INTRODUCTION", "document", "unit_of"]
 
-INTRODUCTION = "What is not given is fitted; U is the unit of the samples."
-RAISES = """Raises
+#: First sentence of the parameter section.
+INTRODUCTION = "Values that are not given are fitted; U is the unit of the samples."
+#: Section on errors.
+RAISES_SECTION = """Raises
 ------
 InputError
-    A value that is no number or out of its range, a name to hold that no parameter has, or limits that leave nothing."""
-HOLD = "hold : tuple of str\n    Names of parameters that a fit must not change."
-LIMITS = "limits : mapping of str to tuple\n    (low, high) within which a fit stays, by name; None is an open end."
-#: U·s^p as it is printed.
-POWERS = {0.5: "U·s^½", -0.5: "U/s^½", 1.0: "U·s", -1.0: "U/s", 0.0: "U"}
+    A value that is not a number or out of its range, a held name that is not a parameter, or limits outside a range."""
+#: Entry of the parameter ``hold``.
+HOLD_ENTRY = "hold : tuple of str\n    Names of parameters that a fit must not change."
+#: Entry of the parameter ``limits``.
+LIMITS_ENTRY = "limits : mapping of str to tuple\n    Limits (low, high) of a fit by name; None is an open end."
+#: Printed units U·s^p by exponent p.
+UNITS_BY_POWER = {0.5: "U·s^½", -0.5: "U/s^½", 1.0: "U·s", -1.0: "U/s", 0.0: "U"}
 
 
 def document(cls: type) -> None:
-    """Complete the docstrings of an effect's class and of the methods with which it overrides others."""
+    """Add parameter sections to the docstrings of an effect class and references to those of its overriding methods."""
     own = vars(cls)
     declared: Sequence[Parameter] = getattr(cls, "parameters", ())
     if own.get("__doc__") and declared and "Parameters\n" not in own["__doc__"]:
@@ -45,14 +49,14 @@ def document(cls: type) -> None:
 
 
 def unit_of(parameter: Parameter) -> str:
-    """The unit of a parameter, as it is printed."""
+    """Printed unit of a parameter, e.g. ``U·s^½``."""
     if isinstance(parameter.unit, str):
         return parameter.unit
-    return POWERS.get(parameter.unit, f"U·s^{parameter.unit:g}")
+    return UNITS_BY_POWER.get(parameter.unit, f"U·s^{parameter.unit:g}")
 
 
 def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
-    """A docstring with a text before the first of these sections, or at its end."""
+    """A docstring with `text` inserted before the first of the sections `before`, or at its end."""
     doc = cleandoc(doc)
     places = (doc.find(f"\n\n{section}-") for section in before)
     at = min((place for place in places if place >= 0), default=len(doc))
@@ -60,21 +64,24 @@ def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
 
 
 def _sections(declared: Sequence[Parameter]) -> str:
-    """Parameters and errors as numpydoc has them; what is derived is an attribute."""
+    """Numpydoc sections of parameters, attributes (derived parameters) and errors."""
     derived = [p for p in declared if p.role == "derived"]
-    given = "\n".join([*(_entry(p) for p in declared if p not in derived), HOLD, LIMITS])
+    given = "\n".join(
+        [*(_entry(p) for p in declared if p not in derived), HOLD_ENTRY, LIMITS_ENTRY]
+    )
     parts = [INTRODUCTION, f"Parameters\n----------\n{given}"]
     if derived:
         parts.append("Attributes\n----------\n" + "\n".join(map(_entry, derived)))
-    return "\n\n".join([*parts, RAISES])
+    return "\n\n".join([*parts, RAISES_SECTION])
 
 
 def _entry(p: Parameter) -> str:
+    """Numpydoc entry of a parameter."""
     unit = "" if p.unit == "text" else unit_of(p)
     said = {"choice": "a choice", "derived": "derived"}.get(p.role, "")
     kind = ", ".join(filter(None, (unit, said, "optional" if p.optional else "")))
-    # Texts and lists have no range of their own, and what is derived is not given.
+    # Texts and derived parameters have no range.
     bounded = (p.low, p.high) != (-math.inf, math.inf) and p.unit != "text" and p.role != "derived"
     limits = f"; range {p.low:g} … {p.high:g}".replace("inf", "∞") if bounded else ""
-    # No capital: a choice is spelt as it is given.
+    # Not capitalized, since choices are case-sensitive.
     return f"{p.name} : {kind}\n    {p.description}{limits}."

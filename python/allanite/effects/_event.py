@@ -1,4 +1,4 @@
-"""What happens to the bias at one time: known functions of time with one height."""
+"""Base classes of one-time changes of the bias, with one fitted height."""
 
 from __future__ import annotations
 
@@ -13,42 +13,44 @@ from allanite.effects._known import Deterministic
 
 __all__ = ["Away", "Event", "cosines", "sines"]
 
-#: Ordinates of which one sine each is enough: the square root of those that a search asks for. Of fewer sines than so many
-#: each is computed.
-WIDE, MANY = 64, 2048
+#: Ordinates per block in the computation of sines by blocks: the square root of the 4096 ordinates of a search.
+BLOCK_ORDINATES = 64
+#: Minimum number of sines that are computed by blocks; fewer are computed one by one. Chosen by judgment; not measured.
+MIN_BLOCKED_SINES = 2048
 
 
 @dataclass(frozen=True)
 class Event(Deterministic):
-    """A change of the bias of a height that is fitted."""
+    """A one-time change of the bias with a fitted height."""
 
     happens_once: ClassVar[bool] = True
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples: those of a time need no others."""
+        """A function (first, last) → signal of samples first … last − 1; each depends only on its own time."""
         return self._pointwise(rate, covariates)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The height."""
+        """A copy with the height set to the amplitude."""
         return self.with_values(height=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(height,)."""
+        """The height, shape (1,)."""
         return np.array([self.values["height"] or 0.0])
 
     def _edge_error(self, density: float) -> float:
-        """Standard error of the time of an edge, s, in noise of this density: a jump h is placed to ±11 S/h² (95 %).
+        """Standard error of the time of an edge, s, in noise of density S.
 
-        The limit law of a change point (Yao 1987) is not normal; the number given is its 95 % width over 1.96.
+        A jump h is located to ±11 S/h² with 95 % probability. The limit distribution of a change point (Yao 1987) is not
+        normal; the value returned is this half-width divided by 1.96.
         """
         return 5.6 * density / max((self.values["height"] or 0.0) ** 2, 1e-300)
 
 
 @dataclass(frozen=True)
 class Away(Event):
-    """The bias leaves its level and comes back, once or several times.
+    """Base class of events in which the bias leaves its level and returns, once or several times.
 
     Examples
     --------
@@ -62,37 +64,37 @@ class Away(Event):
 
     @property
     def singly(self) -> tuple[Away, ...]:
-        """Each time by itself, with its height, first to last."""
+        """Each departure as a separate effect, in order of time."""
         return (self,)
 
     @classmethod
     def together(cls, events: Sequence[Away]) -> Self | None:
-        """The effect that is all of these `events`; by default None: it is one."""
+        """One effect that combines several `events`; by default None: a single event cannot."""
         return None
 
 
 def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """sin(πjk/n) of many k in the ordinates j, shape (k, j).
+    """sin(πjk/n) for all k and ordinates j, shape (k, j).
 
-    Of consecutive ordinates by sin(a + b), one of `WIDE` and one within: a search asks for millions.
+    For consecutive ordinates the sines are computed by blocks with sin(a + b), since a search needs millions of them.
     """
     return _waves(k, j, n, 0.0)
 
 
 def cosines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """cos(πjk/n), as `sines`."""
+    """cos(πjk/n) for all k and ordinates j, shape (k, j); see `sines`."""
     return _waves(k, j, n, 0.5 * np.pi)
 
 
 def _waves(
     k: NDArray[np.float64], j: NDArray[np.int64], n: int, phase: float
 ) -> NDArray[np.float64]:
-    """sin(πjk/n + phase), shape (k, j)."""
-    if k.size * j.size < MANY or j[-1] - j[0] + 1 != j.size:
+    """sin(πjk/n + phase) for all k and ordinates j, shape (k, j)."""
+    if k.size * j.size < MIN_BLOCKED_SINES or j[-1] - j[0] + 1 != j.size:
         return np.asarray(np.sin(np.pi * j * k[:, None] / n + phase))
     turn = np.pi / n * k[:, None]
-    coarse = turn * (j[0] + WIDE * np.arange(-(-j.size // WIDE))) + phase
-    fine = turn * np.arange(WIDE)
+    coarse = turn * (j[0] + BLOCK_ORDINATES * np.arange(-(-j.size // BLOCK_ORDINATES))) + phase
+    fine = turn * np.arange(BLOCK_ORDINATES)
     left = np.stack([np.sin(coarse), np.cos(coarse)], axis=-1)
     right = np.stack([np.cos(fine), np.sin(fine)], axis=-2)
     return np.asarray((left @ right).reshape(k.size, -1)[:, : j.size])

@@ -1,9 +1,9 @@
-"""Filters that everything random has passed: what is left of each primitive term behind them.
+"""Filters that act on all random processes: the terms of each process after the filter.
 
-H(z) has as many zeros as poles, all poles within the unit circle. With G(z) = H(z)H(1/z) the autocovariance behind the
-filter is the sum of the residues of S(z)G(z)z^{h−1}: every pole φ of the spectrum S of a term stays, times G(φ), and every
-pole p of the filter adds an exponential S(p)·(residue of G at p). Flicker and power laws have no poles but a cut; there
-they are a bank of lags, two a decade.
+H(z) has as many zeros as poles, and all poles lie within the unit circle. With G(z) = H(z)H(1/z) the autocovariance after
+the filter is the sum of the residues of S(z)G(z)z^{h−1}. Every pole φ of the spectrum S of a term remains, multiplied by
+G(φ). Every pole p of the filter adds an exponential S(p)·(residue of G at p). Flicker and power laws have a branch cut
+instead of poles; they are represented by a bank of lags, two per decade.
 """
 
 from __future__ import annotations
@@ -34,29 +34,34 @@ __all__ = ["Filter", "Response"]
 
 Array = NDArray[np.float64]
 
-#: A bank of lags reaches this far below the slowest pole of the filter.
-BELOW = 300.0
-#: Poles of a bank and of a filter stand apart by this part of their distance from 1: residues keep their digits.
-APART = 1e-3
-#: Exponentials that pass a filter one by one, remembered: what has a few is asked for again and again.
-FEW = 4
-#: Power of a pole that may still be divided by.
-DIVIDED = 1e6
-#: What of a response has died away, in e-foldings: of a covariance, of the start of a simulation.
-GONE, SETTLED = 20.0, 16.0
-#: Gain at frequency zero below which nothing passes.
-NOTHING = 1e-12
+#: Ratio of the slowest time constant of the filter to that from which the bank of lags starts. Chosen by judgment; not
+#: measured.
+BANK_TIME_RATIO = 300.0
+#: Minimum distance of a pole of a term from a pole of the filter, relative to the filter pole's distance from 1, so that
+#: residues keep their digits. Chosen by judgment; not measured.
+MIN_POLE_DISTANCE = 1e-3
+#: Maximum number of exponentials that pass the filter one by one (cached); more are computed together.
+#: Chosen by judgment; not measured.
+MAX_SINGLE_EXPONENTIALS = 4
+#: Maximum inverse power |p|⁻ᵏ of a filter pole by which an exponential is extracted. Chosen by judgment; not measured.
+MAX_INVERSE_POWER = 1e6
+#: e-foldings after which the covariance of a filter pole is negligible (2·10⁻⁹). Chosen by judgment; not measured.
+COVARIANCE_E_FOLDINGS = 20.0
+#: e-foldings after which the start of a simulation is forgotten (10⁻⁷). Chosen by judgment; not measured.
+SETTLING_E_FOLDINGS = 16.0
+#: Power gain at frequency zero below which the filter counts as blocking it. Chosen by judgment; not measured.
+MIN_GAIN_AT_ZERO = 1e-12
 
 
 @dataclass(frozen=True)
 class Response:
-    """A digital filter: gain Π(1 − z_i/z)/Π(1 − p_i/z), conjugates beside each other.
+    """A digital filter H(z) = gain Π(1 − z_i/z)/Π(1 − p_i/z).
 
     Attributes
     ----------
     gain : float
     zeros, poles : tuple of complex
-        As many of one as of the other; the poles differ from each other.
+        Equally many zeros and poles, with complex conjugates adjacent. All poles are different.
     """
 
     gain: float
@@ -65,42 +70,42 @@ class Response:
 
     @property
     def b(self) -> Array:
-        """Numerator over powers of 1/z."""
+        """Coefficients of the numerator in powers of 1/z."""
         return np.real(self.gain * np.poly(self.zeros))
 
     @property
     def a(self) -> Array:
-        """Denominator over powers of 1/z, beginning with 1."""
+        """Coefficients of the denominator in powers of 1/z; the first is 1."""
         return np.real(np.poly(self.poles))
 
     @property
     def settling(self) -> int:
-        """Samples after which the start of a simulation is forgotten."""
+        """Number of samples after which the start of a simulation is forgotten."""
         slowest = max(abs(p) for p in self.poles)
-        return int(np.ceil(SETTLED / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
+        return int(np.ceil(SETTLING_E_FOLDINGS / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
 
     def power(self, z: complex) -> complex:
-        """G(z) = H(z)H(1/z)."""
+        """Power gain G(z) = H(z)H(1/z)."""
         top = prod((z - q) * (1.0 - q * z) for q in self.zeros)
         bottom = prod((z - p) * (1.0 - p * z) for p in self.poles)
         return complex(self.gain**2 * top / bottom)
 
     @cached_property
     def at_zero(self) -> float:
-        """Gain of power at frequency zero."""
+        """Power gain at frequency zero."""
         found = self.power(1.0).real
-        return found if found > NOTHING else 0.0
+        return found if found > MIN_GAIN_AT_ZERO else 0.0
 
     @cached_property
     def lag_zero(self) -> float:
-        """What white noise keeps at lag 0 beyond its exponentials: G(0)."""
+        """Variance at lag 0 that filtered white noise has in addition to its exponentials, G(0)."""
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
     @cached_property
     def modes(self) -> tuple[tuple[complex, complex], ...]:
-        """Exponentials behind white noise of variance 1: each pole and the residue of G(z)/z there.
+        """Exponentials of filtered white noise of variance 1: each pole and the residue of G(z)/z there.
 
-        Of a conjugate pair one, with twice its residue.
+        A conjugate pair is represented by one pole with twice its residue.
         """
         out = []
         for p in self.poles:
@@ -115,50 +120,50 @@ class Response:
 
 @dataclass(frozen=True)
 class Filter(Modifier):
-    """A filter of the whole signal, as it stands behind the sensor or in its driver.
+    """A filter of the whole signal, in the sensor or its driver.
 
-    Known functions of time are what they are in the record, behind the filter.
+    Known functions of time are not filtered: their parameters describe the record after the filter.
     """
 
-    #: Whether nothing of frequency zero passes, and so no drift.
+    #: True if the filter blocks frequency zero, and therefore drifts.
     blocks: ClassVar[bool] = False
 
     @property
     def whole(self) -> Filter:
-        """Itself."""
+        """The filter itself: it acts on all random processes."""
         return self
 
     def response(self, rate: float) -> Response:
-        """The filter at this `rate`, Hz."""
+        """Digital response of the filter at sampling rate `rate`, Hz."""
         raise NotImplementedError
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """White noise behind the filter."""
+        """Terms of white noise after the filter."""
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """What is left of the `terms` of an effect at `rate` Hz."""
-        response = _response(self, rate)
-        # A band that moves is dozens of them: what all leave at a pole of the filter is one exponential.
+        """Terms of an effect after the filter at `rate` Hz."""
+        response = _cached_response(self, rate)
+        # A moving band has dozens of exponentials; together they add one exponential for each pole of the filter.
         waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]
-        if len(waves) > FEW:
+        if len(waves) > MAX_SINGLE_EXPONENTIALS:
             rest = [term for term in terms if not isinstance(term, Exponential)]
-            passed = _of_pieces(waves, response, 0.0)
-            return _merged([*passed, *(p for term in rest for p in _passed(term, response))])
-        return _merged([part for term in terms for part in _passed(term, response)])
+            passed = _filtered_sum(waves, response, 0.0)
+            return _merged([*passed, *(p for term in rest for p in _filtered(term, response))])
+        return _merged([part for term in terms for part in _filtered(term, response)])
 
 
 @cleared_by_free_buffers
 @lru_cache(maxsize=64)
-def _response(passing: Filter, rate: float) -> Response:
-    """The response of a filter, which all effects of a model pass one after the other."""
+def _cached_response(passing: Filter, rate: float) -> Response:
+    """Digital response of a filter; cached for all effects of a model."""
     return passing.response(rate)
 
 
 def _merged(terms: list[Term]) -> tuple[Term, ...]:
-    """Exponentials of one pole as one, white noise as one, finite covariances as one."""
+    """Terms with exponentials of equal poles, white noises, and finite autocovariances each merged into one."""
     lags: dict[complex, complex] = {}
     rest: list[Term] = []
     white, finite = 0.0, np.zeros(0)
@@ -181,22 +186,23 @@ def _merged(terms: list[Term]) -> tuple[Term, ...]:
 
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
-def _passed(term: Term, response: Response) -> tuple[Term, ...]:
+def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
+    """Terms of one term after a filter; cached."""
     if isinstance(term, Blue):
         term = Lags((2.0 * term.variance, -term.variance))
     if isinstance(term, Lags):
-        return tuple(_of_lags(np.array(term.covariance), response))
+        return tuple(_filtered_lags(np.array(term.covariance), response))
     if isinstance(term, (White, Exponential, RandomWalk)):
-        return tuple(_of_pieces([term], response, 0.0))
-    # The term itself, exactly, and what the filter takes from its bank of lags or adds to it.
+        return tuple(_filtered_sum([term], response, 0.0))
+    # The term times the gain at frequency zero, exactly, plus the difference computed with its bank of lags.
     own = [term.scaled(response.at_zero)] if response.at_zero else []
-    return tuple(own + _of_pieces(_bank(term, response), response, response.at_zero))
+    return tuple(own + _filtered_sum(_bank(term, response), response, response.at_zero))
 
 
-def _of_pieces(pieces: list[Term], response: Response, less: float) -> list[Term]:
-    """Rational terms behind the filter, less a part of themselves."""
+def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
+    """Terms of a sum of rational terms after the filter, minus `less` times the sum."""
     out: list[Term] = []
-    # Spectra at the poles of the filter, of which there are few, as of pieces: arrays would cost more than they save.
+    # Spectra at the few poles of the filter; arrays would be slower than loops.
     spectra = [0.0j] * len(response.modes)
     white = 0.0
     for piece in pieces:
@@ -209,7 +215,7 @@ def _of_pieces(pieces: list[Term], response: Response, less: float) -> list[Term
             out += [piece.scaled(left)] if left else []
         else:
             assert isinstance(piece, Exponential)
-            a, phi = complex(piece.a), _apart(complex(piece.phi), response)
+            a, phi = complex(piece.a), _separated_pole(complex(piece.phi), response)
             sides = (
                 ((0.5 * a, phi), (0.5 * a.conjugate(), phi.conjugate()))
                 if phi.imag
@@ -225,22 +231,22 @@ def _of_pieces(pieces: list[Term], response: Response, less: float) -> list[Term
     return [*out, White(kept)] if kept else out
 
 
-def _apart(phi: complex, response: Response) -> complex:
-    """A pole of a spectrum, moved a little where the filter has the same."""
+def _separated_pole(phi: complex, response: Response) -> complex:
+    """A pole of a spectrum, moved slightly if the filter has (nearly) the same pole."""
     for p in response.poles:
-        near = APART * abs(1.0 - p)
+        near = MIN_POLE_DISTANCE * abs(1.0 - p)
         if abs(phi - p) < near:
             return p + (near if abs(p) + near < 1.0 and p.real < phi.real else -near)
     return phi
 
 
 def _bank(term: Term, response: Response) -> list[Term]:
-    """A power law as lags (and what runs through them), from well below the filter's slowest pole on."""
+    """A power law as a bank of lags (and differences or sums of lags), from far below the filter's slowest pole on."""
     exponent, level = (
         (term.exponent, term.level) if isinstance(term, PowerLaw) else (-1.0, term.numbers[0])
     )
     assert isinstance(term, (PowerLaw, Flicker))
-    n = int(BELOW / min(abs(1.0 - p) for p in response.poles))
+    n = int(BANK_TIME_RATIO / min(abs(1.0 - p) for p in response.poles))
     inner = exponent + (2.0 if exponent < -2.0 else -2.0 if exponent > 0.0 else 0.0)
     out: list[Term] = []
     for phi, v in _kernels.power_law_bank(inner, max(n, 16)):
@@ -248,38 +254,40 @@ def _bank(term: Term, response: Response) -> list[Term]:
         if inner == exponent:
             out.append(Exponential(a, phi) if phi else White(a))
         elif exponent > 0.0:
-            # Differences of a lag.
+            # First differences of a lag.
             if phi:
                 out += [
                     Exponential(-a * (1.0 - phi) ** 2 / phi, phi),
                     White(a * (1.0 - phi) * (1.0 + phi) / phi),
                 ]
             else:
-                out += _finite(np.array([2.0 * a, -a]))
+                out += _difference_of_white(np.array([2.0 * a, -a]))
         else:
-            # Running sums of a lag.
+            # Cumulative sums of a lag.
             out.append(RandomWalk(a * (1.0 + phi) / (1.0 - phi)))
             if phi:
                 out.append(Exponential(-a * phi / (1.0 - phi) ** 2, phi))
     return out
 
 
-def _finite(covariance: Array) -> list[Term]:
-    """A difference of white noise as a lag of hardly any memory: its covariance at lag 1 and none beyond."""
+def _difference_of_white(covariance: Array) -> list[Term]:
+    """A difference of white noise (autocovariance at lags 0 and 1) as white noise plus a lag with little memory."""
     phi = 1e-4
     a = float(covariance[1]) / phi
     return [Exponential(a, phi), White(float(covariance[0]) - a)]
 
 
-def _of_lags(covariance: Array, response: Response) -> list[Term]:
-    """A covariance that ends, behind the filter: exponentials, and another one that ends."""
+def _filtered_lags(covariance: Array, response: Response) -> list[Term]:
+    """Terms of a process with finite autocovariance after the filter: exponentials and a finite autocovariance."""
     last = covariance.size - 1
     both = np.concatenate([covariance[:0:-1], covariance])
     out: list[Term] = []
     finite = response.lag_zero * covariance
     for p, w in response.modes:
-        slow = -last * np.log(abs(p)) < np.log(DIVIDED)  # |p|⁻ᵏ of a fast pole is beyond doubles
-        reach = last + (0 if slow else int(np.ceil(GONE / -np.log(abs(p)))))
+        slow = -last * np.log(abs(p)) < np.log(
+            MAX_INVERSE_POWER
+        )  # |p|⁻ᵏ of a fast pole would overflow
+        reach = last + (0 if slow else int(np.ceil(COVARIANCE_E_FOLDINGS / -np.log(abs(p)))))
         own = p ** np.arange(reach + last + 1)
         sides = np.concatenate([own[last:0:-1], own])
         # r(h) = Σ_l r_in(l)·Re(w p^|h−l|), h = 0 … reach.

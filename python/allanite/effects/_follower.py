@@ -1,4 +1,4 @@
-"""Known functions of another column of the recording."""
+"""Base classes of effects that follow a logged column of the recording, e.g. a temperature."""
 
 from __future__ import annotations
 
@@ -18,24 +18,25 @@ if TYPE_CHECKING:
 
 __all__ = ["COLUMN", "Follower", "Proportional", "lagged", "offered"]
 
+#: Declaration of the parameter with the name of the followed column.
 COLUMN = Parameter("column", "text", "name of the column", "choice")
 
 
 def offered(
     effect: Effect, columns: Mapping[str, NDArray[np.float64]] | None
 ) -> NDArray[np.float64]:
-    """The column that an effect follows, shape (n,).
+    """Values of the logged column that an effect follows, shape (n,).
 
     Raises
     ------
     InputError
-        No such column is offered.
+        The effect names no column, or the recording has no such column.
     """
     name = effect.follows
     if name is None:
         known = ", ".join(columns or {}) or "none"
         raise InputError(
-            f"{effect.kind}: no column is named: write {effect.short}(column=NAME) (offered: {known})"
+            f"{effect.kind} needs a column: write {effect.short}(column=NAME) (offered: {known})"
         )
     if columns is None or name not in columns:
         known = ", ".join(columns or {}) or "none"
@@ -47,22 +48,22 @@ def offered(
 
 @dataclass(frozen=True)
 class Follower(Deterministic):
-    """A function of a column."""
+    """Base class of functions of a logged column."""
 
     column: str | None = None
 
-    #: First samples of later runs in a record of several joined logs: what has a memory begins anew there.
+    #: First sample of each further run in a record of several joined logs; lags restart there.
     starts: tuple[int, ...] = field(default=(), compare=False, repr=False, kw_only=True)
 
     family: ClassVar[str] = "covariate"
-    #: Kinds of which a model has one for a column: a second would say the same.
+    #: Kinds of which a model may have only one for each column.
     one_of: ClassVar[tuple[str, ...]]
 
     @classmethod
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One for each column that is no constant and that none of `one_of` follows."""
+        """One effect for each non-constant column that no effect of the kinds `one_of` follows yet."""
         used = {e.follows for e in model if e.kind in cls.one_of}
         return tuple(
             cls(column=name)
@@ -72,18 +73,18 @@ class Follower(Deterministic):
 
     @property
     def follows(self) -> str | None:
-        """The column."""
+        """Name of the column."""
         return self.column
 
     def _followed(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> tuple[NDArray[np.float64], float]:
-        """The column less its mean, shape (n,), and the rate in Hz.
+        """The column minus its mean, shape (n,), and the sampling rate, Hz.
 
         Raises
         ------
         InputError
-            No such column is offered.
+            The recording has no such column.
         """
         values = offered(self, covariates)
         return values - values.mean(), float(1.0 / (time[1] - time[0]))
@@ -93,7 +94,7 @@ class Follower(Deterministic):
         values: NDArray[np.float64],
         function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """A function with a memory of `values`, shape (n,), which begins anew in each run."""
+        """A function with memory applied to `values` separately in each run, shape (n,)."""
         if not self.starts:
             return function(values)
         return np.concatenate([function(run) for run in np.split(values, self.starts)])
@@ -101,21 +102,24 @@ class Follower(Deterministic):
 
 @dataclass(frozen=True)
 class Proportional(Follower):
-    """What is made of a column, times one coefficient."""
+    """Base class of functions of a column that are proportional to one coefficient."""
 
     coefficient: float | None = None
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The coefficient."""
+        """A copy with the coefficient set to the amplitude."""
         return self.with_values(coefficient=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(c,)."""
+        """The coefficient, shape (1,)."""
         return np.array([self.coefficient or 0.0])
 
 
 def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
-    """First-order lag of a time constant in samples, started in equilibrium with the first value; 0 samples: as it is."""
+    """Values after a first-order lag, started in equilibrium with the first value.
+
+    `samples` is the time constant in samples; 0 leaves the values unchanged.
+    """
     from scipy.signal import lfilter
 
     if samples <= 0.0:

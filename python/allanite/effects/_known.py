@@ -1,4 +1,4 @@
-"""Known functions of time, and those that are lines."""
+"""Base classes of known functions of time (deterministic effects) and of lines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Deterministic", "Periodic"]
 
 @dataclass(frozen=True)
 class Deterministic(Effect):
-    """A known function of time or of another column, linear in its amplitudes.
+    """A known function of time or of a logged column, linear in its amplitudes.
 
     Examples
     --------
@@ -41,62 +41,62 @@ class Deterministic(Effect):
     screened: ClassVar[str] = "slow"
     family: ClassVar[str] = "drift"
 
-    #: Whether it is looked for in the lowest ordinates alone; else `seen_between` says where.
+    #: True if the function lies in the lowest ordinates; otherwise `seen_between` gives its frequencies.
     low: ClassVar[bool] = True
-    #: True for one-off events (a step), which one half of a record cannot predict from the other.
+    #: True for one-time events (a step), which one half of a record cannot predict from the other.
     happens_once: ClassVar[bool] = False
-    #: Whether the bias stays on another level after a one-off event.
+    #: True if the bias stays at another level after a one-time event.
     lasting: ClassVar[bool] = False
-    #: Whether it is a form of a dependence that has a plainer one: named only where the record asks for it.
+    #: True if a simpler form of the dependence exists; the refined form is suggested only if the record requires it.
     refined: ClassVar[bool] = False
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Shape (n, k): the functions whose amplitudes are fitted, at this shape.
+        """Functions whose k amplitudes are fitted, at the present shape, shape (n, k).
 
-        `time` is in s from 0; `covariates` are the other columns by name, shape (n,) each.
+        `time` is in s from 0; `covariates` are the logged columns by name, shape (n,) each.
         """
         raise NotImplementedError
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
-        """Lowest and highest frequency (Hz) from `start` to `end` (s), where it is not `low` and not `Periodic`."""
+        """Lowest and highest frequency, Hz, between the times `start` and `end`, s; None if `low` or `Periodic`."""
         return None
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """What the regressors depend on: the kind and every value that is no amplitude."""
+        """Cache key of the regressors: the class and all values except amplitudes."""
         fitted = {p.name: p.role == "coefficient" for p in self.parameters}
         return type(self), *(v is None if fitted[name] else v for name, v in self.values.items())
 
     @property
     def amplitudes_held(self) -> bool:
-        """Whether one of its amplitudes is held, so that none is fitted."""
+        """True if one of the amplitudes is held; then none is fitted."""
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy whose values have these k fitted `amplitudes`."""
+        """A copy with k fitted `amplitudes`."""
         raise NotImplementedError
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The k amplitudes of the values held now."""
+        """The k amplitudes of the present values, shape (k,)."""
         raise NotImplementedError
 
     def signal(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Shape (n,): what this effect adds to the samples at each `time`, U; `covariates` as of `regressors`."""
+        """Signal that the effect adds to the samples at each `time`, U, shape (n,); `covariates`: see `regressors`."""
         return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → what this effect adds to samples first … last − 1 of a record of n, U.
+        """A function (first, last) → signal of samples first … last − 1 of a record of n samples, U.
 
-        `rate` is in Hz; `covariates` are the other columns by name, shape (n,) each.
+        `rate` is in Hz; `covariates` are the logged columns by name, shape (n,) each.
 
-        By default the whole record is computed once. Where a sample depends on its own time alone, `_pointwise`
-        computes only those asked for.
+        By default the signal of the whole record is computed once. Subclasses whose samples depend only on their own
+        time use `_pointwise` instead.
         """
         whole = self.signal(np.arange(n) / rate, covariates)
         return lambda first, last: whole[first:last]
@@ -104,17 +104,17 @@ class Deterministic(Effect):
     def _pointwise(
         self, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A `sampler` whose samples depend on their own time alone."""
+        """A `sampler` for signals whose samples depend only on their own time."""
         return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64] | None:
-        """Cosine transform of the one regressor of each effect of `points` at ordinates j, shape (points, ordinates).
+        """Cosine transform, in closed form, of the regressor of each effect of `points` at ordinates j.
 
-        By default None: there is no closed form, and the regressor is transformed. `start` is the time of the
-        first of n samples at `rate` Hz, s.
+        The shape is (points, ordinates). By default None: without a closed form, the regressor is transformed numerically.
+        `start` is the time of the first of n samples at `rate` Hz, s.
         """
         return None
 
@@ -127,16 +127,34 @@ class Deterministic(Effect):
         n: int,
         rate: float,
     ) -> tuple[tuple[Deterministic, float], ...]:
-        """Effects that begin at one time of this effect and end at another, each at its best two times, with its arc.
+        """Effects between two times of this effect, at the best pair of times, each with its arc; by default none.
 
-        By default none. Whitened ordinates are those of a series times `root`; `residual` are what
-        is to be explained and the columns of `basis`, orthonormal, shape (ordinates, k), what others can explain of it, of
-        ordinates 1, 2, … of n samples at `rate` Hz. The arc is the angle that the effect turns over all times.
+        Parameters
+        ----------
+        residual : ndarray, shape (ordinates,)
+            Whitened residual ordinates 1, 2, … to be explained.
+        root : ndarray, shape (ordinates,)
+            Whitening factors of the ordinates.
+        basis : ndarray, shape (ordinates, k)
+            Orthonormal whitened directions that other effects span.
+        n : int
+            Number of samples.
+        rate : float
+            Sampling rate, Hz.
+
+        Returns
+        -------
+        tuple of (Deterministic, float)
+            Effect, and the angle by which its whitened direction turns over all times; it measures the number of
+            independent trials.
         """
         return ()
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Allan variance at averaging factors m of samples at `rate` Hz, U²; by default 0: it depends on the record."""
+        """Allan variance of the signal at averaging factors m of samples at `rate` Hz, U²; by default 0.
+
+        Only effects whose Allan variance does not depend on the record override this method.
+        """
         return np.zeros(np.shape(m))
 
 
@@ -144,7 +162,7 @@ class Deterministic(Effect):
 class Periodic(Deterministic):
     """A sum of lines at multiples of one frequency.
 
-    Each is looked for in a window about its frequency, whose value is polished against the spectrum.
+    Each line is regressed in a window around its frequency; the frequency is optimized.
 
     Examples
     --------
@@ -160,16 +178,16 @@ class Periodic(Deterministic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
-        """The effect at a line of this `frequency` (Hz) with lines at these `multiples` of it, 1 among them.
+        """The effect with a line at `frequency` (Hz) and lines at `multiples` of it (including 1).
 
-        None, for an effect that has places of its own, where it is none of its lines.
+        None if the effect has fixed frequencies and none of them fits.
         """
         return cls(frequency=frequency)
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the lines."""
+        """A function (first, last) → signal of the lines at samples first … last − 1."""
         lines = self._turning()
         return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
 
@@ -180,29 +198,29 @@ class Periodic(Deterministic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Its frequency, twice."""
+        """The frequency of the first line, as both ends, Hz."""
         return None if self.frequency is None else (self.frequency, self.frequency)
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Frequency and multiples."""
+        """Cache key: class, frequency and multiples."""
         return type(self), self.frequency, *(m for m, _, _ in self.lines)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Two columns, sin and cos, for each line."""
+        """Sine and cosine of each line, shape (n, 2·lines)."""
         f = self.frequency or 0.0
         return np.concatenate([waves(m * f, time) for m, _, _ in self.lines]).T
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(A cos φ, A sin φ) of each line."""
+        """Amplitudes (A cos φ, A sin φ) of each line, shape (2·lines,)."""
         return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
 
     def signal(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Shape (n,): A sin(2πft + φ) of each line, in half the time that its two regressors take."""
+        """Sum of A sin(2πft + φ) over the lines, shape (n,); faster than by two regressors per line."""
         return sines(self._turning(), time)
 
     def _turning(self) -> list[tuple[float, float, float]]:
@@ -211,7 +229,7 @@ class Periodic(Deterministic):
         return [(turn * m, amplitude, phase) for m, amplitude, phase in self.lines]
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """A² sin⁴(πfτ)/(m sin(πfτ0))² of each sampled line."""
+        """Allan variance Σ A² sin⁴(πfτ)/(m sin(πfτ0))² of the sampled lines, U²."""
         total = np.zeros(np.shape(m))
         for multiple, amplitude, _ in self.lines if self.frequency else ():
             f = multiple * (self.frequency or 0.0)

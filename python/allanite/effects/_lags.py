@@ -1,4 +1,4 @@
-"""Sums over the lags of exponentials and power laws, from which their terms take their variances."""
+"""Allan variances and variograms of exponentials and power laws, from sums over lags or closed forms."""
 
 from __future__ import annotations
 
@@ -19,12 +19,16 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Sums over lags are done term by term up to here; beyond, closed forms no longer lose digits.
-DIRECT = 256
+#: Maximum averaging factor for which sums over lags are computed term by term. Above, closed forms lose no digits.
+#: Chosen by judgment; not measured.
+MAX_DIRECT_FACTOR = 256
 
 
 def allan_of_lags(covariance: Array, m: int) -> float:
-    """(4V(m) − V(2m))/(2m²), V(m) = Σ_{|h|<m} (m−|h|) r(h), for r that ends after a few lags."""
+    """Allan variance at factor m of a process with a short autocovariance r(0), r(1), ….
+
+    It is (4V(m) − V(2m))/(2m²) with V(m) = Σ_{|h|<m} (m−|h|) r(h).
+    """
 
     def total(width: int) -> float:
         lags = np.arange(min(width, covariance.size))
@@ -35,18 +39,19 @@ def allan_of_lags(covariance: Array, m: int) -> float:
 
 
 def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
-    """Allan variance of r(h) = Re(a φ^h): exact lag sums for small m, the closed form above.
+    """Allan variance of a process with autocovariance r(h) = Re(a φ^h), shape of m.
 
-    METHODS: σ² = s²[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²(1−φ²)] loses all digits for m(1−φ) → 0;
-    there the process is a random walk of step variance 2 Re(a(1−φ)).
+    Small m use exact sums over lags, large m the closed form
+    σ² = s²[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²(1−φ²)]. It loses all digits for m(1−φ) → 0; there the process is a random
+    walk of step variance 2 Re(a(1−φ)).
     """
     out = np.empty(np.shape(m))
     m = np.asarray(m)
-    small = m <= DIRECT
+    small = m <= MAX_DIRECT_FACTOR
     log_phi = np.log(phi) if phi != 0 else complex(-1e4)
     if small.any():
         h = np.arange(2 * int(m[small].max()))
-        # Second differences see only the variogram g(h) = r(0) − r(h), free of cancellation.
+        # Second differences depend only on the variogram g(h) = r(0) − r(h), which has no cancellation.
         g = -(a * np.expm1(h * log_phi)).real
         s0, s1 = np.cumsum(g), np.cumsum(h * g)
         k = m[small].astype(int)
@@ -62,7 +67,7 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
             k * x * (1 + p) - 3 * p + p * p + 4 * p * pm - p * pm**2 - p**2
         )
         # m(1−φ²) − 3φ + 4φ^{m+1} − φ^{2m+1}, over m²(1−φ)².
-        with np.errstate(invalid="ignore"):  # where φ rounds to 1 the walk is taken
+        with np.errstate(invalid="ignore"):  # if φ rounds to 1, the random walk is used
             closed = (value / (k * x) ** 2).real.astype(float)
         walk = 2.0 * (a * complex(x)).real * (2.0 * m[large] ** 2 + 1.0) / (6.0 * m[large])
         out[large] = np.where(np.abs(complex(x)) * m[large] > 1e-4, closed, walk)
@@ -72,10 +77,10 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_lags(exponent: float, count: int) -> Array:
-    """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^a, h = 0…count−1.
+    """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^a at lags h = 0…count−1, shape (count,).
 
-    Fractional noise of order d = −a/2 (Hosking 1981): r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)), continued
-    beyond d = ½, where only differences of r have a meaning. At d = ½ it is (2/π) Σ 1/(2k−1).
+    Fractional noise of order d = −a/2 (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The formula is
+    continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1).
     """
     h = np.arange(count)
     if abs(exponent + 1.0) < 1e-6:
@@ -92,9 +97,9 @@ def power_law_lags(exponent: float, count: int) -> Array:
 
 
 def power_law_allan(exponent: float, m: Array) -> Array:
-    """Allan variance of (2 sin(w/2))^a: exact to 4·DIRECT, then its two leading powers of m."""
+    """Allan variance of the spectrum (2 sin(w/2))^a, shape of m: exact up to 4·DIRECT, then two leading powers of m."""
     m = np.asarray(m, dtype=float)
-    reference = 4 * DIRECT
+    reference = 4 * MAX_DIRECT_FACTOR
     g = power_law_lags(round(exponent, 9), 2 * reference)
     h = np.arange(g.size)
     s0, s1 = np.cumsum(g), np.cumsum(h * g)
@@ -108,13 +113,13 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     small = m <= reference
     out = np.empty(m.shape)
     out[small] = exact(m[small].astype(np.int64))
-    # Beyond, V(m) = A m^{1−a} + D + …: a second power m^{a−1} (or the discreteness, m^{−2}) beside the first.
+    # Above, the variance is a power of m with a correction m^{a−1} (or m^{−2} from the discrete sampling).
     second = max(exponent - 1.0, -2.0)
     top = np.array([reference // 2, reference])
     scaled_top = exact(top) * top ** (1.0 + exponent)
 
     def bent(k: Array) -> Array:
-        # Two equal powers are one, and one with a logarithm (flicker PM).
+        # If both powers are equal, the second one gets a logarithm (flicker PM).
         return np.log(k) if second == 0.0 else k**second
 
     ends = bent(top.astype(float))
@@ -128,9 +133,9 @@ def power_law_allan(exponent: float, m: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
-    """E c_j²/s(w_j) of a power law at j = 1…64 of n ordinates: what the ends of the record do to it.
+    """Ratio E c_j²/s(w_j) of a power law at the ordinates j = 1…64 of n samples, which differs from 1 by leakage.
 
-    It depends on j alone once n is large: 2048 samples show it to 1e-4.
+    For large n the ratio depends only on j; 2048 samples give it with an error of 1e-4.
     """
     n = min(n, 2048)
     j = np.arange(1, min(n, 65))
@@ -141,7 +146,7 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _cosine_weights(n: int) -> Array:
-    """Weights of the lags 1 … n − 1 in the ordinates 1 … 64 of n samples, shape (64, n − 1)."""
+    """Weights of the lags 1 … n − 1 in the expected squares of the ordinates 1 … 64 of n samples, shape (64, n − 1)."""
     h = np.arange(1, n)
     angle = np.pi * np.arange(1, min(n, 65))[:, None] / n
     return np.asarray((n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle))

@@ -1,4 +1,4 @@
-"""What changes the level of the white noise over time."""
+"""Base class of effects that change the level of the white noise over time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from allanite.effects.terms import Term, White
 
 __all__ = ["INTERVAL", "Level", "interval_errors", "interval_power"]
 
-#: What one interval is.
+#: Parameters of one interval with another noise level.
 INTERVAL = (
     Parameter("start", "s", "first time of the interval", "time"),
     Parameter("end", "s", "last time of the interval", "time"),
@@ -25,7 +25,10 @@ INTERVAL = (
 def interval_power(
     start: ArrayLike, end: ArrayLike, when: tuple[float, float] | None, factor: float | None
 ) -> NDArray[np.float64]:
-    """Mean power of stretches over that outside of the interval `when`: 1 + (factor² − 1) times their part inside of it."""
+    """Mean noise power of time segments relative to the power outside the interval `when`.
+
+    It is 1 + (factor² − 1) times the fraction of the segment inside the interval. Segments run from `start` to `end`, s.
+    """
     low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     if when is None or factor is None:
         return np.ones(low.shape)
@@ -36,14 +39,14 @@ def interval_power(
 def interval_errors(
     when: tuple[float, float] | None, factor: float | None, rate: float
 ) -> dict[str, float]:
-    """Standard errors of the three values, for so many independent samples a second.
+    """Standard errors of start, end and factor of an interval, for `rate` independent samples per second.
 
-    A level from n samples is known to 1/√(2n), times √(7.81/3.84) as the boundaries were chosen with it (the joint 95 %
-    region of three values against that of one). The error of a boundary is that of the highest point of two random walks
-    of logL that fall to both sides. Of a small change 95 % of it are within 5.5 units of expected logL (Yao 1987, Ann.
-    Statist. 15), a sample of which is four times D = −ln ∫√(pq), p and q the laws of a sample on the two sides. Of a large
-    one the walk on the louder side has rare long steps, and it is D that says how far the boundary goes: 5.5/4D samples,
-    and a sample in which it lies.
+    A level from n samples has a relative standard error of 1/√(2n). It is widened by √(7.81/3.84), because the
+    boundaries are estimated too (joint 95 % region of three values instead of one). The error of a boundary is that of
+    the highest point of two random walks of logL that fall to both sides. For a small change, 95 % of the errors are
+    within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15). One sample contributes four times D = −ln ∫√(pq), with p
+    and q the distributions of a sample on both sides. For a large change the walk on the louder side has rare long steps,
+    and D still determines the error: 5.5/4D samples, plus the sample that contains the boundary.
     """
     ratio, (start, end) = (factor or 1.0) ** 2, when or (0.0, 0.0)
     samples = max(1.0, (end - start) * rate)
@@ -58,11 +61,11 @@ def interval_errors(
 
 @dataclass(frozen=True)
 class Level(Modifier):
-    """White noise that is louder at some times than at others; the spectrum of a record sees the mean power.
+    """White noise whose level changes over time; the spectrum of a record contains the mean power.
 
     Examples
     --------
-    How a check of levels makes such an effect of what it found:
+    How a check creates such effects:
 
     >>> al.effects.NoiseLevels.switched((5.0, 9.0), (2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
     ((5.5, 9.0), (2.0, 1.0))
@@ -80,28 +83,31 @@ class Level(Modifier):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """The mean power over the record (`span`: its first and last time in s)."""
+        """White noise with the mean power over the record; `span` is its first and last time, s."""
         return (White(white if span is None else white * float(self.mean_power(*span))),)
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self | None:
-        """The effect where the level changes at `times` (s), to these `factors` of that at the start; by default None."""
+        """The effect for level changes at `times` (s) to `factors` times the level at the start; by default None."""
         return None
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self | None:
-        """The effect where a `share` of each `period` from `start` on (s) has `factor` times the level; by default None."""
+        """The effect for a level times `factor` in the first `share` of each `period` from `start` on (s).
+
+        By default None.
+        """
         return None
 
     def following(self, values: NDArray[np.float64], coefficient: float) -> Self | None:
-        """The effect where ln of the level is a line of slope `coefficient` over a column's `values`; by default None."""
+        """The effect for a ln level linear in a column's `values` with slope `coefficient`; by default None."""
         return None
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times of its changes, s, and the factors from each on; by default none."""
+        """Times of the level changes, s, and the factors after each change; by default none."""
         return (), ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """The same with other `times` of its changes, s, and other `factors` from each on."""
+        """A copy with level changes at other `times`, s, and other `factors` after each change."""
         return self

@@ -1,4 +1,4 @@
-"""Limits on the numbers of an effect: what a fit may find for them."""
+"""Limits of the parameters of an effect in a fit."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from allanite.effects._declared import Parameter
 
-__all__ = ["NONE", "Limits", "limitable", "limits_of"]
+__all__ = ["NO_LIMITS", "Limits", "limitable", "limits_of"]
 
-#: A number is at its limit if it is this near to it, relative: shapes are searched in their logarithms.
-NEAR = 1e-9
+#: Maximum relative distance at which a value counts as being at its limit; it covers the rounding of logarithms.
+LIMIT_TOLERANCE = 1e-9
 
 
 class Limits(Mapping[str, tuple[float, float]]):
-    """(lowest, highest) value by the name of a number, in its own unit; an open end is ±∞. Does not change.
+    """Immutable mapping from parameter names to (lowest, highest) value; an open end is ±∞.
 
     Examples
     --------
@@ -47,19 +47,19 @@ class Limits(Mapping[str, tuple[float, float]]):
         return repr(self._ends)
 
     def reached(self, name: str, value: float) -> float | None:
-        """The limit of a number that a value is at or beyond; None where it is between them."""
+        """The limit of parameter `name` that a value has reached or exceeded; None if the value is between the limits."""
         low, high = self._ends.get(name, (-math.inf, math.inf))
-        if value <= low + NEAR * abs(low):
+        if value <= low + LIMIT_TOLERANCE * abs(low):
             return low
-        return high if value >= high - NEAR * abs(high) else None
+        return high if value >= high - LIMIT_TOLERANCE * abs(high) else None
 
     def clipped(self, name: str, value: float) -> float:
-        """The nearest value of a number within its limits."""
+        """The value clipped to the limits of parameter `name`."""
         low, high = self._ends.get(name, (-math.inf, math.inf))
         return min(max(value, low), high)
 
     def shown(self, name: str) -> str:
-        """As a model string has them, ``[10,100]``; empty where there are none."""
+        """Limits of parameter `name` as in model strings, ``[10,100]``; empty without limits."""
         if name not in self._ends:
             return ""
         low, high = (f"{end:.6g}" if math.isfinite(end) else "" for end in self._ends[name])
@@ -73,22 +73,22 @@ class Limits(Mapping[str, tuple[float, float]]):
         }
 
 
-#: No limits at all.
-NONE = Limits({})
+#: Empty limits.
+NO_LIMITS = Limits({})
 
 
 def limitable(parameter: Parameter) -> bool:
-    """Whether a number can have limits: a fit moves it, and it is no angle, which comes round."""
+    """True if a parameter can have limits: it is fitted and is not an angle or a text."""
     return parameter.role in {"coefficient", "shape"} and parameter.unit not in {"rad", "text"}
 
 
 def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
-    """What was given as limits, checked; ends that limit nothing are left out.
+    """Checked limits from user input; ends outside a parameter's range are dropped.
 
     Raises
     ------
     InputError
-        No pair of numbers or None, a number that has no limits, or limits that contradict each other.
+        Limits that are not pairs of numbers or None, a parameter that cannot have limits, or contradictory limits.
     """
     if not isinstance(given, Mapping):
         raise InputError(f"{kind}: limits must be (low, high) by name, found {str(given)[:40]!r}")
@@ -98,27 +98,27 @@ def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
         parameter = declared.get(name)
         if parameter is None or not limitable(parameter):
             raise InputError(f"{kind}: {str(name)[:40]} cannot have limits")
-        low, high = _ends(kind, name, pair)
+        low, high = _checked_ends(kind, name, pair)
         if low > high:
             raise InputError(
                 f"{kind}: the lower limit of {name}, {low:g}, is above the upper one, {high:g}"
             )
         if low == high:
-            raise InputError(f"{kind}: both limits of {name} are {low:g}: hold it there instead")
+            raise InputError(f"{kind}: both limits of {name} are {low:g}; hold it there instead")
         if high <= parameter.low or low >= parameter.high:
             raise InputError(
-                f"{kind}: the limits of {name}, {low:g} … {high:g}, leave nothing of its range"
+                f"{kind}: the limits of {name}, {low:g} … {high:g}, are outside its range"
                 f" {parameter.low:g} … {parameter.high:g}"
             )
         low = low if low > parameter.low else -math.inf
         high = high if high < parameter.high else math.inf
         if (low, high) != (-math.inf, math.inf):
             out[name] = (low, high)
-    return Limits(out) if out else NONE
+    return Limits(out) if out else NO_LIMITS
 
 
-def _ends(kind: str, name: str, pair: Any) -> tuple[float, float]:
-    """The two ends of a pair of numbers, of which None is open."""
+def _checked_ends(kind: str, name: str, pair: Any) -> tuple[float, float]:
+    """Lower and upper limit from a pair of numbers or None; None becomes ∓∞."""
     try:
         low, high = pair
         ends = (-math.inf if low is None else float(low), math.inf if high is None else float(high))

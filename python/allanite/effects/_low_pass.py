@@ -1,4 +1,4 @@
-"""What a `Bandwidth` is that acts on all that is random: a filter like any other."""
+"""The filter of a `Bandwidth` that acts on all random processes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["LowPass"]
 
 @dataclass(frozen=True)
 class LowPass(Filter):
-    """A low-pass of a recursive design; its cutoff in Hz."""
+    """A low-pass filter of a recursive design on all random processes; `cutoff` in Hz."""
 
     design: str = "sampled"
     order: int = 1
@@ -28,5 +28,5 @@ class LowPass(Filter):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def response(self, rate: float) -> Response:
-        """The low-pass at this rate."""
+        """Digital response of the low-pass at sampling rate `rate`."""
         return lowpass.response(self.design, self.order, self.cutoff / rate)

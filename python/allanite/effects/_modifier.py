@@ -1,4 +1,4 @@
-"""What changes the white part of a model, or takes samples out."""
+"""Base class of effects that change the white noise of a model, filter all noise, or exclude samples."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Modifier"]
 
 @dataclass(frozen=True)
 class Modifier(Effect):
-    """Changes the white part of the model instead of adding a process.
+    """An effect that changes the noise of a model, or excludes samples, instead of adding a process.
 
     Examples
     --------
@@ -43,42 +43,42 @@ class Modifier(Effect):
     (White(variance=2.5),)
     """
 
-    #: Whether it acts at times of its own, and on the spectrum by its mean over the record.
+    #: True if the noise level changes over time; the spectrum then contains the mean over the record.
     passing: ClassVar[bool] = False
-    #: Whether it takes samples out of the record (`missing`).
+    #: True if the effect excludes samples of the record (`missing`).
     removes: ClassVar[bool] = False
 
     @classmethod
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None where the `model` has no white part to change."""
+        """Effects of this kind to try; none if the `model` has no white noise."""
         return super().candidates(model, columns) if model.white is not None else ()
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self | None:
-        """The effect at samples that stand out at these `times`, s, where a check looks for those; by default None."""
+        """The effect for single samples that stand out at `times`, s; by default None."""
         return None
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self | None:
-        """The effect where the white level is `factor` times the rest from `start` to `end`, s; by default None."""
+        """The effect for a white-noise level times `factor` from `start` to `end`, s; by default None."""
         return None
 
     @classmethod
     def changing(
         cls, band: tuple[float, float], when: tuple[float, float], factor: float
     ) -> Self | None:
-        """The effect where a `band` (Hz) is `factor` times as strong over an interval `when` (s); by default None."""
+        """The effect for a `band` (Hz) that is `factor` times as strong in the interval `when` (s); by default None."""
         return None
 
     @property
     def band(self) -> tuple[float, float] | None:
-        """Lowest and highest frequency (Hz) of noise whose `power_between` times changes; by default None."""
+        """Lowest and highest frequency, Hz, of the noise whose power changes over time; by default None."""
         return None
 
     def swells(self, effect: Effect) -> bool:
-        """Whether that noise is of an `effect`: a random process that has the middle of its band there."""
+        """True if an `effect` is a random process whose band has its middle inside `band`."""
         if self.band is None or effect.occupies is None or isinstance(effect, Modifier):
             return False
         return self.band[0] <= 0.5 * sum(effect.occupies) <= self.band[1]
@@ -89,41 +89,41 @@ class Modifier(Effect):
         end: NDArray[np.float64] | float,
         span: tuple[float, float],
     ) -> NDArray[np.float64]:
-        """Power of its `band` from each `start` to each `end` over that of the whole `span`, s."""
+        """Mean power of the `band` from each `start` to each `end` relative to that over the `span`, times in s."""
         return np.ones(np.shape(start))
 
     @property
     def whole(self) -> Modifier | None:
-        """The filter that all random processes pass; by default None: the white part alone is changed."""
+        """The filter that acts on all random processes; by default None: only the white noise is changed."""
         return None
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Times of the single samples that it names, s; by default none."""
+        """Times of the single samples that the effect names, s; by default none."""
         return ()
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms that stand for white noise of variance `white` a sample once the effect acts on it; by default itself.
+        """Terms of white noise of variance `white` per sample after the effect acts on it; by default unchanged.
 
-        `rate` is in Hz; `span` is the first and last time of the record in s, where that matters.
+        `rate` is in Hz; `span` is the first and last time of the record, s.
         """
         return (White(white),)
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]] | None:
-        """The core's generators of noise of variance `white` a sample at `rate` Hz once the effect acts on it.
+        """Generators, in the compiled core, of white noise of variance `white` at `rate` Hz after the effect acts on it.
 
-        By default None: the terms suffice.
+        By default None: the terms are simulated.
         """
         return None
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """By what the white samples at each `time` (s) are multiplied, where it is `passing`.
+        """Factor on the white-noise samples at each `time` (s), shape (n,); 1 unless the effect is `passing`.
 
-        `columns` are the other columns of the recording at these times.
+        `columns` are the logged columns of the recording at these times.
         """
         return np.ones(time.shape)
 
@@ -133,9 +133,9 @@ class Modifier(Effect):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Mean of the squared `gain` from each `start` to each `end`, s, where other `columns` have these means."""
+        """Mean of the squared `gain` from each `start` to each `end`, s; `columns` are means of logged columns there."""
         return np.ones(np.shape(start))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Mask of the n samples at `rate` Hz that it takes out."""
+        """Mask of n samples at `rate` Hz: True for samples that the effect excludes."""
         return np.zeros(n, dtype=bool)

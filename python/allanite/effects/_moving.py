@@ -1,4 +1,4 @@
-"""Bands whose middle moves: at one place after the other, each for an equal part of the record."""
+"""Base class of bands whose frequency moves: one frequency for each of several equal segments of the record."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Moving", "weights"]
 
 @dataclass(frozen=True)
 class Moving(Stochastic):
-    """A random process that is another one in each part of the record, and passes from one to the next.
+    """A random process with a different spectrum in each segment of the record, with gradual transitions.
 
     Examples
     --------
@@ -32,26 +32,27 @@ class Moving(Stochastic):
 
     @property
     def stretches(self) -> tuple[Stochastic, ...]:
-        """What it is in each part of the record, in turn."""
+        """The process in each segment of the record, in order."""
         raise NotImplementedError
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Where its band is in each part of the record, in turn, Hz."""
+        """Center frequency of the band in each segment of the record, in order, Hz."""
         raise NotImplementedError
 
     @classmethod
     def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
-        """A `band` with its middle at the frequencies of `course`, Hz, in turn; by default None: it is no such form."""
+        """The effect for a `band` whose center moves along the frequencies of `course`, Hz; by default None."""
         return None
 
 
 def weights(
     time: NDArray[np.float64], span: tuple[float, float], parts: int
 ) -> NDArray[np.float64]:
-    """Share of each part of a record of `span` s in the power at some times, shape (parts, times): 1 together.
+    """Weights of the segments of a record at some times, shape (parts, times); the weights at a time sum to 1.
 
-    All of it in the middle of a part, linear from one to the next.
+    A segment has weight 1 at its middle; the weights change linearly from one middle to the next. `span` is the first and
+    last time of the record, s.
     """
     start, end = span
     at = np.clip((time - start) / (end - start) * parts - 0.5, 0.0, parts - 1.0)

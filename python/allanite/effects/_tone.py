@@ -1,4 +1,4 @@
-"""One line of an amplitude and a phase, whatever becomes of its frequency or its size."""
+"""Base class of single lines with amplitude and phase whose frequency or presence may change over time."""
 
 from __future__ import annotations
 
@@ -14,39 +14,43 @@ from allanite.effects._known import Deterministic
 
 @dataclass(frozen=True)
 class Tone(Deterministic):
-    """A sin(angle + φ): the subclass declares `frequency`, `amplitude` and `phase`, and what else its angle depends on."""
+    """A signal A sin(angle(t) + φ).
+
+    Subclasses declare `frequency`, `amplitude`, `phase` and any further parameters of the angle.
+    """
 
     family: ClassVar[str] = "line"
     low: ClassVar[bool] = False
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Its frequency at the first sample, twice."""
+        """The frequency at the first sample, as both ends, Hz."""
         f = self.values["frequency"]
         return None if f is None else (f, f)
 
     def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Phase angle of the line at each time without φ, rad."""
         return np.asarray(2.0 * np.pi * (self.values["frequency"] or 0.0) * time)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Its sine and cosine."""
+        """Sine and cosine of the angle, shape (n, 2)."""
         angle = self._angle(time)
         return np.column_stack([np.sin(angle), np.cos(angle)])
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the line."""
+        """A function (first, last) → signal of the line at samples first … last − 1."""
         return self._pointwise(rate, covariates)
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(A cos φ, A sin φ)."""
+        """Amplitudes (A cos φ, A sin φ), shape (2,)."""
         size, phase = self.values["amplitude"] or 0.0, self.values["phase"] or 0.0
         return np.array([size * np.cos(phase), size * np.sin(phase)])
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """Amplitude and phase of a sin + b cos."""
+        """A copy with the amplitude and phase of a sin + b cos."""
         a, b = map(float, amplitudes)
         return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

@@ -1,4 +1,4 @@
-"""Sines and cosines of whole records."""
+"""Fast sines and cosines of whole records."""
 
 from __future__ import annotations
 
@@ -10,39 +10,41 @@ from numpy.typing import NDArray
 __all__ = ["sines", "sines_pointwise", "waves"]
 
 Array = NDArray[np.float64]
-#: Times from which they are asked for block by block, and of so many in a block.
-LONG, BLOCK = 1 << 14, 1 << 10
-#: So many stay near the processor.
-NEAR = 1 << 13
-#: Part of a step by which evenly spaced times may be off.
-UNEVEN = 1e-7
+#: Minimum number of times for which sines are computed block by block. Chosen by judgment; not measured.
+MIN_BLOCKED_TIMES = 1 << 14
+#: Number of times in a block. Chosen by judgment; not measured.
+BLOCK_TIMES = 1 << 10
+#: Number of times tested at once for even spacing; they fit into the processor cache. Chosen by judgment; not measured.
+CACHED_TIMES = 1 << 13
+#: Maximum deviation of a time from even spacing, in parts of the step. Chosen by judgment; not measured.
+MAX_UNEVENNESS = 1e-7
 
 
 def waves(frequency: float, time: Array) -> Array:
-    """Sine and cosine of 2πft, shape (2, n)."""
+    """Sine and cosine of 2πft at each time, shape (2, n)."""
     turn = 2.0 * np.pi * frequency
     return np.array([sines([(turn, 1.0, phase)], time) for phase in (0.0, 0.5 * np.pi)])
 
 
 def sines(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
-    """Σ A sin(ωt + φ) of each (ω in rad/s, A, φ), shape (n,).
+    """Sum of A sin(ωt + φ) over lines (ω in rad/s, A, φ), shape (n,).
 
-    Of evenly spaced times by sin(a + b), a at the start of a block and b within it: two products in place of a function.
+    For evenly spaced times the sines are computed by blocks with sin(a + b): a at the start of a block, b within it.
     """
     n = time.size
     turn, amplitude, phase = np.array(lines, dtype=np.float64).reshape(-1, 3).T
-    if n < LONG or not _even(time):
+    if n < MIN_BLOCKED_TIMES or not _is_even(time):
         return sines_pointwise(lines, time)
     step = (time[-1] - time[0]) / (n - 1)
-    first = np.multiply.outer(time[::BLOCK], turn) + phase
-    within = np.multiply.outer(turn * step, np.arange(BLOCK))
+    first = np.multiply.outer(time[::BLOCK_TIMES], turn) + phase
+    within = np.multiply.outer(turn * step, np.arange(BLOCK_TIMES))
     left = np.concatenate([amplitude * np.sin(first), amplitude * np.cos(first)], axis=1)
     right = np.concatenate([np.cos(within), np.sin(within)])
     return (left @ right).reshape(-1)[:n]
 
 
 def sines_pointwise(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
-    """`sines`, of which each depends on its own time alone."""
+    """Sum of A sin(ωt + φ) over lines, computed for each time separately, shape (n,)."""
     total = np.zeros(time.size)
     for turn, amplitude, phase in lines:
         part = turn * time
@@ -53,16 +55,16 @@ def sines_pointwise(lines: Sequence[tuple[float, float, float]], time: Array) ->
     return total
 
 
-def _even(time: Array) -> bool:
-    """Whether times are a step apart, all of them."""
+def _is_even(time: Array) -> bool:
+    """True if the times increase in equal steps."""
     step = (time[-1] - time[0]) / (time.size - 1)
     if not step > 0.0:
         return False
-    within = step * np.arange(NEAR)
-    for first in range(0, time.size, NEAR):
-        part = time[first : first + NEAR]
+    within = step * np.arange(CACHED_TIMES)
+    for first in range(0, time.size, CACHED_TIMES):
+        part = time[first : first + CACHED_TIMES]
         off = part - (time[0] + step * first)
         off -= within[: part.size]
-        if max(off.max(), -off.min()) >= UNEVEN * step:
+        if max(off.max(), -off.min()) >= MAX_UNEVENNESS * step:
             return False
     return True

@@ -1,4 +1,4 @@
-"""Noise level change of a band: for an interval the noise between two frequencies is louder or quieter."""
+"""Noise level change of a band: the noise between two frequencies is louder or quieter during an interval."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from allanite.effects._modifier import Modifier
 
 @dataclass(frozen=True)
 class BandLevelChange(Modifier):
-    """The noise from `low` to `high` Hz is `factor` times as strong between `start` and `end` as at other times.
+    """Noise from `low` to `high` Hz whose standard deviation is `factor` times as large between `start` and `end`.
 
-    Where a process of the model has its band there (a resonance), that one is; else all noise. What the other effects say
-    is the mean over the record.
+    If a process of the model has its band there (a resonance), only this process changes, otherwise all noise. The
+    coefficients of the other effects are means over the record.
 
     Examples
     --------
@@ -48,18 +48,18 @@ class BandLevelChange(Modifier):
     )
     legend: ClassVar[tuple[str, ...]] = ("factor", "low", "high")
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("low", "Hz", "where the band begins", "time", symbol="from"),
-        Parameter("high", "Hz", "where the band ends", "time", symbol="to"),
+        Parameter("low", "Hz", "lower end of the band", "time", symbol="from"),
+        Parameter("high", "Hz", "upper end of the band", "time", symbol="to"),
         *INTERVAL,
     )
     physics: ClassVar[str] = (
         "a machine or a fan ran for a while, or faster; a mount worked loose; a filter or a range was switched"
     )
     looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; one octave of the map over time is louder or quieter for a while, others are not"
+        "nothing on the Allan curve; one octave of the map over time is louder or quieter for a while, the others are not"
     )
     check_by: ClassVar[str] = (
-        "look at the laboratory's log for that interval; trim it and fit again: the band is another one, all else stays"
+        "look at the laboratory's log for that interval; exclude it and fit again: the band changes, everything else stays"
     )
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "resonance", "tone_burst")
 
@@ -72,17 +72,17 @@ class BandLevelChange(Modifier):
 
     @classmethod
     def changing(cls, band: tuple[float, float], when: tuple[float, float], factor: float) -> Self:
-        """The effect in this `band` (Hz) with this `factor` over an interval (s)."""
+        """The effect for a `band` (Hz) with a `factor` in an interval (s)."""
         return cls(low=band[0], high=band[1], start=when[0], end=when[1], factor=factor)
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """The interval."""
+        """Start and end of the interval, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @property
     def band(self) -> tuple[float, float] | None:
-        """From `low` to `high`."""
+        """Lower and upper end of the band, Hz."""
         return None if self.low is None or self.high is None else (self.low, self.high)
 
     def power_between(
@@ -91,12 +91,12 @@ class BandLevelChange(Modifier):
         end: NDArray[np.float64] | float,
         span: tuple[float, float],
     ) -> NDArray[np.float64]:
-        """Power of the band in each stretch over the mean of the record."""
+        """Mean power of the band in each time segment relative to the mean of the record."""
         whole = interval_power(*span, self.when, self.factor)
         return np.asarray(interval_power(start, end, self.when, self.factor) / whole)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of times and factor: a band has two independent samples a second for each Hz."""
+        """Standard errors of start, end and factor; a band has two independent samples per second and Hz."""
         return interval_errors(
             self.when, self.factor, 2.0 * ((self.high or 0.0) - (self.low or 0.0))
         )

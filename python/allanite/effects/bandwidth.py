@@ -1,4 +1,4 @@
-"""Bandwidth: the white part, or all that is random, has passed a low-pass."""
+"""Bandwidth: a low-pass filter of the white noise or of all random processes."""
 
 from __future__ import annotations
 
@@ -18,27 +18,37 @@ from allanite.effects.terms import White
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
-#: The longest mean in parts of the record, the shortest that is read from zeros of the spectrum in samples, and standard
-#: deviations by which its lag must stand out.
-SHARE, SHORTEST, SURE = 10.0, 8, 6.5
-#: Floor from which the one of a record is looked for, and its range.
-FLOOR, FLOORS = 0.1, (1e-3, 0.45)
+#: Minimum ratio of the record's length to the length of a mean. Chosen by judgment; not measured.
+MIN_RECORD_PER_MEAN = 10.0
+#: Minimum length of a mean that is read from the zeros of the spectrum, samples. Chosen by judgment; not measured.
+MIN_MEAN_SAMPLES = 8
+#: Minimum depth of the cepstrum at the lag of a mean, in standard deviations. For records of up to 10⁸ samples the
+#: probability that noise reaches it at any lag is below 0.1 %.
+MIN_CEPSTRUM_SCORE = 6.5
+#: Start value of the floor in a fit, relative to N. Chosen by judgment; not measured.
+START_FLOOR = 0.1
+#: Range of the floor in a fit, relative to N. Chosen by judgment; not measured.
+FLOOR_RANGE = (1e-3, 0.45)
 
 
 @dataclass(frozen=True)
 class Bandwidth(Modifier):
-    """White noise through |H(f)|² of a low-pass; N stays its level at low frequency.
+    """White noise after a low-pass filter with gain |H(f)|²; N is the density at low frequencies.
 
-    Designs, by `order`: ``sampled`` a continuous Butterworth low-pass of order 1 to 4 before the sampler, aliases
-    included; ``digital`` the same by bilinear transform at the sampling rate (zeros at Nyquist); ``cascaded`` two equal
-    ``digital`` ones of first order; ``smoothed`` 2 or 3 equal smoothers y += α(x − y) (one is ``sampled`` of order 1);
-    ``moving_average`` 1 to 3 equal means over a time, as
-    of a CIC decimator; ``fir`` a sharp decimation filter, a sinc in a Hamming window, `order` samples long.
+    Designs and their `order`:
 
-    What is rounded or picked up after the filter is white again: `floor` is its density over N, none where it is not given.
+    * ``sampled``: continuous Butterworth low-pass of order 1 to 4 before the sampler, with aliases
+    * ``digital``: the same by bilinear transform at the sampling rate (zeros at Nyquist)
+    * ``cascaded``: two equal ``digital`` filters of first order
+    * ``smoothed``: 2 or 3 equal smoothers y += α(x − y); one smoother is ``sampled`` of order 1
+    * ``moving_average``: 1 to 3 equal means over a time, as in a CIC decimator
+    * ``fir``: sharp decimation filter, a sinc with a Hamming window, `order` samples long
 
-    `acts_on` is ``white`` or, of the designs with poles (the first four), ``all``: a filter behind the sensor takes from
-    its flicker noise what it takes from its white noise. A record in which only the white noise is seen there cannot tell.
+    Noise added after the filter (rounding, pick-up) is white: `floor` is its density relative to N; by default none.
+
+    `acts_on` is ``white`` (default) or ``all``, which needs a recursive design (the first four). With ``all``, the filter
+    also acts on flicker noise and all other random processes. A record in which white noise dominates at the cutoff cannot
+    distinguish both.
 
     Examples
     --------
@@ -65,7 +75,7 @@ class Bandwidth(Modifier):
         Parameter(
             "order",
             "1",
-            "of a Butterworth low-pass, number of equal sections or means, length of a FIR in samples",
+            "order of a Butterworth low-pass, number of equal sections or means, or length of a FIR in samples",
             "choice",
             low=1,
             high=64,
@@ -74,13 +84,13 @@ class Bandwidth(Modifier):
         Parameter(
             "floor",
             "1",
-            "density of the white noise after the filter over N",
+            "density of the white noise added after the filter, relative to N",
             "shape",
             low=1e-6,
             high=0.95,
             optional=True,
         ),
-        Parameter("acts_on", "text", "white, all: what passes it", "choice", optional=True),
+        Parameter("acts_on", "text", "noise that is filtered: white, all", "choice", optional=True),
     )
     single: ClassVar[bool] = True
     physics: ClassVar[str] = (
@@ -98,41 +108,42 @@ class Bandwidth(Modifier):
         super().__post_init__()
         if self.design is not None and self.design not in lowpass.DESIGNS:
             raise InputError(
-                f"bandwidth: design {self.design!r} (known: {', '.join(lowpass.DESIGNS)})"
+                f"bandwidth: unknown design {self.design!r} (known: {', '.join(lowpass.DESIGNS)})"
             )
         if self.acts_on not in (None, "white", "all"):
-            raise InputError(f"bandwidth: acts_on {self.acts_on!r} (known: white, all)")
+            raise InputError(f"bandwidth: unknown acts_on {self.acts_on!r} (known: white, all)")
         if self.acts_on == "all" and self.design not in (None, *lowpass.RECURSIVE):
             raise InputError(
-                f"bandwidth: a filter of design {self.design} acts on the white noise alone"
-                f" (on all: {', '.join(lowpass.RECURSIVE)})"
+                f"bandwidth: design {self.design} can filter only the white noise; for acts_on=all use"
+                f" {', '.join(lowpass.RECURSIVE)}"
             )
         if self.acts_on == "all" and self.floor is not None:
-            raise InputError("bandwidth: a floor is that of a filter of the white noise alone")
+            raise InputError("bandwidth: a floor needs acts_on=white")
         orders = lowpass.DESIGNS.get(self.design or "", self._orders)
         if self.order is not None and self.order not in orders:
             raise InputError(
-                f"bandwidth: order {self.order:g} of {self.design or 'any design'}"
+                f"bandwidth: order {self.order:g} is not available for {self.design or 'any design'}"
                 f" (known: {', '.join(map(str, orders))})"
             )
 
     @property
     def _orders(self) -> tuple[int, ...]:
+        """Orders of all designs, sorted."""
         return tuple(sorted({o for orders in lowpass.DESIGNS.values() for o in orders}))
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """The cutoff, and the floor where there is one."""
+        """The cutoff, and the floor if it has a value."""
         return tuple(n for n in super().free_shapes if n != "floor" or self.floor is not None)
 
     def extended(self) -> tuple[Bandwidth, ...]:
-        """With white noise after the filter."""
+        """The filter with white noise added after it."""
         if self.floor is not None or "floor" in self.held or self.acts_on == "all":
             return ()
-        return (self.with_values(floor=FLOOR),)
+        return (self.with_values(floor=START_FLOOR),)
 
     def otherwise(self) -> tuple[Bandwidth, ...]:
-        """As a filter of all that is random: of the same design, or of the two simplest where that has no poles."""
+        """The filter acting on all random processes: the same design, or the two simplest for a design without poles."""
         if self.acts_on is not None or self.floor is not None or "design" in self.held:
             return ()
         if self.design in lowpass.RECURSIVE:
@@ -143,10 +154,10 @@ class Bandwidth(Modifier):
         )
 
     def variants(self) -> tuple[Bandwidth, ...]:
-        """The designs to try: all that agree with what is given."""
-        # An order that is given is tried in every design that has it, one that is not in the few that tell.
+        """Filters of all designs and orders to try that agree with the given values."""
+        # A given order is tried with every design that has it; otherwise only a few typical designs are tried.
         tried = (
-            lowpass.SCANNED
+            lowpass.TRIED_DESIGNS
             if self.order is None
             else [(d, o) for d, orders in lowpass.DESIGNS.items() for o in orders]
         )
@@ -158,45 +169,49 @@ class Bandwidth(Modifier):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Cutoffs from a hundredth of the rate to where nothing of the roll-off is left to see."""
+        """Cutoffs from 1/100 of the rate to the highest cutoff with a visible roll-off; or floors."""
         if name == "floor":
-            return np.array(FLOORS)
+            return np.array(FLOOR_RANGE)
         design, low = self.design or "sampled", 0.01
         if design == "fir":
-            # A shorter one has no lower cutoff.
+            # The length limits the lowest cutoff of a FIR filter.
             low = max(low, 0.7 / (self.order or 64.0))
-        return rate * np.geomspace(low, lowpass.HIGHEST[design], 24)
+        return rate * np.geomspace(low, lowpass.MAX_CUTOFF[design], 24)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Ends of a cutoff as of every frequency; means may be as long as a tenth of the record."""
+        """Lowest and highest cutoff of a fit; means may be as long as a tenth of the record."""
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":
             low = min(
-                low, rate * max(lowpass.MEANS[int(self.order or 1)] * SHARE / n, lowpass.LOWEST)
+                low,
+                rate
+                * max(
+                    lowpass.MEAN_CUTOFFS[int(self.order or 1)] * MIN_RECORD_PER_MEAN / n,
+                    lowpass.MIN_CUTOFF,
+                ),
             )
         return low, high
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Bandwidth, ...]:
-        """Means over as many samples as the zeros of the spectrum tell, of 8 up to a tenth of the record.
+        """Moving averages whose length is read from the zeros of the spectrum, from 8 samples to a tenth of the record.
 
         ln sin²(πfL) is −Σ 2 cos(2πfkL)/k: the cepstrum of the mean of L samples has −2 at lag L, in noise of variance
         π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
         """
         n = power.size
-        lags = np.arange(SHORTEST, int(n / SHARE) + 1)
+        lags = np.arange(MIN_MEAN_SAMPLES, int(n / MIN_RECORD_PER_MEAN) + 1)
         if not lags.size:
             return ()
         logarithm = np.log(np.maximum(power, 1e-300))
         cepstrum = 2.0 / n * np.fft.rfft(logarithm - logarithm.mean(), 2 * n)[lags].real
         best = int(np.argmin(cepstrum))
-        # The chance that any of the lags is lower is below one in a thousand for records of up to 10⁸ samples.
-        if cepstrum[best] > -SURE * np.pi / np.sqrt(n):
+        if cepstrum[best] > -MIN_CEPSTRUM_SCORE * np.pi / np.sqrt(n):
             return ()
         orders = lowpass.DESIGNS["moving_average"]
         return tuple(
             cls(
-                cutoff=float(lowpass.MEANS[order] * rate / lags[best]),
+                cutoff=float(lowpass.MEAN_CUTOFFS[order] * rate / lags[best]),
                 order=float(order),
                 design="moving_average",
             )
@@ -205,7 +220,7 @@ class Bandwidth(Modifier):
 
     @property
     def whole(self) -> LowPass | None:
-        """The filter, where it acts on all that is random."""
+        """The filter if it acts on all random processes, else None."""
         return LowPass(*self._at(1.0)) if self.acts_on == "all" else None
 
     def modify(
@@ -214,18 +229,19 @@ class Bandwidth(Modifier):
         rate: float,
         span: tuple[float, float] | None = None,
     ) -> tuple[Term, ...]:
-        """Autocovariance of the filtered noise, normalized to `white` at zero frequency."""
+        """Terms of the filtered white noise with density `white` at frequency zero."""
         after = (self.floor or 0.0) ** 2 * white
         filtered = tuple(t.scaled(white - after) for t in lowpass.terms(*self._at(rate)))
         return (*filtered, White(after)) if after else filtered
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]]:
-        """The filter itself, and the noise after it."""
+        """Generators of the filtered noise and of the noise added after the filter."""
         after = (self.floor or 0.0) ** 2 * white
         filtered = lowpass.generators(*self._at(rate), white - after)
         return [*filtered, ("white", [float(np.sqrt(after))])] if after else filtered
 
     def _at(self, rate: float) -> tuple[str, int, float]:
+        """Design, order, and cutoff in cycles per sample at sampling rate `rate`."""
         design = self.design or "sampled"
         order = int(self.order or lowpass.DESIGNS[design][0])
         return design, order, (self.cutoff or rate) / rate

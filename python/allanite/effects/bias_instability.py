@@ -53,11 +53,11 @@ class BiasInstability(Stochastic):
     physics: ClassVar[str] = "1/f noise of the electronics and of the sensing material"
     looks_like: ClassVar[str] = "a flat floor of the Allan deviation; a density that falls as 1/f"
     check_by: ClassVar[str] = (
-        "record for longer: a true flicker floor stays flat over decades, a sum of lags does not; "
+        "record longer: a true flicker floor stays flat over decades, a sum of lags does not; "
         "repeat at another supply current or modulation frequency"
     )
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "power_law", "rate_random_walk")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """The half-order fractional difference of white noise (Kasdin 1995)."""
+        """Flicker noise with B = 1: half-order fractional sum of white noise (Kasdin 1995)."""
         return (Flicker(1.0),)

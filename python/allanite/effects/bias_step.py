@@ -13,10 +13,11 @@ from allanite import _kernels
 from allanite.effects._base import Parameter
 from allanite.effects._event import Event, sines
 
-#: What is left of a difference of two steps, in parts of a step, is rounding below this.
-SAME = 1e-9
-#: Times between which a transition is looked for; its begin and end are refined from there.
-KINKS = 512
+#: Minimum squared norm of a difference of two steps, relative to a step; smaller differences are rounding.
+MIN_RELATIVE_NORM = 1e-9
+#: Number of times between which a transition is searched; its begin and end are optimized later. Chosen by judgment; not
+#: measured.
+TRANSITION_TIMES = 512
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ class BiasStep(Event):
     family: ClassVar[str] = "step"
     lasting: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",), symbol="t"),
-        Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",), symbol="h"),
+        Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
+        Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
     )
     physics: ClassVar[str] = (
         "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
@@ -51,7 +52,7 @@ class BiasStep(Event):
         "two levels of the low-passed samples, one after the other; a hump at long τ"
     )
     check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log about that time; repeat the record"
+        "look at the samples and at the laboratory's log at that time; repeat the record"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "excursion",
@@ -66,11 +67,11 @@ class BiasStep(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """The time of the jump."""
+        """Time of the jump, as both ends, s."""
         return None if self.time is None else (self.time, self.time)
 
     def extended(self) -> tuple[Event, ...]:
-        """The form in which the bias returns by decay."""
+        """A transient at the time of the step: the form in which the bias decays back."""
         from allanite.effects.transient import Transient
 
         return () if self.time is None else (Transient(time=self.time),)
@@ -84,18 +85,18 @@ class BiasStep(Event):
         n: int,
         rate: float,
     ) -> tuple[tuple[Event, float], ...]:
-        """The best excursion, to which two opposite steps add up, and the best transition: many equal small steps."""
+        """The best excursion (two opposite steps) and the best transition (many equal small steps), with their arcs."""
         return (
             best_excursion(residual, root, basis, n, rate),
             best_transition(residual, root, basis, n, rate),
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """A thousand times over the record."""
+        """About a thousand times over the record."""
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
-        """Standard error of the time, s, in noise of the density S of which the height has the variance S·T/(t(T−t))."""
+        """Standard error of the time, s, from the variance S·T/(t(T−t)) of the height in noise of density S."""
         t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
         density = variance * t * (duration - t) / duration
         return self._edge_error(density)
@@ -105,14 +106,14 @@ class BiasStep(Event):
         time: NDArray[np.float64],
         covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """One column of 0 and 1."""
+        """0 before the step and 1 after it, shape (n, 1)."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, which may lie outside."""
+        """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, shape (points, ordinates)."""
         times = np.array([p.time or 0.0 for p in points])
         k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)
         found = sines(k, j, n)
@@ -127,10 +128,11 @@ def best_excursion(
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
-    """The excursion between two of as many times as there are ordinates, ½z² less ln of its length the largest.
+    """The excursion with the largest ½z² − ln(length), and the arc of one edge (see `Deterministic.best_spans`).
 
-    Every octave of lengths is as likely: of two times of return that explain as much the nearer one is it. None is
-    shorter than a thousandth of the record: its edges would be less certain than it is long. With the arc of one edge.
+    Start and end are taken from as many times as there are ordinates. Every octave of lengths has the same prior
+    probability, so that the shorter of two equally good excursions is preferred. Excursions are at least 1/1000 of the
+    record long; the edges of shorter ones would be less certain than their length.
     """
     from scipy.fft import dct, dst
 
@@ -138,17 +140,17 @@ def best_excursion(
 
     places = residual.size + 1
     j = np.arange(1, places)
-    # Steps at m/places of the record, as `regressor_ordinates`: sums over sines are sine transforms.
+    # Steps at m/places of the record (see `regressor_ordinates`): sums over sines are sine transforms.
     scale = root * np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
     score = 0.5 * dst(scale * (residual - basis @ (basis.T @ residual)), type=1)
     others = 0.5 * dst(scale[:, None] * basis, type=1, axis=0)
-    # Σ_j s_j² sin(πjm/M) sin(πjl/M), and M in place of l for −l.
+    # For sums Σ_j s_j² sin(πjm/M) sin(πjl/M), extended symmetrically to negative indices.
     waves = 0.5 * dct(np.concatenate([[0.0], scale**2, [0.0]]), type=1)
     waves = np.concatenate([waves, waves[-2::-1]])
     m = j
     own = 0.5 * (waves[0] - waves[2 * m]) - (others**2).sum(axis=1)
     least = max(1, places // 1000)
-    floor = SAME * float(own.max())
+    floor = MIN_RELATIVE_NORM * float(own.max())
     first, last, _ = _kernels.best_pair(
         score, own, waves, np.ascontiguousarray(others), least, floor
     )
@@ -170,20 +172,24 @@ def best_transition(
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
-    """The transition between two of 512 times of the record with the largest ½z², and the arc of one kink."""
+    """The transition with the largest ½z² between two of 512 times, and the arc of one kink.
+
+    For the arc see `Deterministic.best_spans`.
+    """
     from scipy.fft import dct
 
     from allanite.effects.transition import Transition
 
     places = residual.size + 1
     j = np.arange(1, places)
-    # max(i − k, 0) has the transform cos(πj(k + ½)/n)/sin²(πj/2n), up to what all k share, which a difference loses.
+    # max(i − k, 0) has the transform cos(πj(k + ½)/n)/sin²(πj/2n), up to a part independent of k that cancels.
     scale = root / np.sin(np.pi * j / (2 * n)) ** 2
     scale /= scale.max()
-    every = max(1, places // KINKS)
+    every = max(1, places // TRANSITION_TIMES)
     m = np.arange(every, places, every)
 
     def cosine_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sums Σ_j values_j cos(πjm/places) for all m."""
         padded = np.zeros((places + 1, values.shape[1]))
         padded[1:places] = values
         return np.asarray(0.5 * dct(padded, type=1, axis=0))
@@ -199,7 +205,7 @@ def best_transition(
     size = own[:, None] + own - 2.0 * product
     first, last = np.triu_indices(m.size, 1)
     size, rise = size[first, last], score[last] - score[first]
-    gain = np.where(size > SAME * own.max(), rise**2 / np.maximum(size, 1e-300), 0.0)
+    gain = np.where(size > MIN_RELATIVE_NORM * own.max(), rise**2 / np.maximum(size, 1e-300), 0.0)
     best = int(np.argmax(gain))
     turn = product[np.arange(m.size - 1), np.arange(1, m.size)]
     turn = np.clip(turn / np.sqrt(np.maximum(own[1:] * own[:-1], 1e-300)), -1.0, 1.0)

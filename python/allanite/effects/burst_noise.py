@@ -1,4 +1,4 @@
-"""Burst noise: a random telegraph signal (popcorn noise)."""
+"""Burst noise: a random telegraph signal (popcorn noise) with two levels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from allanite.effects.terms import Exponential, Term
 
 @dataclass(frozen=True)
 class BurstNoise(Stochastic):
-    """Two levels ±A, mean dwell time D in each; r(t) = A² e^{−2t/D}: the spectrum of a Gauss-Markov of T = D/2.
+    """Two levels ±A with mean dwell time D; r(t) = A² e^{−2t/D}, the spectrum of a Gauss-Markov process with T = D/2.
 
     References
     ----------
@@ -34,7 +34,7 @@ class BurstNoise(Stochastic):
     short: ClassVar[str] = "RTS"
     title: ClassVar[str] = "burst noise"
     coefficient: ClassVar[str] = "amplitude"
-    #: Found by its two levels where a Gauss-Markov process fits the spectrum, not by the spectrum.
+    #: Detected by its two levels if a Gauss-Markov process fits the spectrum; the spectra are equal.
     screened: ClassVar[str] = "two levels"
     unplanned: ClassVar[str] = (
         "plan for the gauss_markov of the same spectrum (correlation_time = dwell_time/2)"
@@ -50,7 +50,9 @@ class BurstNoise(Stochastic):
             aliases=("D",),
             symbol="T",
         ),
-        Parameter("amplitude", 0.0, "half the distance of the levels", aliases=("A",), symbol="a"),
+        Parameter(
+            "amplitude", 0.0, "half the distance between the levels", aliases=("A",), symbol="a"
+        ),
     )
     physics: ClassVar[str] = (
         "a single trapped charge or a contact switches the bias between two levels"
@@ -65,16 +67,16 @@ class BurstNoise(Stochastic):
 
     @classmethod
     def like(cls, other: Effect) -> Self | None:
-        """Levels ±σ and a mean dwell time 2T for a Gauss-Markov process."""
+        """Burst noise with the spectrum of a Gauss-Markov process: levels ±σ, mean dwell time 2T."""
         if not isinstance(other, GaussMarkov):
             return None
         return cls(amplitude=other.sigma, dwell_time=2.0 * (other.correlation_time or 0.0))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """One exponential of variance 1."""
+        """One exponential with variance 1."""
         return (Exponential(1.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0))))),)
 
     def generator(self, rate: float) -> tuple[str, list[float]]:
-        """Two levels, and the chance of a switch at a sample: ½(1 − e^{−2/(rate·D)})."""
+        """Telegraph generator: amplitude, and probability ½(1 − e^{−2/(rate·D)}) of a switch per sample."""
         stay = float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0))))
         return "telegraph", [self.amplitude or 0.0, 0.5 * (1.0 - stay)]

@@ -1,4 +1,4 @@
-"""Covariate: another column, through a first-order lag, explains part of the samples."""
+"""Covariate: part of the samples follows a logged column through a first-order lag."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from allanite.effects._follower import COLUMN, Follower, lagged
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Coefficient → power of the column.
+#: Power of the column by coefficient.
 _POWERS = {"coefficient": 1, "quadratic": 2, "cubic": 3}
 
 
 @dataclass(frozen=True)
 class Covariate(Follower):
-    """x(t) = c·u(t) + d·u(t)² + e·u(t)³, u the column less its mean after a lag of time constant `lag` (0: none).
+    """x(t) = c·u(t) + d·u(t)² + e·u(t)³ with u the column minus its mean, after a lag with time constant `lag` (0: none).
 
-    d and e are fitted only where a value (0 to start with) is given. The cubic is the law that the temperature
-    calibrations of PX4 (TC_*) and ArduPilot (INS_TCAL*) fit.
+    d and e are fitted only if they have a start value, e.g. 0. The temperature calibrations of PX4 (TC_*) and ArduPilot
+    (INS_TCAL*) use the cubic form.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Covariate(Follower):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Three for each column: a line, a parabola and a cubic."""
+        """Linear, quadratic and cubic forms for each column."""
         plain = super().candidates(model, columns)
         forms: tuple[dict[str, float], ...] = (
             {},
@@ -95,26 +95,26 @@ class Covariate(Follower):
         return tuple(e.with_values(**form) for e in plain for form in forms)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """No lag, and lags up to a tenth of the record."""
+        """No lag, and lags up to 1/10 of the record."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """The lagged column, and those of its square and its cube that are in the model."""
+        """The lagged column, and its square and cube if they are in the model, shape (n, coefficients)."""
         values, rate = self._followed(time, covariates)
         values = self._by_run(values, lambda run: lagged(run, (self.lag or 0.0) * rate))
         powers = [values ** _POWERS[name] for name in self._fitted()]
         return np.column_stack([x - x.mean() if i else x for i, x in enumerate(powers)])
 
     def _fitted(self) -> tuple[str, ...]:
-        """Names of the coefficients that are in the model."""
+        """Names of the coefficients in the model."""
         return tuple(n for n in _POWERS if n == "coefficient" or self.values[n] is not None)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The coefficients that are fitted."""
+        """A copy with the coefficients set to the amplitudes."""
         return self.with_values(**dict(zip(self._fitted(), map(float, amplitudes), strict=True)))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(c,), (c, d) or (c, d, e)."""
+        """The coefficients (c,), (c, d) or (c, d, e)."""
         return np.array([self.values[name] or 0.0 for name in self._fitted()])

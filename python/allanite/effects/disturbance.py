@@ -1,4 +1,4 @@
-"""Disturbance: for a while something moved the sensor; that stretch is left out."""
+"""Disturbance: a time segment in which something moved the sensor; its samples are excluded."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Disturbance(Modifier):
-    """The samples from `start` to `end` are taken as missing; the recording keeps them.
+    """Samples from `start` to `end` count as missing; the recording keeps them.
 
     Examples
     --------
@@ -42,17 +42,17 @@ class Disturbance(Modifier):
     family: ClassVar[str] = "stretch"
     removes: ClassVar[bool] = True
     unplanned: ClassVar[str] = (
-        "its evidence is how much louder a band is for a while: one of twice the noise is found"
+        "its evidence is a band that is louder for a while: twice the noise is detected"
     )
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("start", "s", "first time of the stretch", "time"),
-        Parameter("end", "s", "last time of the stretch", "time"),
+        Parameter("start", "s", "first time of the segment", "time"),
+        Parameter("end", "s", "last time of the segment", "time"),
     )
     physics: ClassVar[str] = (
         "for a while the sensor was moved (carried, knocked, shaken by a machine or a vehicle), or its link was lost"
     )
     looks_like: ClassVar[str] = (
-        "a stretch of the samples unlike the rest; a band of the spectrum that is louder for a while"
+        "a segment of the samples unlike the rest; a band of the spectrum that is louder for a while"
     )
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log for that time; record again where nothing moves"
@@ -63,26 +63,26 @@ class Disturbance(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Offered beside any model, also one without white noise or with other disturbances."""
+        """One disturbance without values, for every model, even without white noise or with other disturbances."""
         return (cls(),)
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """A disturbance over this interval; `factor` is not used."""
+        """A disturbance in an interval, s; `factor` is not used."""
         return cls(start=start, end=end)
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """The stretch."""
+        """Start and end of the segment, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Both times."""
+        """Start and end of the segment, s, as moments; empty without values."""
         return self.when or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Mask of the n samples within the stretch, both times included."""
+        """Mask of n samples: True within the segment, both ends included."""
         mask = np.zeros(n, dtype=bool)
         if self.when is not None:
             first, last = (round(min(max(t * rate, 0.0), n - 1.0)) for t in self.when)

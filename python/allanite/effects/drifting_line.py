@@ -1,4 +1,4 @@
-"""A line whose frequency moves at a constant rate: something that turns and warms up."""
+"""Drifting line: a line whose frequency changes at a constant rate, e.g. a motor that warms up."""
 
 from __future__ import annotations
 
@@ -49,30 +49,31 @@ class DriftingLine(Tone):
         Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
     )
     legend: ClassVar[tuple[str, ...]] = ("frequency", "drift", "amplitude")
-    unplanned: ClassVar[str] = "it is found as a line is: plan for SIN at its middle frequency"
+    unplanned: ClassVar[str] = "it is detected like a line: plan SIN at its middle frequency"
     physics: ClassVar[str] = (
-        "something turns at a speed that changes: a motor or a fan that warms up, a supply that sags, a beat of two clocks"
+        "something rotates at a changing speed: a motor or a fan that warms up, a supply that sags, a beat of two clocks"
     )
     looks_like: ClassVar[str] = (
         "a flat-topped band of the spectrum, as wide as the frequency drifts; lobes of the Allan deviation that smear out"
     )
     check_by: ClassVar[str] = (
-        "log the speed or the temperature of what turns; repeat when it is warm: the band must shrink to a line"
+        "log the speed or the temperature of the machine; repeat when it is warm: the band must shrink to a line"
     )
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "resonance")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Of the drift, a few ordinates over the record to either side; of the frequency what any line has."""
+        """Drifts from 1 to 256 cycles per record duration to both sides of 0; frequencies as for all lines."""
         if name == "drift":
             cycles = np.geomspace(1.0, 256.0, 9)
             return np.concatenate([-cycles[::-1], cycles]) * (rate / n) ** 2
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
-        """Frequencies at the two times."""
+        """Lowest and highest frequency between two times, Hz."""
         f, d = self.frequency or 0.0, self.drift or 0.0
         ends = (f + d * start, f + d * end)
         return min(ends), max(ends)
 
     def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Phase angle of the line at each time without φ, rad."""
         return 2.0 * np.pi * time * ((self.frequency or 0.0) + 0.5 * (self.drift or 0.0) * time)

@@ -1,4 +1,4 @@
-"""Drifting resonance: a band whose frequency is another one at other times."""
+"""Drifting resonance: a band whose frequency changes over time."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DriftingResonance(Moving):
-    """A resonance at each frequency of `course` in turn, for equal parts of the record, as strong and as damped throughout.
+    """A resonance that takes the frequencies of `course` in turn, in equal segments of the record.
 
-    Its density is the mean of theirs: r(t) = rms² Σ_k ρ_k(t)/K, ρ_k the correlation of a resonance at the k-th frequency.
+    Strength and damping are constant. The density is the mean over the segments: r(t) = rms² Σ_k ρ_k(t)/K with ρ_k the
+    correlation of a resonance at the k-th frequency.
 
     Examples
     --------
@@ -47,15 +48,15 @@ class DriftingResonance(Moving):
     title: ClassVar[str] = "drifting resonance"
     coefficient: ClassVar[str] = "rms"
     unplanned: ClassVar[str] = (
-        "its evidence is where its band is at each time: plan a resonance as wide as its course"
+        "its evidence is the frequency of its band over time: plan a resonance as wide as its course"
     )
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
-            "course", "Hz", "natural frequency in equal parts of the record, in turn", "time"
+            "course", "Hz", "natural frequency in equal segments of the record, in turn", "time"
         ),
         *Resonance.parameters[1:],
-        Parameter("lowest", "Hz", "lowest frequency of its course", "derived"),
-        Parameter("highest", "Hz", "highest frequency of its course", "derived"),
+        Parameter("lowest", "Hz", "lowest frequency of the course", "derived"),
+        Parameter("highest", "Hz", "highest frequency of the course", "derived"),
     )
     legend: ClassVar[tuple[str, ...]] = ("lowest", "highest", "rms")
     physics: ClassVar[str] = (
@@ -63,11 +64,11 @@ class DriftingResonance(Moving):
         " stiffness follows the temperature"
     )
     looks_like: ClassVar[str] = (
-        "a band with one steep side, wider than it is at any time; in a spectrogram a track"
+        "a band with one steep side, wider than at any single time; a track in a spectrogram"
     )
     check_by: ClassVar[str] = (
-        "look at the spectrogram; multiples of a machine's speed drift in proportion, on all axes; record again when all is"
-        " warm: the band must stay"
+        "look at the spectrogram; multiples of a machine's speed drift in proportion, on all axes; record again when"
+        " everything is warm: the band must stay"
     )
 
     __repr__ = brief
@@ -77,11 +78,11 @@ class DriftingResonance(Moving):
         if self.course is not None and (
             len(self.course) < 2 or not all(f > 0.0 for f in self.course)
         ):
-            raise InputError(f"{self.kind}: course must be two frequencies above 0 or more, in Hz")
+            raise InputError(f"{self.kind}: course must be at least two frequencies above 0, in Hz")
 
     @classmethod
     def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
-        """A resonance (`band`) that moves along its `course`, Hz."""
+        """The drifting form of a resonance `band` along a `course`, Hz; None for other effects."""
         if type(band) is not Resonance:
             return None
         return cls(course=tuple(course), damping=band.damping, rms=band.rms)
@@ -90,48 +91,48 @@ class DriftingResonance(Moving):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None by itself: each resonance of a model is asked where it is at other times."""
+        """No candidates: a check tests for each resonance of a model whether it moves."""
         return ()
 
     @property
     def stretches(self) -> tuple[Resonance, ...]:
-        """A resonance at each frequency of its course."""
+        """The resonance in each segment of the record."""
         return tuple(
             Resonance(frequency=f, damping=self.damping, rms=self.rms) for f in self.course or ()
         )
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Its course."""
+        """Center frequency in each segment of the record, Hz."""
         return self.course or ()
 
     @property
     def lowest(self) -> float | None:
-        """Lowest frequency of its course, Hz."""
+        """Lowest frequency of the course, Hz."""
         return min(self.course) if self.course else None
 
     @property
     def highest(self) -> float | None:
-        """Highest frequency of its course, Hz."""
+        """Highest frequency of the course, Hz."""
         return max(self.course) if self.course else None
 
     @property
     def numbers(self) -> int:
-        """Its frequencies, the damping and the strength."""
+        """Number of parameters: frequencies, damping and strength."""
         return len(self.course or ()) + 2
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Dampings from a line to a band."""
+        """Grid of dampings from a narrow line to a broad band."""
         return np.array([1e-3, 3e-3, 0.01, 0.03, 0.1, 0.35])
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """From a half-width below the lowest to a half-width above the highest frequency."""
+        """Range from a half-width below the lowest to a half-width above the highest frequency, Hz."""
         if not self.course or self.damping is None:
             return None
         return min(self.course) * (1.0 - self.damping), max(self.course) * (1.0 + self.damping)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Of every resonance of its course, with a variance of 1 together."""
+        """Complex exponentials of the resonances of the course, with total variance 1."""
         course = self.course or (1.0,)
         return oscillations(course, self.damping or 0.1, rate, 1.0 / len(course))

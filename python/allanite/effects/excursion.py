@@ -1,4 +1,4 @@
-"""Excursion: the bias leaves its level for a while and comes back."""
+"""Excursion: the bias leaves its level for a while and returns."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Excursion(Away):
-    """x(t) = h for start ≤ t < end, 0 before and after.
+    """x(t) = h for start ≤ t < end, otherwise 0.
 
     Examples
     --------
@@ -36,19 +36,19 @@ class Excursion(Away):
     short: ClassVar[str] = "EXC"
     title: ClassVar[str] = "excursion"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("start", "s", "when it leaves, from the first sample", "shape", symbol="from"),
-        Parameter("end", "s", "when it is back", "shape", symbol="to"),
-        Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",), symbol="h"),
+        Parameter("start", "s", "start time, from the first sample", "shape", symbol="from"),
+        Parameter("end", "s", "end time", "shape", symbol="to"),
+        Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
     )
     legend: ClassVar[tuple[str, ...]] = ("height", "start", "end")
     physics: ClassVar[str] = (
-        "something acted for a while: the mount was leant on, a fan or a machine ran, the supply sagged, the sun shone"
+        "something acted for a while: someone leaned on the mount, a fan or a machine ran, the supply sagged, the sun shone"
     )
     looks_like: ClassVar[str] = (
-        "the low-passed samples stand on another level for minutes, with two edges; a hump at long τ"
+        "the low-passed samples stay at another level for minutes, with two edges; a hump at long τ"
     )
     check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log about those times; leave the stretch out; repeat the record"
+        "look at the samples and at the laboratory's log at those times; exclude the segment; repeat the record"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "excursions",
@@ -60,18 +60,18 @@ class Excursion(Away):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """From start to end."""
+        """Start and end, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @classmethod
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None by itself: it is looked for between any two places of a bias step (`BiasStep.best_spans`)."""
+        """No candidates: a search for bias steps also searches excursions (`BiasStep.best_spans`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """A thousand times over the record, before the end where that is known, after the start."""
+        """About a thousand times over the record; starts before a known end, ends after a known start."""
         whole = n / rate
         times = np.linspace(0.0, whole, 1026)[1:-1]
         if name == "start" and self.end is not None:
@@ -81,7 +81,7 @@ class Excursion(Away):
         return times if times.size > 1 else np.array([0.0, whole])
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
-        """Standard error of either edge, s: that of a bias step's time."""
+        """Standard error of start or end, s, as for the time of a bias step."""
         assert self.start is not None
         assert self.end is not None
         length = min(max(self.end - self.start, 1e-3 * duration), 0.999 * duration)
@@ -91,7 +91,7 @@ class Excursion(Away):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """One column of 0 and 1."""
+        """1 inside the interval and 0 outside, shape (n, 1)."""
         inside = (time >= (self.start or 0.0)) & (time < (self.end or 0.0))
         return inside.astype(float)[:, None]
 
@@ -99,7 +99,7 @@ class Excursion(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """√(2/n) (sin(πjl/n) − sin(πjk/n))/(2 sin(πj/2n)) from sample k to before l, which may lie outside."""
+        """√(2/n) (sin(πjl/n) − sin(πjk/n))/(2 sin(πj/2n)) for samples k … l − 1, shape (points, ordinates)."""
         edges = np.array([(p.start or 0.0, p.end or 0.0) for p in points])
         k = np.clip(np.ceil((edges - start) * rate - 1e-9), 0, n)
         # Many points share an edge.

@@ -1,4 +1,4 @@
-"""Several excursions: the bias leaves its level now and then and comes back each time."""
+"""Several excursions: the bias leaves its level several times and returns each time."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ from allanite.effects.excursion import Excursion
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: A level within this part of the largest excursion about it is none.
-BACK = 0.25
+#: Minimum net height of a combined excursion, relative to the largest height of the excursions that overlap; with a smaller
+#: one the bias counts as back. Chosen by judgment; not measured.
+MIN_NET_HEIGHT = 0.25
 
 
 @dataclass(frozen=True)
 class Excursions(Away):
-    """x(t) = Σ h_i for start_i ≤ t < end_i: `heights` are fitted, times are as they were found.
+    """x(t) = Σ h_i for start_i ≤ t < end_i; a fit estimates `heights` and keeps the times.
 
     Examples
     --------
@@ -48,24 +49,24 @@ class Excursions(Away):
     title: ClassVar[str] = "several excursions"
     further: ClassVar[str] = "further excursions"
     single: ClassVar[bool] = True
-    unplanned: ClassVar[str] = "its evidence is that of its largest: plan an excursion"
+    unplanned: ClassVar[str] = "its evidence is that of the largest excursion: plan an excursion"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("starts", "s", "when it leaves, from the first sample", "time"),
-        Parameter("ends", "s", "when it is back", "time"),
-        Parameter("heights", 0.0, "by how much", "time", low=-np.inf),
+        Parameter("starts", "s", "start times, from the first sample", "time"),
+        Parameter("ends", "s", "end times", "time"),
+        Parameter("heights", 0.0, "changes of the bias", "time", low=-np.inf),
         Parameter("count", "1", "number of excursions", "derived"),
         Parameter("largest", 0.0, "height of the largest", "derived", low=-np.inf, symbol="h"),
     )
     legend: ClassVar[tuple[str, ...]] = ("count", "largest")
     physics: ClassVar[str] = (
-        "something acts now and then: people at the bench, a door, a machine or a heater in turns, a supply that sags, "
-        "charge that is trapped and freed"
+        "something acts from time to time: people at the bench, a door, a machine, a heater, a supply that sags, "
+        "charge that is trapped and released"
     )
     looks_like: ClassVar[str] = (
-        "the low-passed samples stand on another level for a while, several times; a hump at long τ"
+        "the low-passed samples stay at another level for a while, several times; a hump at long τ"
     )
     check_by: ClassVar[str] = (
-        "compare the times with the laboratory's log and with the other axes; leave the stretches out"
+        "compare the times with the laboratory's log and with the other axes; exclude the segments"
     )
     rivals: ClassVar[tuple[str, ...]] = ("burst_noise", "bias_step", "transient", "gauss_markov")
 
@@ -75,30 +76,33 @@ class Excursions(Away):
         super().__post_init__()
         lists = (self.starts, self.ends, self.heights)
         if len({len(values) for values in lists if values is not None}) > 1:
-            raise InputError(f"{self.kind}: give one start, one end and one height for each")
+            raise InputError(
+                f"{self.kind}: give one start, one end and one height for each excursion"
+            )
         if any(
             end <= start for start, end in zip(self.starts or (), self.ends or (), strict=False)
         ):
-            raise InputError(f"{self.kind}: each must end after its start")
+            raise InputError(f"{self.kind}: each excursion must end after its start")
 
     @classmethod
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None by itself: they are looked for one by one."""
+        """No candidates: excursions are searched one by one and combined afterwards."""
         return ()
 
     @property
     def singly(self) -> tuple[Excursion, ...]:
-        """Each by itself, as `Excursion`."""
+        """Each excursion as a separate effect."""
         lists = (self.starts or (), self.ends or (), self.heights or ())
         return tuple(Excursion(start=a, end=b, height=h) for a, b, h in zip(*lists, strict=True))
 
     @classmethod
     def together(cls, events: Sequence[Away]) -> Self | None:
-        """All of them, first to last.
+        """One effect with all excursions, in order of time.
 
-        What leaves for long and comes back within, for as long as it is away, is away twice: edges are paired anew.
+        Overlapping excursions are split at all edges, and their heights add. If a sum is nearly 0, the bias is back
+        there: a long excursion with a return inside becomes two excursions.
         """
         alone = sorted(
             (one.values["start"], one.values["end"], one.values["height"])
@@ -109,7 +113,7 @@ class Excursions(Away):
         apart = []
         for first, last in pairwise(edges):
             there = [h or 0.0 for start, end, h in alone if start <= first and last <= end]
-            if there and abs(sum(there)) > BACK * max(map(abs, there)):
+            if there and abs(sum(there)) > MIN_NET_HEIGHT * max(map(abs, there)):
                 apart.append((first, last, sum(there)))
         starts, ends, heights = zip(
             *(apart if 0 < len(apart) <= len(alone) else alone), strict=True
@@ -118,42 +122,42 @@ class Excursions(Away):
 
     @property
     def count(self) -> float:
-        """How many."""
+        """Number of excursions."""
         return float(len(self.starts or ()))
 
     @property
     def largest(self) -> float:
-        """Height of the largest, of either sign."""
+        """Height of the largest excursion, with its sign, U."""
         return max(self.heights or (0.0,), key=abs)
 
     @property
     def numbers(self) -> int:
-        """Two times and a height for each."""
+        """Number of parameters: two times and a height for each excursion."""
         return 3 * len(self.starts or ())
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Its times."""
+        """Cache key: class and times."""
         return type(self), self.starts, self.ends
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The heights."""
+        """A copy with these heights."""
         return self.with_values(heights=tuple(amplitudes.tolist()))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The heights."""
+        """The heights, shape (excursions,)."""
         return np.array(self.heights or ())
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """One column of 0 and 1 for each."""
+        """1 inside and 0 outside of each excursion, shape (n, excursions)."""
         return np.column_stack([e.regressors(time, covariates) for e in self.singly])
 
     def signal(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Their sum, without a column for each."""
+        """Sum of all excursions, shape (n,), computed without a column for each."""
         total = np.zeros(time.size)
         for one in self.singly:
             assert one.start is not None
@@ -166,6 +170,6 @@ class Excursions(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """A row for each of the first one's, then for each of the second's …"""
+        """Cosine transforms of all excursions of the first point, then of the second, and so on."""
         alone = [one for point in points for one in point.singly]
         return Excursion.regressor_ordinates(alone, j, n, rate, start)

@@ -1,4 +1,4 @@
-"""Model files: plain JSON with a schema number."""
+"""Read and write models as JSON files, and convert strings, effects and fits to models."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ __all__ = [
     "save_model",
 ]
 
-SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "allanite/check/2")
+#: Names of the JSON schemas that contain a model; the first one is written.
+MODEL_SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "allanite/check/2")
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
-    """``allanite/model/1``: kinds, values (null where to be fitted), held names, limits where there are any."""
+    """JSON form ``allanite/model/1`` of a model: kinds, values (null if to be fitted), held names, limits."""
     return {
-        "schema": SCHEMAS[0],
+        "schema": MODEL_SCHEMAS[0],
         "version": _kernels.version(),
         "model": model.name,
         "effects": [
@@ -45,7 +46,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
 
 
 def kept_of(effect: Effect) -> dict[str, Any]:
-    """JSON form of what a fit keeps to: names that are held, limits, names at them; what there is none of is left out."""
+    """JSON form of held names, limits and names at limits of an effect; empty entries are left out."""
     every = {
         "held": sorted(effect.hold),
         "limits": effect.limits.to_dict(),
@@ -55,29 +56,30 @@ def kept_of(effect: Effect) -> dict[str, Any]:
 
 
 def model_from_dict(document: dict[str, Any], source: str) -> Model:
-    """The model of a model, fit or check document."""
+    """The model in a model, fit or check document; `source` names the document in messages."""
     if "columns" in document:
         raise InputError(
-            f"{source}: holds the models of several columns, and one is needed: save it by itself"
+            f"{source} contains models of several columns, but one is needed; save that model separately"
         )
-    if document.get("schema") not in SCHEMAS:
+    if document.get("schema") not in MODEL_SCHEMAS:
         raise InputError(
-            f"{source}: schema {document.get('schema')!r} is not a model (expected one of {', '.join(SCHEMAS)})"
+            f"{source}: schema {document.get('schema')!r} is not a model (expected one of {', '.join(MODEL_SCHEMAS)})"
         )
     try:
         effects = [_effect(entry, source) for entry in document.get("effects", [])]
     except AllaniteError:
         raise
-    except (AttributeError, TypeError, ValueError):  # a number where an object belongs
+    except (AttributeError, TypeError, ValueError):  # e.g. a number instead of an object
         raise InputError(
-            f"{source}: its effects are not as a model, fit or check writes them"
+            f"{source}: the effects do not have the format of a model, fit or check file"
         ) from None
     if not effects:
-        raise InputError(f"{source}: the document holds no effects")
+        raise InputError(f"{source}: the document contains no effects")
     return Model(tuple(effects))
 
 
 def _effect(entry: dict[str, Any], source: str) -> Effect:
+    """The effect of a JSON entry."""
     cls = find(str(entry.get("kind")))
     if cls is None:
         raise InputError(f"{source}: unknown effect {entry.get('kind')!r}")
@@ -93,17 +95,18 @@ def parse_model(text: str | Model) -> Model:
     Parameters
     ----------
     text : str or Model
-        ``N+B+K``, ``N(N=0.01)+GM(T=30!)``; or the path of a file that `Model.save` or `Fit.save` wrote.
+        A model string such as ``N+B+K`` or ``N(N=0.01)+GM(T=30!)``; or the path of a file written by `Model.save` or
+        `Fit.save`.
 
     Returns
     -------
     Model
-        Values that are not given are None: a fit finds them.
+        Values that are not given are None; a fit estimates them.
 
     Raises
     ------
     InputError
-        Bad string (points at the character), missing or foreign file.
+        Invalid string (the message points at the character), or a missing or foreign file.
 
     Examples
     --------
@@ -129,18 +132,18 @@ def parse_model(text: str | Model) -> Model:
 
 
 def save_model(model: Model, path: str | Path) -> None:
-    """Write ``allanite/model/1``."""
+    """Write a model to `path` as JSON (schema ``allanite/model/1``)."""
     with whole_file(path) as draft:
         draft.write_text(json.dumps(model_to_dict(model), indent=1) + "\n", encoding="utf-8")
 
 
 def as_model(given: object) -> Model:
-    """The model of whatever stands for one: a model, a string or file of one, an effect, a fit.
+    """The model of a model, a model string, a file name, an effect or a fit.
 
     Raises
     ------
     InputError
-        Anything else.
+        An object of another type.
     """
     given = getattr(given, "model", given)
     if isinstance(given, Effect):
@@ -148,5 +151,5 @@ def as_model(given: object) -> Model:
     if isinstance(given, (str, Model)):
         return parse_model(given)
     raise InputError(
-        f"a model is needed, found {type(given).__name__}: give a string such as 'N+B+K', or al.parse_model(…)"
+        f"expected a model, found {type(given).__name__}; give a string such as 'N+B+K', or al.parse_model(…)"
     )

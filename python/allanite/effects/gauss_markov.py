@@ -78,11 +78,14 @@ class GaussMarkov(Stochastic):
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """From four samples (a faster lag is a filter) to half the record, where it becomes a random walk; 8 a decade."""
+        """Correlation times from four samples (a faster lag is a filter) to half the record, 8 per decade.
+
+        With a longer correlation time the process is a random walk.
+        """
         low, high = 4.0 / rate, 0.5 * n / rate
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """One exponential of variance T/2."""
+        """One exponential with variance T/2."""
         time = self.correlation_time or 1.0
         return (Exponential(time / 2.0, float(np.exp(-1.0 / (rate * time)))),)

@@ -1,4 +1,4 @@
-"""High-pass: what is slow does not get through."""
+"""High-pass: a filter that blocks slow signals."""
 
 from __future__ import annotations
 
@@ -15,21 +15,23 @@ from allanite.effects._filter import Filter, Response
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Orders there are.
+#: Admissible orders.
 ORDERS = (1, 2)
-#: Density far below the cutoff over that above it, below which a record shows the filter and no lag.
-FALLEN = 0.5
-#: Highest cutoff that a record shows, as a share of the rate: of a higher one it shows a density that rises to its end, as
-#: white PM and quantization have it.
-HIGHEST = 0.125
+#: Maximum ratio of the density far below the cutoff to that above it for the filter to be visible. With a higher ratio the
+#: spectrum is that of a lag. Chosen by judgment; not measured.
+MAX_DENSITY_RATIO = 0.5
+#: Maximum visible cutoff, in parts of the sampling rate. With a higher one the density rises up to Nyquist, like white PM
+#: and quantization noise. Chosen by judgment; not measured.
+MAX_VISIBLE_CUTOFF = 0.125
 
 
 @dataclass(frozen=True)
 class HighPass(Filter):
     """|H|² = (f/f_c)^{2k}/(1 + (f/f_c)^{2k}) of order k = 1 or 2: Butterworth by bilinear transform, gain 1 at Nyquist.
 
-    It acts on every random process of the model; N, B, K are those before it. A random walk behind one of first order is
-    a Gauss-Markov process, so that the filter is named only where the density falls below the white level.
+    The filter acts on every random process of the model; N, B and K are the coefficients before the filter. A random walk
+    after a first-order high-pass is a Gauss-Markov process. Therefore the filter is suggested only if the density falls
+    below the white level.
 
     Examples
     --------
@@ -56,13 +58,13 @@ class HighPass(Filter):
     single: ClassVar[bool] = True
     blocks: ClassVar[bool] = True
     physics: ClassVar[str] = (
-        "the signal is coupled by a capacitor, or a filter takes the drift out: offset removal, washout, a leaky baseline"
+        "the signal is coupled by a capacitor, or a filter removes the drift: offset removal, washout, a leaky baseline"
     )
     looks_like: ClassVar[str] = (
         "a density that falls towards low frequencies; an Allan deviation that falls as 1/τ and faster, and never turns up"
     )
     check_by: ClassVar[str] = (
-        "turn the sensor at a constant rate, or tip it: a step must decay with 1/(2πf); look for an offset-removal setting"
+        "turn the sensor at a constant rate, or tilt it: a step must decay with 1/(2πf); look for an offset-removal setting"
     )
     rivals: ClassVar[tuple[str, ...]] = ("quantization", "power_law", "gauss_markov")
 
@@ -72,31 +74,32 @@ class HighPass(Filter):
             raise InputError(f"high_pass: order {self.order:g} (known: 1, 2)")
 
     def variants(self) -> tuple[HighPass, ...]:
-        """Both orders, or the one that is given."""
+        """Filters of both orders, or of the given order."""
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Cutoffs, eight a decade, from where the fall takes a few ordinates to a quarter of the rate."""
+        """Cutoffs, eight per decade, from 4/T to a quarter of the rate."""
         low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """Whether the record goes on above the cutoff, and has less far below it: all else is a lag or quantization."""
+        """True if the density far below the cutoff is clearly lower than above it; otherwise a lag or quantization fits."""
         cutoff = self.cutoff or rate
-        if cutoff > HIGHEST * rate:
+        if cutoff > MAX_VISIBLE_CUTOFF * rate:
             return False
         below = np.geomspace(max(0.5 / duration, 1e-3 * cutoff), 0.5 * cutoff, 16)
         above = np.geomspace(min(2.0 * cutoff, 0.4 * rate), 0.5 * rate, 16)
         return bool(
-            model.psd(below, rate).min() < FALLEN * float(np.median(model.psd(above, rate)))
+            model.psd(below, rate).min()
+            < MAX_DENSITY_RATIO * float(np.median(model.psd(above, rate)))
         )
 
     def response(self, rate: float) -> Response:
-        """The bilinear Butterworth high-pass at this rate."""
+        """Digital response of the Butterworth high-pass (bilinear transform) at sampling rate `rate`."""
         k = np.tan(np.pi * min((self.cutoff or 0.01 * rate) / rate, 0.49))
         if int(self.order or 1) == 1:
             p = (1.0 - k) / (1.0 + k)
-            # A pole at zero has no residue.
+            # Avoid a pole at zero, which has no residue.
             p = p if abs(p) > 1e-5 else 1e-5
             return Response(0.5 * (1.0 + p), (1.0 + 0.0j,), (complex(p),))
         s = k * np.exp(0.75j * np.pi)

@@ -1,4 +1,4 @@
-"""Hysteresis: the samples follow another column with play, as backlash does."""
+"""Hysteresis: the samples follow a logged column with play (backlash)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Hysteresis", "play"]
 
 @dataclass(frozen=True)
 class Hysteresis(Proportional):
-    """x(t) = c·p(t), p what a column drags along with a play of ±`width`: it stands still where the column turns.
+    """x(t) = c·p(t) with p a value that the column drags along with a play of ±`width`; p rests while the column turns.
 
     Examples
     --------
@@ -34,7 +34,7 @@ class Hysteresis(Proportional):
 
     width: float | None = None
 
-    #: Least and largest half play worth a look, where the column is known.
+    #: Smallest and largest half play that a search tries; None if the column is unknown.
     reach: tuple[float, float] | None = field(default=None, compare=False, repr=False, kw_only=True)
 
     kind: ClassVar[str] = "hysteresis"
@@ -45,7 +45,7 @@ class Hysteresis(Proportional):
         Parameter(
             "coefficient",
             "U/unit",
-            "change of the samples per unit of the column, between its turns",
+            "change of the samples per unit of the column, between its turning points",
             low=-np.inf,
             symbol="c",
         ),
@@ -54,14 +54,14 @@ class Hysteresis(Proportional):
     one_of: ClassVar[tuple[str, ...]] = ("hysteresis",)
     legend: ClassVar[tuple[str, ...]] = ("coefficient", "width")
     physics: ClassVar[str] = (
-        "stress that a package, a glue or a mounting relieves only by slipping: on the way back from a warm end the bias "
+        "stress that a package, a glue or a mounting relieves only by slipping: when the temperature falls again, the bias "
         "stays until the temperature has fallen by the play"
     )
     looks_like: ClassVar[str] = (
-        "the low-passed samples over the column are a loop of parallel sides, as wide at slow cycles as at fast ones"
+        "the low-passed samples over the column form a loop with parallel sides, equally wide in slow and fast cycles"
     )
     check_by: ClassVar[str] = (
-        "cycle the column at two speeds: the loop of a play stays as wide, that of a lag widens with the speed"
+        "cycle the column at two speeds: the loop of a play keeps its width, the loop of a lag widens with the speed"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "covariate",
@@ -77,7 +77,7 @@ class Hysteresis(Proportional):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One for each column, with the plays that its range can show."""
+        """One effect for each column, with the range of plays that the column can show."""
         out = []
         for effect in super().candidates(model, columns):
             low, high = np.quantile(columns[str(effect.column)], (0.01, 0.99))
@@ -87,9 +87,9 @@ class Hysteresis(Proportional):
         return tuple(out)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """From an eighth of the column's range, below which it is no play to be seen, to nearly all of it, 8 a decade.
+        """Half plays from 1/16 to 1/2.2 of the column's range, 8 per decade; six decades if the range is unknown.
 
-        Six decades where the range is not known.
+        A smaller play is not visible.
         """
         low, high = self.reach or (1e-3, 1e3)
         return np.geomspace(low, high, 1 + round(8.0 * np.log10(high / low)))
@@ -97,16 +97,17 @@ class Hysteresis(Proportional):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """What the column drags along."""
+        """The value that the column drags along, shape (n, 1)."""
         values, _ = self._followed(time, covariates)
         return self._by_run(values, lambda run: play(run, self.width or 0.0))[:, None]
 
 
 def play(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """What `values`, shape (n,), drag along with a play of ±`width`, from the middle of the play.
+    """Values that `values`, shape (n,), drag along with a play of ±`width`, started in the middle of the play.
 
-    p_k = min(max(p_{k−1}, u_k − w), u_k + w): each step clips, and clips in a row are one clip, so that √n runs of √n
-    steps go side by side. Prandtl's play operator (Visintin 1994, Differential Models of Hysteresis, III.2).
+    This is Prandtl's play operator p_k = min(max(p_{k−1}, u_k − w), u_k + w) (Visintin 1994, Differential Models of
+    Hysteresis, III.2). Each step clips the previous value, and several clips combine into one. Therefore √n runs of √n
+    steps are computed in parallel.
     """
     n = values.size
     rows = max(1, int(np.sqrt(n)))

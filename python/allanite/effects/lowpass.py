@@ -1,6 +1,6 @@
-"""Low-pass filters behind white noise: autocovariances as primitive terms, and the same filters for simulation.
+"""Low-pass filters of white noise: autocovariances as primitive terms, and the same filters for simulation.
 
-Frequencies are in cycles per sample; every filter lets frequency zero pass unchanged.
+Frequencies are in cycles per sample. Every filter has gain 1 at frequency zero.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from allanite.common.memory import cleared_by_free_buffers
 from allanite.effects._filter import Response
 from allanite.effects.terms import Exponential, Lags, Term, White
 
-__all__ = ["DESIGNS", "HIGHEST", "RECURSIVE", "SCANNED", "generators", "response", "terms"]
+__all__ = ["DESIGNS", "MAX_CUTOFF", "RECURSIVE", "TRIED_DESIGNS", "generators", "response", "terms"]
 
 Array = NDArray[np.float64]
 Poles = NDArray[np.complex128]
 Generators = list[tuple[str, list[float]]]
 
-#: Orders of each design; those of ``fir`` are lengths in samples.
+#: Admissible orders of each design; for ``fir`` the length in samples.
 DESIGNS: dict[str, tuple[int, ...]] = {
     "sampled": (1, 2, 3, 4),
     "digital": (1, 2, 3, 4),
@@ -29,10 +29,10 @@ DESIGNS: dict[str, tuple[int, ...]] = {
     "moving_average": (1, 2, 3),
     "fir": (8, 12, 16, 24, 32, 48, 64),
 }
-#: Designs with poles, which can act on all that is random.
+#: Recursive designs (with poles), which can act on all random processes.
 RECURSIVE = ("sampled", "digital", "cascaded", "smoothed")
-#: (design, order) in the order in which they are tried; the simpler first.
-SCANNED = (
+#: Designs (name, order) that a fit tries, simpler ones first.
+TRIED_DESIGNS = (
     ("sampled", 1),
     ("digital", 1),
     ("moving_average", 1),
@@ -51,8 +51,9 @@ SCANNED = (
     ("fir", 32),
     ("fir", 64),
 )
-#: Cutoff beyond which nothing of the roll-off is left to see, in cycles per sample.
-HIGHEST = {
+#: Maximum cutoff of each design in a fit, in cycles per sample; with a higher one the roll-off is invisible.
+#: Chosen by judgment; not measured.
+MAX_CUTOFF = {
     "sampled": 1.5,
     "digital": 0.49,
     "cascaded": 0.49,
@@ -60,23 +61,25 @@ HIGHEST = {
     "moving_average": 0.4,
     "fir": 0.6,
 }
-#: Lowest cutoff of filters that end: the mean of 4000 samples.
-LOWEST = 1e-4
-#: Poles nearer to zero are moved here, and equal ones so far apart: residues keep their digits, the filter its shape.
-NEAR, APART = 1e-5, 2e-3
-#: Half-power frequency of repeated means, times their length, by how many there are.
-MEANS = {1: 0.442947, 2: 0.318936, 3: 0.261672}
-#: Taps per sample of the output.
-PHASES = 4
+#: Minimum cutoff of finite filters, in cycles per sample: the mean of 4000 samples. Chosen by judgment; not measured.
+MIN_CUTOFF = 1e-4
+#: Minimum distance of a pole from zero, so that residues keep their digits. Chosen by judgment; not measured.
+MIN_POLE = 1e-5
+#: Relative distance to which equal poles are moved apart; the filter hardly changes. Chosen by judgment; not measured.
+POLE_SEPARATION = 2e-3
+#: Half-power frequency times length of one, two and three equal means in a row: solutions of sinc(x)^2k = ½.
+MEAN_CUTOFFS = {1: 0.442947, 2: 0.318936, 3: 0.261672}
+#: Number of taps per output sample in the impulse response of finite filters. Chosen by judgment; not measured.
+TAPS_PER_SAMPLE = 4
 
 
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Autocovariance of white noise of variance 1 behind the filter."""
+    """Terms of filtered white noise with density 1 at frequency zero."""
     if design in {"moving_average", "fir"}:
         if design == "moving_average" and order == 1:
-            length = max(1.0, MEANS[1] / _bounded(cutoff))
+            length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
             h = np.arange(int(np.ceil(length)))
             found: tuple[Term, ...] = (Lags(tuple(1.0 - h / length)),)
         else:
@@ -92,10 +95,10 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def generators(design: str, order: int, cutoff: float, white: float) -> Generators:
-    """The core's generators of white noise of a variance behind the filter."""
+    """Generators, in the compiled core, of filtered white noise whose variance before the filter is `white`."""
     if design == "moving_average" and order == 1:
-        # Between whole lengths the triangle of lags is a mean of those of both.
-        length = max(1.0, MEANS[1] / _bounded(cutoff))
+        # For a fractional length, mix the means of the two neighboring whole lengths.
+        length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
         low = int(length)
         share = length - low
         sizes = np.array([(1.0 - share) * low, share * (low + 1)]) * np.array([low, low + 1])
@@ -110,14 +113,14 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
 
 
 def response(design: str, order: int, cutoff: float) -> Response:
-    """A filter of a recursive design, of gain 1 at frequency zero."""
+    """Digital response of a recursive design with gain 1 at frequency zero."""
     poles, zeros = _roots(design, order, cutoff)
     gain = np.prod(1.0 - poles) / np.prod(1.0 - zeros)
     return Response(float(gain.real), tuple(map(complex, zeros)), tuple(map(complex, poles)))
 
 
 def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
-    """Poles and zeros of a recursive design."""
+    """Poles and zeros of a recursive design at a cutoff in cycles per sample."""
     if design == "sampled":
         poles = np.exp(2.0 * np.pi * cutoff * _butterworth(order))
         return poles, _sampled_zeros(order, cutoff, poles)
@@ -126,11 +129,12 @@ def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
 
 
 def _bounded(cutoff: float) -> float:
-    return float(np.clip(cutoff, LOWEST, 10.0))
+    """Cutoff of a finite filter, clipped to the admissible range."""
+    return float(np.clip(cutoff, MIN_CUTOFF, 10.0))
 
 
 def _butterworth(order: int) -> Poles:
-    """Poles of the low-pass of cutoff 1 rad/s; conjugates are exact."""
+    """Poles of the continuous Butterworth low-pass with cutoff 1 rad/s, in exact conjugate pairs."""
     k = np.arange(order)
     out = np.exp(1j * np.pi * (2 * k + order + 1) / (2 * order))
     if order % 2:
@@ -140,7 +144,7 @@ def _butterworth(order: int) -> Poles:
 
 
 def _modes(poles: Poles, weights: Poles) -> tuple[Term, ...]:
-    """Σ weight·pole^h, of a conjugate pair one with twice its weight."""
+    """Exponential terms of the autocovariance Σ weight·pole^h; a conjugate pair becomes one term with twice the weight."""
     out: list[Term] = []
     for p, a in zip(poles, weights, strict=True):
         if p.imag >= 0.0:
@@ -150,33 +154,36 @@ def _modes(poles: Poles, weights: Poles) -> tuple[Term, ...]:
 
 
 def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
-    """r(t) of the continuous low-pass at whole t, which has the aliases in it: residues of H(s)H(−s)."""
+    """Terms of white noise after a continuous Butterworth low-pass, sampled (with aliases): residues of H(s)H(−s)."""
     s = _butterworth(order)
     weights = np.array([1.0 / (np.prod(p - s[s != p]) * np.prod(-p - s)) for p in s], dtype=complex)
     return _modes(np.exp(2.0 * np.pi * cutoff * s), weights)
 
 
 def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
+    """Poles of a digital, cascaded or smoothed design."""
     f = min(cutoff, 0.499)
     if design == "digital":
-        # Away from a quarter of the rate, where an odd order has a pole at zero.
-        k = np.tan(np.pi * (f if abs(f - 0.25) > NEAR / 4.0 else 0.25 - NEAR / 4.0))
+        # Avoid a cutoff of a quarter of the rate, where odd orders have a pole at zero.
+        k = np.tan(np.pi * (f if abs(f - 0.25) > MIN_POLE / 4.0 else 0.25 - MIN_POLE / 4.0))
         s = k * _butterworth(order)
         return np.asarray((1.0 + s) / (1.0 - s))
-    # Each section takes its share of the half of the power.
+    # Power gain of each section at the cutoff, so that all together have ½.
     share = 0.5 ** (1.0 / order)
     if design == "cascaded":
         k = np.tan(np.pi * f) * np.sqrt(share / (1.0 - share))
-        return np.asarray((1.0 - k) / (1.0 + k) + APART * np.array([-1, 1]) / (1.0 + k), complex)
+        return np.asarray(
+            (1.0 - k) / (1.0 + k) + POLE_SEPARATION * np.array([-1, 1]) / (1.0 + k), complex
+        )
     # (1−a)²/(1−2a cos w+a²) = share.
     rest = share * 2.0 * np.sin(np.pi * f) ** 2 / (1.0 - share)
     a = 1.0 / (1.0 + rest + np.sqrt(rest * (rest + 2.0)))
-    spread = APART * (1.0 if order == 2 else 4.0) * np.linspace(-1.0, 1.0, order)
+    spread = POLE_SEPARATION * (1.0 if order == 2 else 4.0) * np.linspace(-1.0, 1.0, order)
     return np.asarray(a * (1.0 + spread * min(1.0, (1.0 - a) / a)), dtype=complex)
 
 
 def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Residues of H(z)H(1/z) z^{h−1} at the poles, and the white rest at lag 0 where the zeros are at −1."""
+    """Terms of white noise after a digital design: residues of H(z)H(1/z) z^{h−1}, and white noise for zeros at −1."""
     poles = _digital_poles(design, order, cutoff)
     top = (1.0 + poles) ** (2 * order) / poles if design != "smoothed" else poles ** (order - 1)
     weights = np.array(
@@ -192,7 +199,7 @@ def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
-    """Zeros within the unit circle of the sampled low-pass: what its poles leave of its spectrum, aliases summed."""
+    """Zeros inside the unit circle of the sampled continuous low-pass, from its aliased spectrum divided by its poles."""
     if order == 1:
         return np.zeros(1, dtype=complex)
     w = 2.0 * np.pi * np.arange(9) / 16.0
@@ -208,18 +215,18 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
 
 
 def _sections(poles: Poles, zeros: Poles) -> list[float]:
-    """b0, b1, b2, a1, a2 of sections in a row, each of gain 1 at frequency zero."""
+    """Coefficients b0, b1, b2, a1, a2 of second-order sections in series, each with gain 1 at frequency zero."""
     upper = [p for p in poles if p.imag > 0.0]
     real = [p for p in poles if p.imag == 0.0]
     pairs = [(p, p.conjugate()) for p in upper]
     pairs += [tuple(real[i : i + 2]) for i in range(0, len(real), 2)]
-    # Conjugate zeros stay together.
+    # Keep conjugate zeros in one section.
     left = sorted(zeros, key=lambda z: (-abs(z.imag), z.real, z.imag))
     out: list[float] = []
     for pair in sorted(pairs, key=len, reverse=True):
         mine, left = left[: len(pair)], left[len(pair) :]
         b, a = np.real(np.poly(mine)), np.real(np.poly(pair))
-        # 1 + a1 + a2 and the like from the roots: near 1 the sums have no digits.
+        # Compute the gain from the roots: for roots near 1 the sums of coefficients lose all digits.
         gain = np.prod([1.0 - p for p in pair]).real / np.prod([1.0 - z for z in mine]).real
         b, a = np.pad(gain * b, (0, 3 - b.size)), np.pad(a, (0, 3 - a.size))
         out += [*map(float, b), float(a[1]), float(a[2])]
@@ -229,9 +236,9 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4096)
 def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
-    """Impulse response at `PHASES` times the rate, one array for each phase of it."""
+    """Impulse response of a finite filter at `TAPS_PER_SAMPLE` times the rate, one array for each phase."""
     if design == "moving_average":
-        length = MEANS[order] / cutoff
+        length = MEAN_CUTOFFS[order] / cutoff
         reach = 0.5 * order * length
         t = _instants(reach)
         x = t / length
@@ -246,7 +253,7 @@ def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
         t = _instants(0.5 * order)
         window = 0.54 + 0.46 * np.cos(2.0 * np.pi * t / order)
         here = np.cos(2.0 * np.pi * cutoff * t)
-        # The middle of the edge is a little above the half-power frequency, by what the window's width says.
+        # Bisection for the cutoff of the sinc whose windowed response has half power at the wanted cutoff.
         low, high = 0.0, cutoff + 2.0 / order
         for _ in range(45):
             middle = 0.5 * (low + high)
@@ -255,11 +262,11 @@ def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
                 low = middle
             else:
                 high = middle
-    response = np.pad(response, (0, -response.size % PHASES))
-    return tuple(response[i::PHASES] for i in range(PHASES))
+    response = np.pad(response, (0, -response.size % TAPS_PER_SAMPLE))
+    return tuple(response[i::TAPS_PER_SAMPLE] for i in range(TAPS_PER_SAMPLE))
 
 
 def _instants(reach: float) -> Array:
-    """Instants at `PHASES` times the rate within a reach, even about zero."""
-    count = max(1, int(np.floor(reach * PHASES)))
-    return np.arange(-count, count + 1) / PHASES
+    """Symmetric times from −reach to reach, in samples, at `TAPS_PER_SAMPLE` times the rate."""
+    count = max(1, int(np.floor(reach * TAPS_PER_SAMPLE)))
+    return np.arange(-count, count + 1) / TAPS_PER_SAMPLE

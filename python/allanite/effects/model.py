@@ -1,4 +1,4 @@
-"""A sum of effects."""
+"""Models: sums of effects, with spectrum, Allan variance, fit and simulation."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 
 __all__ = ["MAX_EFFECTS", "Model"]
 
-#: Most effects of a model that is fitted or predicted. The time of a fit grows with the square of their number: for 10⁵
-#: samples, 60 lines take 12 s of processor time, 100 take 23 s and 300 several minutes. `improve` adds at most 40.
+#: Maximum number of effects of a model that is fitted or predicted. The time of a fit grows with the square of the number:
+#: for 10⁵ samples, 60 lines take 12 s of processor time, 100 take 23 s and 300 several minutes. `improve` adds at most 40.
 MAX_EFFECTS = 64
 
 
 @dataclass(frozen=True)
 class Model:
-    """A flat sum of effects, immutable; ``+`` adds.
+    """An immutable sum of effects; ``+`` adds effects.
 
     Attributes
     ----------
     effects : tuple of Effect
-        In the order given.
+        The effects in the given order.
 
     Examples
     --------
@@ -74,11 +74,11 @@ class Model:
         seen: set[str] = set()
         for effect in self.effects:
             if effect.single and effect.kind in seen:
-                raise InputError(f"the model has {effect.kind} twice: keep one")
+                raise InputError(f"the model has {effect.kind} twice; remove one")
             seen.add(effect.kind)
 
     def limited(self, use: str) -> Model:
-        """Return the model itself; refuse a model of more effects than the use can take.
+        """The model itself, after a check that it has at most 64 effects; `use` names the purpose in the message.
 
         Raises
         ------
@@ -87,8 +87,8 @@ class Model:
         """
         if len(self.effects) > MAX_EFFECTS:
             raise InputError(
-                f"a model of {len(self.effects)} effects: {use} takes at most {MAX_EFFECTS}: leave out what is"
-                " not needed"
+                f"the model has {len(self.effects)} effects, but {use} takes at most {MAX_EFFECTS}; remove effects"
+                " that are not needed"
             )
         return self
 
@@ -106,14 +106,14 @@ class Model:
         return "+".join(str(effect) for effect in self.effects)
 
     def replaced(self, place: int, **values: Any) -> Model:
-        """The model with other values of the effect at `place`, or others that it holds or keeps to."""
+        """A copy with some values, held names or limits of the effect at index `place` changed."""
         effects = list(self.effects)
         effects[place] = effects[place].with_values(**values)
         return Model(tuple(effects))
 
     @property
     def name(self) -> str:
-        """The sum of short names, such as ``N+B+K``."""
+        """Sum of short names, such as ``N+B+K``."""
         return "+".join(effect.short for effect in self.effects)
 
     @property
@@ -138,38 +138,38 @@ class Model:
 
     @cached_property
     def modifiers(self) -> tuple[Modifier, ...]:
-        """What acts on the white part."""
+        """The modifiers of the sum: level changes, filters, excluded samples."""
         return tuple(e for e in self.effects if isinstance(e, Modifier))
 
     @cached_property
     def filters(self) -> tuple[Filter, ...]:
-        """What all random processes have passed."""
+        """The filters that act on all random processes."""
         return tuple(f for e in self.modifiers if isinstance(f := e.whole, Filter))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_] | None:
-        """Mask of the samples that its effects take out of n at `rate` Hz; None where none of them takes any."""
+        """Mask of n samples at `rate` Hz: True for samples that effects exclude; None if no effect excludes samples."""
         masks = [e.missing(n, rate) for e in self.modifiers if e.removes]
         return np.logical_or.reduce(masks) if masks else None
 
     @cached_property
     def white(self) -> Stochastic | None:
-        """The white process, whose level modifiers change."""
+        """The white-noise process, whose level modifiers change; None if the model has none."""
         return next((e for e in self.stochastic if e.white), None)
 
     @property
     def levels(self) -> tuple[Modifier, ...]:
-        """What changes the level of the white noise over time."""
+        """The effects that change the level of the white noise over time."""
         return tuple(e for e in self.modifiers if e.passing and e.band is None)
 
     def mean_level(self, span: tuple[float, float]) -> float:
-        """Root mean square level of the white noise over a record of `span`, s, over what its coefficient says."""
+        """RMS level of the white noise over a record, relative to its coefficient; `span` is first and last time, s."""
         power = 1.0
         for level in self.levels:
             power *= sum(t.variance for t in level.modify(1.0, 1.0, span) if isinstance(t, White))
         return float(np.sqrt(power))
 
     def steady(self, span: tuple[float, float]) -> Model:
-        """The model with the mean level over a record of `span`, s, in the place of what changes the white noise's."""
+        """The model with level changes replaced by their mean level over a record; `span` is first and last time, s."""
         levels = self.levels
         out: list[Effect] = []
         for effect in self.effects:
@@ -183,10 +183,13 @@ class Model:
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms of one effect at coefficient 1 and `rate` Hz, behind all modifiers; `span` as of `Modifier.modify`."""
+        """Spectral terms of one effect at coefficient 1 and `rate` Hz, after all modifiers.
+
+        `span` is the first and last time of the record, s.
+        """
         out = effect.unit_terms(rate)
         if effect.white:
-            # A level scales what a bandwidth leaves as it scales what comes in, of which one term is white.
+            # Level changes first: a level scales the input and the output of a bandwidth equally.
             for modifier in sorted(self.modifiers, key=lambda m: not m.passing):
                 if modifier.whole is not None:
                     continue
@@ -199,19 +202,22 @@ class Model:
                         else (term,)
                     )
                 )
-        # What filters the whole signal comes after what happens to the white noise in it.
+        # Filters of the whole signal act after modifiers of the white noise.
         for filtering in self.filters:
             out = filtering.passed(out, rate)
         return out
 
     def terms(self, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:
-        """All primitive terms at the values held now, per sample at `rate`, over a record of `span` (s)."""
+        """Spectral terms of all random processes at the present values, per sample at `rate` Hz.
+
+        `span` is the first and last time of the record, s.
+        """
         out: list[Term] = []
         for effect in self.stochastic:
             value = getattr(effect, effect.coefficient)
             if value is None:
                 raise InputError(
-                    f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
+                    f"{effect.kind}: {effect.coefficient} has no value; give one, or fit it"
                 )
             out += [t.scaled(value**2) for t in self.unit_terms(effect, rate, span)]
         return tuple(out)
@@ -224,13 +230,13 @@ class Model:
         f : array_like
             Frequencies in Hz, within (0, rate/2].
         rate : float, optional
-            Sampling rate in Hz of the discrete process; without it, so high a rate that the density is
-            that of the continuous process (quantization and white bandwidths need one).
+            Sampling rate of the discrete process, Hz. Without it the rate is so high that the density is that of the
+            continuous process. Quantization and bandwidths of white noise need a rate.
 
         Returns
         -------
         ndarray
-            U²/Hz, shape of `f`; the level of white noise is N² (`docs/methods.md`).
+            Density, U²/Hz, shape of `f`; the level of white noise is N² (`docs/methods.md`).
         """
         frequency = np.atleast_1d(require_frequencies(f, "f", "Hz"))
         fs = self._rate(rate, 1.0 / (2e3 * frequency.max(initial=1e-30)))
@@ -241,19 +247,19 @@ class Model:
         return (total / fs).reshape(np.shape(f))
 
     def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
-        """Expected overlapping Allan variance of the stochastic effects, exact at every m.
+        """Expected overlapping Allan variance of the model, exact at every averaging factor.
 
         Parameters
         ----------
         tau : array_like
-            Averaging times in s, rounded to multiples of 1/rate.
+            Averaging times, s, rounded to multiples of 1/rate.
         rate : float, optional
-            Sampling rate in Hz; without it 1000 samples per smallest τ (the continuous limit).
+            Sampling rate, Hz; without it 1000 samples per smallest τ (the continuous limit).
 
         Returns
         -------
         ndarray
-            U², shape of `tau`. Deterministic effects add their exact asymptotic variance.
+            Variance, U², shape of `tau`. Deterministic effects add their exact asymptotic variance.
         """
         times = np.atleast_1d(require_frequencies(tau, "tau", "s"))
         fs = self._rate(rate, times.min(initial=np.inf) / 1e3)
@@ -267,18 +273,19 @@ class Model:
 
     @staticmethod
     def _rate(rate: float | None, smallest: float) -> float:
+        """The checked sampling rate, Hz; without one, 1/`smallest`."""
         if rate is None:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)
 
     def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
-        """Fit the model to one column; `method` as of `allanite.fit_model`."""
+        """Fit the model to one column; for `method` see `allanite.fit_model`."""
         from allanite.fit import fit_model
 
         return fit_model(recording, self, method)
 
     def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
-        """Fit the model to every column; `method` as of `allanite.fit_model`."""
+        """Fit the model to every column; for `method` see `allanite.fit_model`."""
         from allanite.fit import fit_columns
 
         return fit_columns(recording, self, method)
@@ -295,27 +302,31 @@ class Model:
         axis: int = 0,
         replicate: int = 0,
     ) -> Recording:
-        """Samples of the model.
+        """Simulated samples of the model.
 
         Parameters
         ----------
         duration, n : float, int
-            Seconds, or number of samples; one of them.
+            Duration in seconds, or number of samples; give one of them.
         rate : float
-            Sampling rate in Hz.
+            Sampling rate, Hz.
         seed : int
-            From 0 to 2^64 − 1. The same seed gives the same bits whatever the number of threads.
+            Seed from 0 to 2^64 − 1. The same seed gives identical samples for any number of threads.
         unit : str
             Unit U of the samples and of the model's values.
         covariates : mapping of str to array_like, shape (n,), optional
-            Columns that covariate effects refer to.
+            Columns that effects of the model follow.
         axis, replicate : int
-            Another axis or replicate is another, independent record of the same seed.
+            Numbers of independent records with the same seed.
+
+        Returns
+        -------
+        Recording
 
         Raises
         ------
         InputError
-            As of `allanite.simulate.simulate`.
+            See `allanite.simulate.simulate`.
         """
         from allanite.simulate import simulate
 
@@ -344,7 +355,7 @@ class Model:
         axis: int = 0,
         replicate: int = 0,
     ) -> Iterator[Recording]:
-        """The samples of `simulate` in consecutive pieces of `size` samples; parameters as of `Model.simulate`."""
+        """The samples of `simulate` in consecutive segments of `size` samples; for the parameters see `simulate`."""
         from allanite.simulate import simulate_chunks
 
         return simulate_chunks(
@@ -363,16 +374,16 @@ class Model:
     def state_space(
         self, rate: float, *, states: int | None = None, duration: float | None = None
     ) -> StateSpace:
-        """F, Q, H, R, P0 of the random part.
+        """State-space form (F, Q, H, R, P0) of the random processes.
 
         Parameters
         ----------
         rate : float
-            Samples a second, Hz.
+            Sampling rate, Hz.
         states : int, optional
-            Largest number of states; `StateSpace.cost` says what a reduction loses.
+            Maximum number of states; `StateSpace.cost` gives the loss by the reduction.
         duration : float, optional
-            Seconds over which the slowest noise has to be right; else a million samples.
+            Duration for which the slowest noise must be accurate, s; by default a million samples.
         """
         from allanite.statespace import state_space
 

@@ -1,4 +1,4 @@
-"""Modulated vibration: a band whose strength comes and goes with a period, so that it has side bands."""
+"""Modulated vibration: a band with sidebands, because its strength changes periodically."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ModulatedVibration(Resonance):
-    """A resonance times 1 + m cos(2πf_m t + φ): a carrier at f, and companions at f ± f_m with ¼m² of its power each.
+    """A resonance times 1 + m cos(2πf_m t + φ): a carrier at f, and sidebands at f ± f_m with ¼m² of its power each.
 
-    r(t) = rms² Σ s_i ρ_i(t), ρ_i the correlations of resonances at f, f − f_m, f + f_m, all as wide, and
-    s = (1, ¼m², ¼m²)/(1 + ½m²). A speed that swings by ±Δf with this rate makes the same companions, m = Δf/f_m, as long as
-    that is small.
+    r(t) = rms² Σ s_i ρ_i(t) with ρ_i the correlations of equally wide resonances at f, f − f_m, f + f_m, and
+    s = (1, ¼m², ¼m²)/(1 + ½m²). A speed that oscillates by ±Δf at the rate f_m has the same sidebands with m = Δf/f_m, if m
+    is small.
 
     References
     ----------
@@ -49,7 +49,7 @@ class ModulatedVibration(Resonance):
         Parameter(
             "modulation",
             "Hz",
-            "rate of the modulation: distance of the side bands",
+            "rate of the modulation: distance of the sidebands",
             "shape",
             low=1e-12,
             aliases=("fm",),
@@ -61,21 +61,21 @@ class ModulatedVibration(Resonance):
     )
     legend: ClassVar[tuple[str, ...]] = ("frequency", "modulation", "rms")
     physics: ClassVar[str] = (
-        "a machine whose load or speed comes and goes with a period: a pump, a fan or a gear, or two machines of nearly one"
+        "a machine whose load or speed changes periodically: a pump, a fan or a gear, or two machines of nearly equal"
         " speed"
     )
     looks_like: ClassVar[str] = (
-        "a narrow band of the spectrum with a smaller one at the same distance on either side"
+        "a narrow band of the spectrum with a weaker band at the same distance on both sides"
     )
     check_by: ClassVar[str] = (
-        "look for something that comes and goes with the rate f_m: its multiples have side bands at the same distance;"
+        "look for something that changes with the rate f_m; multiples of the band have sidebands at the same distance;"
         " switch it off"
     )
     rivals: ClassVar[tuple[str, ...]] = ("resonance",)
 
     @classmethod
     def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """A resonance as the carrier."""
+        """The modulated form of a resonance `band`, with the same power of the carrier; None for other effects."""
         if not isinstance(band, Resonance) or isinstance(band, cls):
             return None
         rms = None if band.rms is None else band.rms * float(np.sqrt(1.0 + 0.5 * depth**2))
@@ -90,7 +90,7 @@ class ModulatedVibration(Resonance):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Those of a resonance; some rates of modulation and one depth."""
+        """Grids of a resonance; six modulation rates; one depth."""
         if name == "depth":
             return np.array([0.5])
         if name == "modulation":
@@ -99,14 +99,14 @@ class ModulatedVibration(Resonance):
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """The carrier's and those of its companions, as wide."""
+        """Bands of the carrier and of the two equally wide sidebands, Hz."""
         if self.occupies is None or self.modulation is None:
             return super().peaks
         low, high = self.occupies
         return tuple((low + s, high + s) for s in (0.0, -self.modulation, self.modulation))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Of three resonances as wide as each other, with a variance of 1 together."""
+        """Complex exponentials of three equally wide resonances with total variance 1."""
         part = 0.25 * (self.depth or 0.0) ** 2
         shares = [one / (1.0 + 2.0 * part) for one in (1.0, part, part)]
         if self.occupies is None or self.modulation is None:
@@ -114,7 +114,7 @@ class ModulatedVibration(Resonance):
         widest = self.parameter("damping").high
         found: list[Term] = []
         for share, (low, high) in zip(shares, self.peaks, strict=True):
-            # Below 0 Hz is the mirror image.
+            # A sideband below 0 Hz appears at its mirror frequency.
             middle = abs(0.5 * (low + high))
             damping = min(0.5 * (high - low) / middle, widest)
             found += oscillations([middle], damping, rate, share)

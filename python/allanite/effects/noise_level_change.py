@@ -1,4 +1,4 @@
-"""Noise level change: for an interval the white noise is louder or quieter."""
+"""Noise level change: the white noise is louder or quieter during an interval."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NoiseLevelChange(Level):
-    """White noise of standard deviation `factor` times N's between `start` and `end`.
+    """White noise whose standard deviation is multiplied by `factor` between `start` and `end`.
 
-    The spectrum of the whole record only sees the mean power; the times come from the time view.
+    The spectrum of the record contains only the mean power; the times come from the power over time.
 
     Examples
     --------
@@ -43,36 +43,36 @@ class NoiseLevelChange(Level):
         "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
     )
     looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; a louder or quieter stretch of the samples"
+        "nothing on the Allan curve; a louder or quieter segment of the samples"
     )
     check_by: ClassVar[str] = (
-        "look at the laboratory's log for that interval; trim it and fit again: everything else should stay"
+        "look at the laboratory's log for that interval; exclude it and fit again: everything else should stay"
     )
     rivals: ClassVar[tuple[str, ...]] = ("outliers", "noise_levels")
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """The effect over this interval with this factor."""
+        """The effect for an interval, s, and a factor."""
         return cls(start=start, end=end, factor=factor)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times (s) and factors of its two changes, into the interval and out of it."""
+        """Times, s, of start and end, and the factors after each."""
         return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """A copy with its two changes at these times, s, and the first of these factors between them."""
+        """A copy whose interval lies between two `times`, s, with the first of the `factors`."""
         return self.with_values(start=times[0], end=times[1], factor=factors[0])
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """The interval."""
+        """Start and end of the interval, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """`factor` inside the interval, its first time included, its last not."""
+        """`factor` for start ≤ time < end, otherwise 1, shape (n,)."""
         if self.when is None or self.factor is None:
             return np.ones(time.shape)
         return np.where((time >= self.when[0]) & (time < self.when[1]), self.factor, 1.0)
@@ -83,9 +83,9 @@ class NoiseLevelChange(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """1 + (factor² − 1) times the part of each stretch that lies inside the interval."""
+        """Mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the interval."""
         return interval_power(start, end, self.when, self.factor)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of the three values, for white noise."""
+        """Standard errors of start, end and factor, for white noise."""
         return interval_errors(self.when, self.factor, rate)

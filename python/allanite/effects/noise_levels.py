@@ -1,4 +1,4 @@
-"""Noise levels: the white noise changes its level several times."""
+"""Noise levels: the level of the white noise changes several times."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from allanite.effects._level import Level
 
 @dataclass(frozen=True)
 class NoiseLevels(Level):
-    """White noise of `factors` times N's standard deviation from each of `times` on; before the first it is N's.
+    """White noise whose standard deviation is N before the first of `times`, and N times one of `factors` after each.
 
-    Levels that come back are one number: a sensor that is switched between two has one factor.
+    Repeated levels count as one parameter: a sensor that switches between two levels has one factor.
 
     Examples
     --------
@@ -41,25 +41,27 @@ class NoiseLevels(Level):
     further: ClassVar[str] = "further noise levels"
     single: ClassVar[bool] = True
     unplanned: ClassVar[str] = (
-        "its evidence is that of its strongest interval: plan a noise level change"
+        "its evidence is that of the strongest interval: plan a noise level change"
     )
     legend: ClassVar[tuple[str, ...]] = ("changes", "quietest", "loudest")
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("times", "s", "when the level changes", "time"),
-        Parameter("factors", "1", "standard deviation from then on over that at the start", "time"),
+        Parameter("times", "s", "times of the level changes", "time"),
+        Parameter(
+            "factors", "1", "standard deviation after each change over that at the start", "time"
+        ),
         Parameter("changes", "1", "number of changes", "derived"),
         Parameter("quietest", "1", "smallest factor", "derived"),
         Parameter("loudest", "1", "largest factor", "derived"),
     )
     physics: ClassVar[str] = (
-        "the sensor or what is beside it works in turns: a duty cycle, an automatic gain or range, a pump, a fan, "
-        "people at the bench; or a coarse step whose dither goes with the bias"
+        "the sensor or something near it changes its state: a duty cycle, an automatic gain or range, a pump, a fan, "
+        "people at the bench; or a coarse quantization step whose dither depends on the bias"
     )
     looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; stretches of the samples that are louder or quieter"
+        "nothing on the Allan curve; segments of the samples that are louder or quieter"
     )
     check_by: ClassVar[str] = (
-        "compare the times with what was switched in the laboratory; fit the stretches of one level alone"
+        "compare the times with what was switched in the laboratory; fit the segments of one level alone"
     )
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "periodic_noise_level")
 
@@ -72,23 +74,23 @@ class NoiseLevels(Level):
         times, factors = self.times, self.factors
         if len(times) != len(factors):
             raise InputError(
-                f"{self.kind}: {len(times)} times and {len(factors)} factors: give one factor for each time"
+                f"{self.kind}: found {len(times)} times and {len(factors)} factors; give one factor for each time"
             )
         if any(a >= b for a, b in pairwise(times)) or any(not f > 0.0 for f in factors):
-            raise InputError(f"{self.kind}: times must rise and factors be above 0")
+            raise InputError(f"{self.kind}: times must increase, and factors must be above 0")
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """The effect with these times, s, and factors."""
+        """The effect for level changes at `times`, s, to `factors`."""
         return cls(times=times, factors=factors)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times (s) and factors of its changes."""
+        """Times of the level changes, s, and the factors after each."""
         return self.times or (), self.factors or ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """A copy with its changes at these times, s, to these factors."""
+        """A copy with level changes at `times`, s, to `factors`."""
         return self.with_values(times=times, factors=factors)
 
     @property
@@ -98,23 +100,23 @@ class NoiseLevels(Level):
 
     @property
     def quietest(self) -> float:
-        """Smallest factor, at most that of the start, 1."""
+        """Smallest factor, including 1 at the start."""
         return min(1.0, *(self.factors or (1.0,)))
 
     @property
     def loudest(self) -> float:
-        """Largest factor, at least that of the start, 1."""
+        """Largest factor, including 1 at the start."""
         return max(1.0, *(self.factors or (1.0,)))
 
     @property
     def numbers(self) -> int:
-        """Its times, and the levels that differ."""
+        """Number of parameters: times, and different levels other than 1."""
         return len(self.times or ()) + len({*(self.factors or ())} - {1.0})
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """The factor that holds at each time."""
+        """Factor at each time, shape (n,)."""
         if self.times is None or self.factors is None:
             return np.ones(time.shape)
         factors = np.array([1.0, *self.factors])
@@ -126,7 +128,7 @@ class NoiseLevels(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Mean of the squared factors between these times."""
+        """Mean squared factor of each time segment."""
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         total = np.ones(low.shape) * (high - low)
         for (since, until), factor in zip(

@@ -1,4 +1,4 @@
-"""Noise that follows a column: the level of the white noise depends on another column."""
+"""Noise that follows a column: the level of the white noise depends on a logged column."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NoiseOfColumn(Level):
-    """White noise of standard deviation e^{coefficient·(u − reference)} times N's, u the column.
+    """White noise whose standard deviation is multiplied by e^{coefficient·(u − reference)} with u the column.
 
-    `reference` is where the noise is N's; a fit chooses it such that N is the root mean square level of the record.
+    `reference` is the column value at which the level is N; a fit chooses it so that N is the rms level of the record.
 
     Examples
     --------
@@ -43,7 +43,7 @@ class NoiseOfColumn(Level):
     short: ClassVar[str] = "NCOL"
     title: ClassVar[str] = "noise that follows"
     unplanned: ClassVar[str] = (
-        "its evidence is the power over time beside the column: plan a noise level change between its extremes"
+        "its evidence is the power over time compared with the column: plan a noise level change between its extremes"
     )
     legend: ClassVar[tuple[str, ...]] = ("coefficient",)
     parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -56,17 +56,19 @@ class NoiseOfColumn(Level):
             low=-np.inf,
             symbol="c",
         ),
-        Parameter("reference", "unit", "value of the column at which it is N", "time", low=-np.inf),
+        Parameter(
+            "reference", "unit", "value of the column at which the level is N", "time", low=-np.inf
+        ),
     )
     physics: ClassVar[str] = (
-        "the noise itself depends on another quantity: on the temperature (gain, thermal noise, a lamp or laser that ages "
-        "with it), on a supply voltage, on how much something beside it moves"
+        "the noise depends on another quantity: on the temperature (gain, thermal noise, a lamp or laser), on a supply "
+        "voltage, or on the motion of something nearby"
     )
     looks_like: ClassVar[str] = (
         "nothing on the Allan curve; the power of the samples over time traces the column"
     )
     check_by: ClassVar[str] = (
-        "hold the column at two values and compare N; record again where it changes at other times"
+        "hold the column at two values and compare N; record again with changes at other times"
     )
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "noise_levels")
 
@@ -74,7 +76,7 @@ class NoiseOfColumn(Level):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One for each column that is no constant and that the noise does not follow yet."""
+        """One effect for each non-constant column that the noise does not follow yet."""
         used = {e.follows for e in model if e.kind == cls.kind}
         return tuple(
             cls(column=name)
@@ -84,16 +86,16 @@ class NoiseOfColumn(Level):
 
     @property
     def follows(self) -> str | None:
-        """The column."""
+        """Name of the column."""
         return self.column
 
     @property
     def numbers(self) -> int:
-        """One: the reference only says what N is."""
+        """Number of parameters: 1, since the reference only defines N."""
         return 1
 
     def following(self, values: NDArray[np.float64], coefficient: float) -> Self:
-        """With the reference at which N is the root mean square level."""
+        """A copy with a coefficient, and with the reference at which N is the rms level for these column values."""
         power = 2.0 * coefficient * values
         top = float(np.max(power))
         mean = top + float(np.log(np.mean(np.exp(power - top))))
@@ -102,18 +104,18 @@ class NoiseOfColumn(Level):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """N is the root mean square level."""
+        """White noise with unchanged variance, since N is the rms level of the record."""
         return (White(white),)
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """e^{coefficient·(u − reference)}.
+        """Factor e^{coefficient·(u − reference)} at each time, shape (n,).
 
         Raises
         ------
         InputError
-            No such column is offered.
+            The recording has no such column.
         """
         values = offered(self, columns) - (self.reference or 0.0)
         return np.asarray(np.exp(np.clip((self.coefficient or 0.0) * values, -50.0, 50.0)))
@@ -124,5 +126,5 @@ class NoiseOfColumn(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """The squared gain at the column's means."""
+        """Squared gain at the mean column value of each time segment."""
         return self.gain(np.asarray(start, dtype=float), columns) ** 2

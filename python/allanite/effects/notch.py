@@ -1,4 +1,4 @@
-"""Notch: a band about one frequency is taken out of the signal."""
+"""Notch: a filter removes a band around one frequency from the signal."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from allanite.effects._filter import Filter, Response
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Qualities that are tried, from a wide notch to a narrow one, and what is left at the centre: a scan with deep ones
-#: alone misses every notch that is not on its grid.
-QUALITIES, LEFT = (1.4, 4.0, 12.0), (0.002, 0.3)
-#: Poles of a wide notch that are equal are moved apart by this.
-APART = 1e-3
+#: Qualities that are tried, from a wide to a narrow notch. Chosen by judgment; not measured.
+TRIED_QUALITIES = (1.4, 4.0, 12.0)
+#: Amplitudes left at the center that are tried. A grid with deep notches only would miss notches between grid points.
+#: Chosen by judgment; not measured.
+TRIED_AMPLITUDES_LEFT = (0.002, 0.3)
+#: Minimum distance of the two poles of a wide notch, so that they differ. Chosen by judgment; not measured.
+MIN_POLE_DISTANCE = 1e-3
 
 
 @dataclass(frozen=True)
 class Notch(Filter):
-    """The second-order digital notch: |H|² is ½ at two frequencies that are frequency/quality apart, 1 far from them.
+    """Second-order digital notch: |H|² is ½ at two frequencies at distance frequency/quality, and 1 far from them.
 
-    H = left + (1 − left) g (1 − 2 cos ω0 z⁻¹ + z⁻²)/(1 − 2g cos ω0 z⁻¹ + (2g − 1) z⁻²), g = 1/(1 + tan(ω0/2Q)), Q the
-    quality; `left` is the amplitude left at the centre; 0.001 stands for nothing. It acts on all random
-    processes of the model.
+    H = left + (1 − left) g (1 − 2 cos ω0 z⁻¹ + z⁻²)/(1 − 2g cos ω0 z⁻¹ + (2g − 1) z⁻²), g = 1/(1 + tan(ω0/2Q)) with Q the
+    quality. `left` is the amplitude left at the center; its minimum 0.001 means a complete notch. The notch acts on all
+    random processes of the model.
 
     Examples
     --------
@@ -50,7 +52,7 @@ class Notch(Filter):
         Parameter(
             "frequency",
             "Hz",
-            "centre of what is taken out",
+            "center of the removed band",
             "shape",
             low=1e-12,
             aliases=("f", "f0"),
@@ -59,7 +61,7 @@ class Notch(Filter):
         Parameter(
             "quality",
             "1",
-            "centre over −3 dB width",
+            "center frequency over −3 dB width",
             "shape",
             low=0.7,
             high=100.0,
@@ -67,58 +69,58 @@ class Notch(Filter):
             symbol="Q",
         ),
         Parameter(
-            "left", "1", "amplitude left at the centre", "shape", low=0.001, high=0.9, optional=True
+            "left", "1", "amplitude left at the center", "shape", low=0.001, high=0.9, optional=True
         ),
     )
     legend: ClassVar[tuple[str, ...]] = ("frequency", "quality")
     physics: ClassVar[str] = (
-        "a notch filter in the driver or the flight controller takes out a band in which something shakes"
+        "a notch filter in the driver or the flight controller removes a band with vibration"
     )
     looks_like: ClassVar[str] = (
         "a gap of the spectrum down to zero at f; hardly anything in the Allan curve"
     )
     check_by: ClassVar[str] = (
-        "look for a notch in the settings of driver and firmware; switch it off: the gap must fill"
+        "look for a notch in the settings of driver and firmware; switch it off: the gap must disappear"
     )
     rivals: ClassVar[tuple[str, ...]] = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Frequencies every tenth from 1/200 of the rate, or 100/T, to Nyquist; three qualities, two depths."""
+        """Frequencies 10 % apart from 1/200 of the rate, or 100/T, to Nyquist; three qualities; two depths."""
         if name != "frequency":
-            return np.array(QUALITIES if name == "quality" else LEFT)
+            return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)
         low, high = max(100.0 / n, 0.005) * rate, 0.48 * rate
         low = min(low, 0.4 * rate)
         return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """One half-width to either side."""
+        """The −3 dB band of the notch, Hz."""
         if self.frequency is None or self.quality is None:
             return None
         half = 0.5 * self.frequency / self.quality
         return self.frequency - half, self.frequency + half
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """Whether the density rises again behind it, for half of its half-width at least: else it is a low-pass."""
+        """True if the density rises again above the notch, within Nyquist; otherwise it is a low-pass."""
         beyond = self.occupies
         return beyond is not None and 0.5 * ((self.frequency or 0.0) + beyond[1]) < 0.5 * rate
 
     def response(self, rate: float) -> Response:
-        """The notch of a quality at this rate."""
+        """Digital response of the notch at sampling rate `rate`."""
         w = 2.0 * np.pi * min((self.frequency or 0.1 * rate) / rate, 0.4999)
-        # Beyond a quarter turn there is no such filter; the widest is taken.
+        # The argument of the tangent is limited below π/2, to the widest possible notch.
         g = 1.0 / (1.0 + np.tan(min(0.5 * w / (self.quality or 1.0), 1.55)))
         middle, apart = g * np.cos(w), (1.0 - g) ** 2 - (g * np.sin(w)) ** 2
-        root = max(abs(apart), APART**2) ** 0.5
+        root = max(abs(apart), MIN_POLE_DISTANCE**2) ** 0.5
         pair = (
             (complex(middle, root), complex(middle, -root))
             if apart < 0.0
             else (complex(middle + root), complex(middle - root))
         )
-        # Both over powers of 1/z, beginning with 1: their second and third coefficients.
+        # Second and third coefficients of denominator and numerator in powers of 1/z; the first is 1.
         a = -(pair[0] + pair[1]).real, (pair[0] * pair[1]).real
         b = -2.0 * float(np.cos(w)), 1.0
-        # Gain 1 at frequency zero, also where the poles were moved.
+        # Gain 1 at frequency zero, even if the poles were moved.
         left = self.left or 0.0
         share = (1.0 - left) * (1.0 + a[0] + a[1]) / (2.0 + b[0])
         top = [left + share, left * a[0] + share * b[0], left * a[1] + share * b[1]]
@@ -127,11 +129,11 @@ class Notch(Filter):
 
 
 def _roots(b: float, c: float) -> tuple[complex, complex]:
-    """Of z² + bz + c."""
+    """Roots of z² + bz + c."""
     apart = 0.25 * b * b - c
     if apart < 0.0:
         root = (-apart) ** 0.5
         return complex(-0.5 * b, root), complex(-0.5 * b, -root)
-    # The larger one without a difference of two near numbers.
+    # Compute the larger root first, which avoids cancellation.
     large = -0.5 * b - float(np.copysign(apart**0.5, b))
     return complex(large), complex(c / large if large else 0.0)

@@ -1,4 +1,4 @@
-"""Outliers: isolated samples beyond what the noise allows."""
+"""Outliers: single samples larger than the noise allows; they are excluded."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Outliers(Modifier):
-    """Samples at `times` are taken as missing; the recording keeps them.
+    """Samples at `times` count as missing; the recording keeps them.
 
     Examples
     --------
@@ -42,18 +42,18 @@ class Outliers(Modifier):
     single: ClassVar[bool] = True
     removes: ClassVar[bool] = True
     unplanned: ClassVar[str] = (
-        "its evidence is the size of single samples: one beyond 6 standard deviations is found"
+        "its evidence is the size of single samples: one beyond 6 standard deviations is detected"
     )
     legend: ClassVar[tuple[str, ...]] = ("count",)
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("count", "1", "number of outliers", "time", optional=True),
-        Parameter("times", "s", "when they happened", "time"),
+        Parameter("times", "s", "times of the outliers", "time"),
     )
     physics: ClassVar[str] = (
         "single wrong samples: transmission errors, resets, shocks, saturated conversions, mains switching"
     )
     looks_like: ClassVar[str] = (
-        "spikes of the samples; a white density (and N) higher than the histogram's width says"
+        "spikes of the samples; a white density (and N) higher than the width of the histogram"
     )
     check_by: ClassVar[str] = (
         "look at the raw words and checksums at these times; count them against a bus or supply event"
@@ -66,21 +66,21 @@ class Outliers(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Offered beside any model without outliers, also one without white noise."""
+        """One effect without values for every model without outliers, even without white noise."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self:
-        """An `Outliers` effect at these times, s."""
+        """Outliers at these times, s."""
         return cls(count=float(len(times)), times=tuple(map(float, times)))
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """`times`."""
+        """Times of the outliers, s."""
         return self.times or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Mask of the n samples that are outliers."""
+        """Mask of n samples: True for outliers."""
         mask = np.zeros(n, dtype=bool)
         if self.times:
             index = np.round(np.asarray(self.times) * rate).astype(np.int64)

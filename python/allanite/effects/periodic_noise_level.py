@@ -1,4 +1,4 @@
-"""Periodic noise level: in each period the white noise is louder or quieter for a while."""
+"""Periodic noise level: the white noise is louder or quieter during a part of each period."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ class PeriodicNoiseLevel(Level):
     title: ClassVar[str] = "periodic noise level"
     single: ClassVar[bool] = True
     unplanned: ClassVar[str] = (
-        "its evidence is the power over the phase of its period: plan a noise level change as long as all its stretches"
+        "its evidence is the power over the phase of its period: plan a noise level change as long as all its intervals"
     )
     legend: ClassVar[tuple[str, ...]] = ("period", "factor")
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("period", "s", "from one change to the next of its kind", "time", low=1e-12),
-        Parameter("start", "s", "first time of such a stretch", "time", low=-np.inf),
-        Parameter("share", "1", "length of the stretch over the period", "time", high=1.0),
+        Parameter("period", "s", "period of the level changes", "time", low=1e-12),
+        Parameter("start", "s", "start of the first interval", "time", low=-np.inf),
+        Parameter("share", "1", "length of the interval over the period", "time", high=1.0),
         Parameter("factor", "1", "standard deviation inside over outside", "time", low=1e-6),
     )
     physics: ClassVar[str] = (
-        "something beside the sensor works in turns: a heater's or cooler's controller, a pump, a fan, a radio that sends, "
-        "a duty cycle of the supply"
+        "something near the sensor works periodically: the controller of a heater or cooler, a pump, a fan, a radio "
+        "transmitter, a duty cycle of the supply"
     )
     looks_like: ClassVar[str] = (
         "nothing on the Allan curve; the power of the samples over the phase of the period is a gate"
@@ -57,13 +57,13 @@ class PeriodicNoiseLevel(Level):
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self:
-        """The effect with this period, start, share and factor."""
+        """The effect with these values."""
         return cls(period=period, start=start, share=share, factor=factor)
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """`factor` within the stretches."""
+        """`factor` within the intervals, 1 outside, shape (n,)."""
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(time.shape)
         phase = (time - (self.start or 0.0)) / self.period
@@ -75,7 +75,7 @@ class PeriodicNoiseLevel(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """1 + (factor² − 1) times the part of each interval that lies inside the stretches."""
+        """Mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the intervals."""
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(low.shape)
@@ -83,7 +83,7 @@ class PeriodicNoiseLevel(Level):
         return np.asarray(1.0 + (self.factor**2 - 1.0) * inside / (high - low))
 
     def _until(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Seconds inside the stretches from `start` to a time."""
+        """Total time inside the intervals from `start` to each time, s."""
         assert self.period is not None
         assert self.share is not None
         phase = (time - (self.start or 0.0)) / self.period

@@ -1,4 +1,4 @@
-"""Power law of any exponent, for what no other effect describes."""
+"""Power-law noise with any exponent, if no other effect describes the spectrum."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class PowerLaw(Stochastic):
         "scale-free noise without a single physical time constant: a spread of traps or relaxations"
     )
     looks_like: ClassVar[str] = (
-        "a straight line of the density with a slope that is none of the standard ones"
+        "a straight line of the density with a slope other than the standard ones"
     )
     check_by: ClassVar[str] = (
         "record for longer: a true power law keeps its slope, a sum of lags bends; vary the temperature"
@@ -63,10 +63,10 @@ class PowerLaw(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "rate_random_walk", "gauss_markov")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Exponents between the standard ones."""
+        """Grid of exponents between the standard ones."""
         return np.array([-2.6, -2.3, -1.7, -1.4, -1.2, -0.8, -0.6, -0.4, 0.4, 0.7])
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Level per sample: L² rate^{a+1}."""
+        """A power law with level² rate^{a+1} per sample."""
         a = round(self.exponent if self.exponent is not None else -1.0, 6)
         return (PowerLawTerm(a, rate ** (a + 1.0)),)

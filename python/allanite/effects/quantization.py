@@ -46,16 +46,16 @@ class Quantization(Stochastic):
     single: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue")
     physics: ClassVar[str] = (
-        "the sensor counts angle (velocity, phase) in steps S and hands out differences; "
-        "the rounding error, Q = S/√12, is bounded and so vanishes with longer averaging"
+        "the sensor counts angle (velocity, phase) in steps S and outputs differences; "
+        "the rounding error, Q = S/√12, is bounded and therefore averages out"
     )
     looks_like: ClassVar[str] = "a slope of −1 at the shortest τ; a density that rises as f²"
     check_by: ClassVar[str] = (
-        "compare √12·Q with the sensor's pulse weight; look whether increments are whole multiples of a step; "
+        "compare √12·Q with the sensor's pulse weight; check whether increments are whole multiples of a step; "
         "dither the input and repeat"
     )
     rivals: ClassVar[tuple[str, ...]] = ("power_law",)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Rate samples are differences of a white angle error of variance 1, over τ0."""
+        """First differences of a white angle error of variance 1, divided by τ0."""
         return (Blue(rate**2),)

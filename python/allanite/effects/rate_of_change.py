@@ -1,4 +1,4 @@
-"""Rate of change: the samples follow how fast another column changes."""
+"""Rate of change: the samples follow the rate of change of a logged column."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["RateOfChange"]
 
 @dataclass(frozen=True)
 class RateOfChange(Proportional):
-    """x(t) = c·du/dt after a first-order lag: c·(u − lagged u)/lag, what is between a column and a mass that follows it.
+    """x(t) = c·du/dt after a first-order lag: c·(u − lagged u)/lag, the lead of a column over a mass that follows it.
 
     Examples
     --------
@@ -39,7 +39,7 @@ class RateOfChange(Proportional):
         Parameter(
             "coefficient",
             "U·s/unit",
-            "change of the samples per unit of the column a second",
+            "change of the samples per rate of change of the column",
             low=-np.inf,
             symbol="c",
         ),
@@ -48,14 +48,14 @@ class RateOfChange(Proportional):
     one_of: ClassVar[tuple[str, ...]] = ("rate_of_change",)
     legend: ClassVar[tuple[str, ...]] = ("coefficient", "lag")
     physics: ClassVar[str] = (
-        "a gradient across the sensor: while the temperature changes one side of it is ahead of the other, as a fibre coil "
-        "(Shupe effect) or a structure between two materials shows"
+        "a gradient across the sensor: while the temperature changes, one side is ahead of the other, as in a fiber coil "
+        "(Shupe effect) or a structure of two materials"
     )
     looks_like: ClassVar[str] = (
-        "the samples are off while the column rises, to the other side while it falls, and not where it rests"
+        "an offset while the column rises, the opposite offset while it falls, and none while it is constant"
     )
     check_by: ClassVar[str] = (
-        "hold the column at two values: the bias of both is the same; pass from one to the other at two speeds"
+        "hold the column at two values: the bias is the same at both; pass from one to the other at two speeds"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "covariate",
@@ -68,13 +68,13 @@ class RateOfChange(Proportional):
     refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Lags from a thousandth to a twentieth of the record; with a longer one it is the column itself."""
+        """Lags from 1/1000 to 1/20 of the record; with a longer lag the effect resembles the column itself."""
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """The rate of change of the lagged column."""
+        """Rate of change of the lagged column, shape (n, 1)."""
         values, rate = self._followed(time, covariates)
         lag = self.lag or 1.0 / rate
         return ((values - self._by_run(values, lambda run: lagged(run, lag * rate))) / lag)[:, None]

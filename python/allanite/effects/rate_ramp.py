@@ -48,12 +48,12 @@ class RateRamp(Deterministic):
         ),
     )
     single: ClassVar[bool] = True
-    # A ramp has no scatter of its own; that of the reddest noise below it is the most careful choice.
+    # A ramp has no scatter of its own; the scatter of random-walk noise is the most conservative choice.
     standard: ClassVar[StraightLine] = StraightLine(
         "R", 1.0, float(np.sqrt(2.0)), 1.0, "random_walk"
     )
     physics: ClassVar[str] = (
-        "a monotonic change of the bias: warming up, ageing of a light source, outgassing"
+        "a monotonic change of the bias: warming up, aging of a light source, outgassing"
     )
     looks_like: ClassVar[str] = "a slope of +1 at the longest τ; the samples drift in one direction"
     check_by: ClassVar[str] = (
@@ -66,13 +66,13 @@ class RateRamp(Deterministic):
         time: NDArray[np.float64],
         covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """One column: t − mean(t), s (the offset belongs to the bias, which no model keeps)."""
+        """T − mean(t), s, shape (n, 1); the offset belongs to the bias, which models do not contain."""
         return (time - time.mean())[:, None]
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the ramp, which is 0 in the middle of the record."""
+        """A function (first, last) → signal at samples first … last − 1 of a ramp that is 0 at mid-record."""
         slope, middle = self.R or 0.0, 0.5 * (n - 1) / rate
         return lambda first, last: slope * (np.arange(first, last) / rate - middle)
 
@@ -80,7 +80,7 @@ class RateRamp(Deterministic):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """−√(2/n) cos(a)/(2 rate sin²(a)), a = πj/2n, at odd j; 0 at even ones."""
+        """−√(2/n) cos(a)/(2 rate sin²(a)) with a = πj/2n at odd j, 0 at even j, shape (points, ordinates)."""
         a = np.pi * j / (2 * n)
         odd = np.where(
             j % 2 == 1, -np.sqrt(2.0 / n) * np.cos(a) / (2.0 * rate * np.sin(a) ** 2), 0.0
@@ -88,13 +88,13 @@ class RateRamp(Deterministic):
         return np.tile(odd, (len(points), 1))
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """R²τ²/2."""
+        """Allan variance R²τ²/2."""
         return np.asarray((self.R or 0.0) ** 2 * (m / rate) ** 2 / 2.0)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """R is the one amplitude."""
+        """A copy with R set to the amplitude."""
         return self.with_values(R=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(R,)."""
+        """R, shape (1,)."""
         return np.array([self.R or 0.0])

@@ -48,7 +48,7 @@ class RateRandomWalk(Stochastic):
     wanders: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("K", 0.5, 3.0, 1.0, "random_walk")
     physics: ClassVar[str] = (
-        "slow ageing, or an unmodelled temperature, that wanders without a time constant"
+        "slow aging, or an unmodeled temperature, that wanders without a time constant"
     )
     looks_like: ClassVar[str] = "a slope of +½ at the longest τ; a density that falls as 1/f²"
     check_by: ClassVar[str] = (
@@ -65,5 +65,5 @@ class RateRandomWalk(Stochastic):
     )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Steps of variance τ0 every sample."""
+        """A random walk with steps of variance τ0 per sample."""
         return (RandomWalk(1.0 / rate),)

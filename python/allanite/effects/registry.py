@@ -1,4 +1,4 @@
-"""The catalogue of effects; users' effects join it by `register` or an entry point."""
+"""The catalog of effects; user effects are added by `register` or an entry point."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from allanite.effects._base import SCREENS, Effect, Stochastic
 
 __all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard", "white_noise"]
 
-#: Group of entry points under which an installed package offers effects: ``name = "package.module:MyEffect"``.
+#: Entry-point group of effects in installed packages: ``name = "package.module:MyEffect"``.
 ENTRY_POINTS = "allanite.effects"
 
 E = TypeVar("E", bound=type[Effect])
 
 
 class Catalogue:
-    """Every effect, in the order in which models are written: ours, then those of installed packages and of `register`.
+    """All effects, in the order in which models are written: built-in effects, installed packages, then `register`.
 
     Examples
     --------
@@ -48,16 +48,16 @@ class Catalogue:
         return self._effects[place]
 
     def begin(self, *ours: type[Effect]) -> None:
-        """Fill the catalogue with the effects of this package."""
+        """Set the built-in effects."""
         self._effects[: self._ours] = ours
         self._ours = len(ours)
 
     def find(self, name: str) -> type[Effect] | None:
-        """The effect of a short or long name, or None."""
+        """The effect class with a short or long name, or None."""
         return _named(name, self._effects[: self._ours]) or _named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
-        """See `register`."""
+        """Add an effect class to the catalog; see `register`."""
         _require(effect)
         with self._lock:
             if effect in self._effects:
@@ -66,14 +66,14 @@ class Catalogue:
                 other = _named(name, self._effects)
                 if other is not None and not _same(other, effect):
                     raise InputError(
-                        f"{effect.__qualname__}: the name {name!r} is that of {other.__qualname__}:"
+                        f"{effect.__qualname__}: the name {name!r} is already used by {other.__qualname__};"
                         " choose another"
                     )
-            # A notebook's cell is run again, a module reloaded.
+            # Replace a class of the same name, e.g. if a notebook cell runs again.
             self._effects = [e for e in self._effects if not _same(e, effect)] + [effect]
 
     def remove(self, effect: type[Effect]) -> None:
-        """Take out an effect that was registered."""
+        """Remove a registered effect class."""
         with self._lock:
             mine = self._effects[self._ours :]
             self._effects[self._ours :] = [e for e in mine if e is not effect]
@@ -88,15 +88,17 @@ class Catalogue:
 
 
 def _named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:
+    """The effect class with a short or long name in a list, or None."""
     return next((e for e in effects if name in (e.short, e.kind)), None)
 
 
 def _same(one: type[Effect], other: type[Effect]) -> bool:
+    """True if two classes have the same module and name."""
     return (one.__module__, one.__qualname__) == (other.__module__, other.__qualname__)
 
 
 def _require(effect: type[Effect]) -> None:
-    """An effect is declared as far as everything that reads the catalogue needs it."""
+    """Raise InputError if an effect class lacks a declaration that the catalog needs."""
     if not (isinstance(effect, type) and issubclass(effect, Effect)):
         raise InputError(f"{effect!r} is not a class derived from allanite.Effect")
     name = effect.__qualname__
@@ -105,48 +107,49 @@ def _require(effect: type[Effect]) -> None:
             raise InputError(f"{name}: declare {given}")
     for given in (effect.kind, effect.short):
         if not given.isidentifier():
-            raise InputError(f"{name}: {given!r} cannot stand in a model string: use letters")
+            raise InputError(f"{name}: {given!r} cannot be used in a model string; use letters")
     if effect.screened not in SCREENS:
         raise InputError(f"{name}: screened = {effect.screened!r} (known: {', '.join(SCREENS)})")
 
 
-#: Every effect; those of installed packages are loaded when it is first looked through.
+#: The catalog of all effects; effects of installed packages are loaded on first use.
 CATALOGUE = Catalogue()
 
 
 def find(name: str) -> type[Effect] | None:
-    """The effect of a short or long name, or None."""
+    """The effect class with a short or long name, or None."""
     return CATALOGUE.find(name)
 
 
 def title_of(kind: str) -> str:
-    """What an effect of a kind is called; of one that is not registered the words of its kind."""
+    """Display name of a kind of effect; for unknown kinds the words of the kind itself."""
     effect = find(kind)
     return kind.replace("_", " ") if effect is None else effect.title
 
 
 def register(effect: E) -> E:
-    """Add your own effect to the catalogue: model strings and files, checks, plans and figures know it.
+    """Add your own effect to the catalog, for use in model strings and files, checks, plans and figures.
 
     Parameters
     ----------
     effect : type
-        A class derived from `Stochastic`, `Deterministic`, `Periodic` or `Modifier`; `allanite.testing.check_effect` proves
-        what it declares.
+        A class derived from `Stochastic`, `Deterministic`, `Periodic` or `Modifier`. `allanite.testing.check_effect` tests
+        its declarations.
 
     Returns
     -------
     type
-        The same, so that it serves as a decorator. A class of the same module and name takes the place of the earlier one.
+        The class itself, so that `register` can be used as a decorator. A class of the same module and name replaces the
+        earlier one.
 
     Raises
     ------
     InputError
-        A declaration is missing, or one of its names is taken.
+        A declaration is missing, or a name is already used.
 
     Examples
     --------
-    Your own effect, with the declarations that `docs/own-effect.md` explains:
+    Your own effect (`docs/own-effect.md` explains the declarations):
 
     >>> class Breathing(al.Sinusoid):
     ...     kind, short, title = "breathing", "BREATH", "breathing of the mount"
@@ -166,6 +169,6 @@ def standard() -> dict[str, type[Effect]]:
 
 
 def white_noise(coefficient: float | None = None) -> Stochastic:
-    """The effect that is white noise, with this coefficient or to be fitted."""
+    """The white-noise effect with this coefficient; None is a coefficient to be fitted."""
     cls = next(e for e in CATALOGUE if issubclass(e, Stochastic) and e.white)
     return cls().with_values(**{cls.coefficient: coefficient})

@@ -17,16 +17,17 @@ from allanite.effects.terms import Exponential, Term
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Width of a band times the length of a record that it takes to be told from a line: two ordinates of the spectrum.
-RESOLVED = 2.0
+#: Minimum width of a band times the duration of the record for a resonance; narrower bands are lines. In a record of
+#: duration T, ordinates are 1/(2T) apart and lines 1/T wide. Chosen by judgment; not measured.
+MIN_WIDTH_TIMES_DURATION = 2.0
 
 
 @dataclass(frozen=True)
 class Resonance(Stochastic):
     """r(t) = rms² e^{−ζω0t}(cos ω_d t + ζω0/ω_d sin ω_d t), ω_d = ω0 √(1−ζ²).
 
-    The maximum of the density is at f √(1−2ζ²). There is none from ζ = 0.71 on, where it is noise behind a low-pass of
-    second order; so ζ is at most 0.7.
+    The density has its maximum at f √(1−2ζ²). From ζ = 1/√2 on it has no maximum and equals noise after a second-order
+    low-pass; therefore ζ is limited to 0.7.
 
     References
     ----------
@@ -67,7 +68,7 @@ class Resonance(Stochastic):
     )
     legend: ClassVar[tuple[str, ...]] = ("frequency", "rms")
     physics: ClassVar[str] = (
-        "a mode of the structure, mount, pendulum or proof mass, shaken by everything around it; a very narrow band is"
+        "a mode of the structure, mount, pendulum or proof mass, excited by ambient vibration; a very narrow band is"
         " a machine whose speed wanders"
     )
     looks_like: ClassVar[str] = (
@@ -80,10 +81,10 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Frequencies from 20/T to Nyquist, every tenth or, where the damping is known, close enough to miss no peak of it.
+        """Grid of dampings, or of frequencies from 20/T to Nyquist.
 
-        Dampings are from a line of the bins' width to a band. Twice the largest is where a fit ends, at its limit: there is
-        no peak beyond it.
+        Frequencies are 10 % apart, or closer for a small known damping, so that no peak is missed. Dampings run from the
+        width of a bin to a broad band. A fit extends the grid by a factor of 2, up to the limit of ζ.
         """
         if name == "damping":
             return np.array([0.01, 0.03, 0.1, 0.35])
@@ -93,30 +94,33 @@ class Resonance(Stochastic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """One half-width to either side: half of its power."""
+        """The band within one half-width ζf of the frequency, which contains half of the power, Hz."""
         if self.frequency is None or self.damping is None:
             return None
         half = self.damping * self.frequency
         return self.frequency - half, self.frequency + half
 
     def banded(self, low: float, high: float) -> Resonance:
-        """The resonance with one half-width to either side from `low` to `high` Hz, or as wide as it may be."""
+        """The resonance whose half-width band is `low` … `high` Hz, limited to the maximum damping."""
         middle, widest = 0.5 * (low + high), self.parameter("damping").high
         return self.with_values(frequency=middle, damping=min(0.5 * (high - low) / middle, widest))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """Whether it is wider than a record of this length resolves: a narrower band is a line."""
-        return 2.0 * (self.damping or 0.0) * (self.frequency or 0.0) * duration > RESOLVED
+        """True if the band is wider than the resolution of the record; a narrower band is a line."""
+        return (
+            2.0 * (self.damping or 0.0) * (self.frequency or 0.0) * duration
+            > MIN_WIDTH_TIMES_DURATION
+        )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """One complex exponential of variance 1."""
+        """One complex exponential with variance 1."""
         return oscillations([self.frequency or 1.0], self.damping or 0.1, rate)
 
 
 def oscillations(
     frequencies: Sequence[float], damping: float, rate: float, variance: float = 1.0
 ) -> tuple[Term, ...]:
-    """A complex exponential of this variance for a resonance at each frequency, Hz, of samples at `rate` Hz."""
+    """Complex exponentials of resonances at several frequencies, Hz, each with this variance, for samples at `rate` Hz."""
     root = math.sqrt(1.0 - damping**2)
     turn = complex(-damping, root) * 2.0 * math.pi / rate
     a = complex(variance, -variance * damping / root)

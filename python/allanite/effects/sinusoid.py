@@ -18,9 +18,8 @@ from allanite.effects._known import Periodic
 class Sinusoid(Periodic):
     """x(t) = A sin(2πft + φ); σ²(τ) = A² sin⁴(πfτ)/(m sin(πfτ0))². First peak 0.7246 A at τ = 0.371/f.
 
-    `overtones` are (multiple, amplitude, phase) of each further line, one after the other: 2, A₂, φ₂, 3, A₃, φ₃ … of
-    harmonics. Lines that are evenly spaced and no harmonics have multiples that are not whole: the ratio of their
-    frequencies to that of the first.
+    `overtones` lists multiple, amplitude and phase of each further line in turn: 2, A₂, φ₂, 3, A₃, φ₃ … for harmonics. For
+    evenly spaced lines that are not harmonics, a multiple is the ratio of the line's frequency to the first one.
 
     References
     ----------
@@ -81,18 +80,18 @@ class Sinusoid(Periodic):
         given = self.overtones or ()
         if len(given) % 3 or any(m <= 1.0 for m in given[::3]):
             raise InputError(
-                f"sinusoid: overtones = {given} must be multiple (2, 3, …, above 1), amplitude, phase of each further line"
+                f"sinusoid: overtones = {given} must list multiple (above 1), amplitude and phase of each further line"
             )
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self:
-        """The line with a further one, of which nothing is known yet, at each further multiple."""
+        """A line at `frequency` with further lines of amplitude 0 at the other `multiples`."""
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         return cls(frequency=frequency, overtones=empty or None)
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """(multiple of the frequency, amplitude, phase) of the first line and each further one."""
+        """(multiple of the frequency, amplitude, phase) of each line; the first has multiple 1."""
         rest = self.overtones or ()
         first = (1, self.amplitude or 0.0, self.phase or 0.0)
         further = zip(*(rest[i::3] for i in range(3)), strict=True)
@@ -100,15 +99,15 @@ class Sinusoid(Periodic):
 
     @property
     def spaced(self) -> bool:
-        """Whether it is several lines that are evenly spaced and no harmonics."""
+        """True if the effect has evenly spaced lines that are not harmonics."""
         return any(m != round(m) for m, _, _ in self.lines)
 
     def name_for(self, kind: str = "") -> str:
-        """The name; of evenly spaced lines how many they are."""
+        """Display name; for evenly spaced lines it states their number."""
         return f"comb of {len(self.lines)} lines" if self.spaced else super().name_for(kind)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """Amplitude and phase of a sin + b cos, line by line."""
+        """A copy with the amplitude and phase of a sin + b cos for each line."""
         size = np.hypot(amplitudes[::2], amplitudes[1::2])
         phase = np.arctan2(amplitudes[1::2], amplitudes[::2])
         rest = [

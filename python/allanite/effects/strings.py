@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.common.units import coefficient_unit, conversion
 from allanite.effects._declared import has_several
-from allanite.effects._limits import NONE
+from allanite.effects._limits import NO_LIMITS
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["parse_string", "parse_with_units"]
 
-#: SI units of samples: the first in which every coefficient of a string with units can be written is its own.
+#: SI units of samples, in the order in which they are tried for model strings with units.
 SI_UNITS = ("rad/s", "m/s^2", "1")
 
 _TOKEN = re.compile(r"\s*(?:(?P<name>[^\W\d]\w*)|(?P<sign>[+(),=!]))")
@@ -26,15 +26,18 @@ _WORD = re.compile(r"\s*(?P<word>[\w.\-/°]+)")
 
 
 class _Reader:
+    """Tokenizer of a model string with a reading position."""
+
     def __init__(self, text: str, unit: str | None = None) -> None:
         self.text, self.at = text, 0
-        #: Unit of the samples: as given, or that of the first value with a unit.
+        #: Unit of the samples: as given, or from the first value with a unit.
         self.unit = unit
         self.has_units = False
-        #: The first coefficient that has a value without a unit, and its place.
+        #: Name and position of the first coefficient whose value has no unit.
         self.bare: tuple[str, int] | None = None
 
     def fail(self, what: str, at: int | None = None) -> InputError:
+        """Error that points at a position of the string, by default the present one."""
         place = self.at if at is None else at
         return InputError(
             f"model {self.text!r}: {what} at character {place + 1} "
@@ -42,10 +45,12 @@ class _Reader:
         )
 
     def skip(self) -> None:
+        """Skip white space."""
         while self.at < len(self.text) and self.text[self.at].isspace():
             self.at += 1
 
     def sign(self, signs: str) -> str | None:
+        """The next character, consumed if it is one of `signs`; otherwise None."""
         self.skip()
         if self.at < len(self.text) and self.text[self.at] in signs:
             self.at += 1
@@ -53,6 +58,7 @@ class _Reader:
         return None
 
     def name(self, what: str) -> tuple[str, int]:
+        """The next name, consumed, and its position."""
         self.skip()
         match = _TOKEN.match(self.text, self.at)
         if match is None or match["name"] is None:
@@ -62,11 +68,12 @@ class _Reader:
         return match["name"], start
 
     def follows(self, sign: str) -> bool:
+        """True if the next character is `sign`; does not consume it."""
         self.skip()
         return self.text.startswith(sign, self.at)
 
     def limits(self) -> tuple[float | None, float | None] | None:
-        """``[low,high]``, of which one may be left out; None where there are none."""
+        """Limits ``[low,high]``, consumed; an end may be missing. None without limits."""
         if self.sign("[") is None:
             return None
         low = None if self.follows(",") else self.number()
@@ -78,13 +85,15 @@ class _Reader:
         return low, high
 
     def number(self) -> float:
+        """The next number, consumed."""
         return float(self.matched(_NUMBER, "a number"))
 
     def value(self, *, text: bool) -> float | str:
+        """The next number, or word if `text`, consumed."""
         return self.matched(_WORD, "a value") if text else self.number()
 
     def unit_text(self) -> str:
-        """Text up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses: the unit of a value, or nothing."""
+        """Unit of a value, consumed: the text up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses."""
         self.skip()
         start, depth = self.at, 0
         while self.at < len(self.text):
@@ -96,7 +105,7 @@ class _Reader:
         return self.text[start : self.at].strip()
 
     def factor(self, parameter: Parameter, place: int) -> float:
-        """Factor from the unit that follows to the parameter's own; 1 where no unit follows."""
+        """Factor from the unit that follows to the parameter's own unit; 1 if no unit follows."""
         start = self.at
         own = self.unit_text()
         is_coefficient = not isinstance(parameter.unit, str)
@@ -124,6 +133,7 @@ class _Reader:
         raise self.fail(f"{parameter.name} in {own}: {problem}", place)
 
     def matched(self, pattern: re.Pattern[str], what: str) -> str:
+        """Text of the next match of a pattern, consumed; `what` names it in the message if it is missing."""
         match = pattern.match(self.text, self.at)
         if match is None:
             raise self.fail(f"expected {what}")
@@ -132,18 +142,18 @@ class _Reader:
 
 
 def parse_string(text: str, unit: str | None = None) -> Model:
-    """The model of a string, with coefficients for samples in `unit`.
+    """The model of a model string, with coefficients for samples in `unit`.
 
     Raises
     ------
     InputError
-        Unknown effect or parameter, or bad syntax; the message points at the character. Values with units of a sensor,
-        and no unit of the samples.
+        Unknown effect or parameter, or invalid syntax; the message points at the character. Also for values with
+        units without a unit of the samples.
     """
     model, own = parse_with_units(text, unit)
     if unit is None and own is not None:
         raise InputError(
-            f"model {text!r}: its values have units, so the unit of the samples is needed",
+            f"model {text!r} has values with units, so the unit of the samples is needed",
             missing="unit",
             remedy=": give {unit}",
         )
@@ -151,25 +161,25 @@ def parse_string(text: str, unit: str | None = None) -> Model:
 
 
 def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | None]:
-    """The model of a string, and the unit of the samples for which its coefficients hold.
+    """The model of a model string, and the unit of the samples to which its coefficients refer.
 
     Parameters
     ----------
     text : str
         A model string. Values may have units: ``N(N=0.3 deg/sqrt(h))+GM(T=10 min)``.
     unit : str, optional
-        Unit of the samples. If left out, coefficients with units are converted to the SI unit of their kind of sensor.
+        Unit of the samples. Without it, coefficients with units are converted to the SI unit of their kind of sensor.
 
     Returns
     -------
     model : Model
     unit : str or None
-        `unit`, or the SI unit (``rad/s``, ``m/s^2``, ``1``); None where neither is known.
+        `unit`, or the SI unit (``rad/s``, ``m/s^2``, ``1``); None if neither is known.
 
     Raises
     ------
     InputError
-        As `parse_string`; units of two kinds of sensor; some coefficients with a unit and some without.
+        See `parse_string`; also for units of two kinds of sensor, or if only some coefficients have a unit.
     """
     reader = _Reader(text, unit)
     effects: list[Effect] = []
@@ -182,15 +192,18 @@ def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | N
             raise reader.fail("expected + or the end")
     if reader.has_units and reader.bare is not None and unit is None:
         name, place = reader.bare
-        raise reader.fail(f"{name} has no unit, other values have: give a unit to each", place)
+        raise reader.fail(
+            f"{name} has no unit, but other values have; give each value a unit", place
+        )
     return Model(tuple(effects)), reader.unit
 
 
 def _effect(reader: _Reader) -> Effect:
+    """The next effect of a model string, consumed."""
     name, start = reader.name("the name of an effect")
     cls = find(name)
     if cls is None and "temp" in name.lower():
-        raise reader.fail(f"{name!r} is a column, not an effect: write COV(column={name})", start)
+        raise reader.fail(f"{name!r} is a column, not an effect; write COV(column={name})", start)
     if cls is None:
         known = " ".join(e.short for e in CATALOGUE)
         raise reader.fail(f"unknown effect {name!r} (known: {known})", start)
@@ -211,8 +224,10 @@ def _effect(reader: _Reader) -> Effect:
                 raise reader.fail("expected =")
             several = has_several(cls, parameter.name)
             if several and reader.follows("["):
-                told = f"{parameter.name} of {cls.kind} may be a list in Python and in a model file"
-                raise reader.fail(f"{told}, here it is one number", place)
+                number = f"{parameter.name} of {cls.kind} is one number in a model string"
+                raise reader.fail(
+                    f"{number} (lists are possible in Python and model files); found a list", place
+                )
             factor: float | None = None
             if not reader.follows("["):
                 value = reader.value(text=parameter.unit == "text" and not several)
@@ -224,7 +239,7 @@ def _effect(reader: _Reader) -> Effect:
                     held.append(parameter.name)
             ends = reader.limits()
             if ends is not None:
-                # The unit of the value is that of the limits; limits alone have a unit behind them.
+                # Limits have the unit of the value; without a value, the unit follows the limits.
                 factor = reader.factor(parameter, place) if factor is None else factor
                 low, high = ends
                 limits[parameter.name] = (
@@ -236,4 +251,4 @@ def _effect(reader: _Reader) -> Effect:
                 raise reader.fail("expected , or )")
             if sign == ")":
                 break
-    return cls(**values, hold=tuple(held), limits=limits or NONE)
+    return cls(**values, hold=tuple(held), limits=limits or NO_LIMITS)

@@ -1,9 +1,9 @@
-"""Primitive random processes, of which every stochastic effect is a sum.
+"""Primitive random processes (terms); every stochastic effect is a sum of terms.
 
-A term holds its numbers *per sample* (spacing 1), so that the same short list serves the spectrum, the Allan variance,
-the covariance of the estimates and the simulation:
+The parameters of a term refer to samples with spacing 1. The same terms are used for the spectrum, the Allan variance, the
+covariance of estimates and the simulation:
 
-| term | numbers | autocovariance r(h) or spectrum s(w), w = 2πfτ0 |
+| term | parameters | autocovariance r(h) or spectrum s(w), w = 2πfτ0 |
 |---|---|---|
 | `White` | variance | r(0) |
 | `Blue` | variance v | x_k = w_{k+1} − w_k; s = 4 v sin²(w/2) |
@@ -11,9 +11,9 @@ the covariance of the estimates and the simulation:
 | `Flicker` | B² | s = B²/(2 sin(w/2)) |
 | `PowerLaw` | exponent a, level² L | s = L (2 sin(w/2))^a |
 | `Exponential` | complex a, φ | r(h) = Re(a φ^h) |
-| `Lags` | r(0), r(1), …, r(L) | what they say, 0 beyond: a filter that ends |
+| `Lags` | r(0), r(1), …, r(L) | the given lags, 0 beyond: noise after a finite filter |
 
-A two-sided density in U²/Hz is s(w)·τ0.
+The two-sided density in U²/Hz is s(w)·τ0.
 """
 
 from __future__ import annotations
@@ -51,69 +51,69 @@ Array = NDArray[np.float64]
 class Term:
     """A primitive process."""
 
-    #: Its name in the core.
+    #: Name of the process in the compiled core.
     name: ClassVar[str]
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Its numbers in the order in which the core takes them."""
+        """Parameters in the order that the compiled core expects."""
         raise NotImplementedError
 
     @property
     def kernel(self) -> tuple[str, list[float]]:
-        """What crosses into the core."""
+        """Name and parameters for the compiled core."""
         return self.name, list(self.numbers)
 
     @property
     def power(self) -> float | None:
-        """Variance of a sample; by default None: it grows with the record."""
+        """Variance of a sample; None if the variance grows with the record (default)."""
         return None
 
     def scaled(self, factor: float) -> Self:
-        """The same process with its variance multiplied by `factor`."""
+        """The process with its variance multiplied by `factor`."""
         raise NotImplementedError
 
     @property
     def inside(self) -> Term:
-        """What it is in the ordinates of a record of which the first and the last sample are not looked at.
+        """The term in the ordinates of a record whose first and last sample are missing; by default itself.
 
-        By default itself: what its ends do is little, or of more than two samples.
+        For most terms the leakage of the ends is small, or comes from more than two samples.
         """
         return self
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum s(w) at angular frequencies `w` in (0, π] per sample; shape of `w`."""
+        """Spectrum s(w) at angular frequencies `w` in (0, π] per sample, shape of `w`."""
         raise NotImplementedError
 
     def allan_variance(self, m: Array) -> Array:
-        """Exact Allan variance at integer averaging factors `m`; shape of `m`."""
+        """Exact Allan variance at integer averaging factors `m`, shape of `m`."""
         raise NotImplementedError
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """What crosses into the core for the ordinates of n samples."""
+        """Name and parameters with which the compiled core computes variances of ordinates of n samples."""
         return self.kernel
 
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """Exact expectation of the squared cosine-transform ordinates c_j, j = 1 … n − 1, of n samples; shape of `j`.
+        """Exact expected squares of the cosine ordinates c_j, j = 1 … n − 1, of n samples, shape of `j`.
 
-        For white noise and random walks this *is* the spectrum at w = πj/n. For the others the ends of the record
-        add a little: r(h) contributes r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], a = πj/n.
+        For white noise and random walks they equal the spectrum at w = πj/n. For other terms the ends of the record add
+        leakage: r(h) contributes r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], a = πj/n.
         """
         return _kernels.Ordinates(j, n).variance([self.at_ordinates(n)])
 
     def variogram(self, count: int) -> Array:
-        """½ E(x(k+h) − x(k))² at h = 0 … count − 1, shape (count,)."""
+        """Variogram ½ E(x(k+h) − x(k))² at lags h = 0 … count − 1, shape (count,)."""
         raise NotImplementedError
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """The core's generator and its numbers; None where it needs a filter of its own."""
+        """Name and parameters of the generator in the compiled core; None if the term needs its own filter."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class _Sized(Term):
-    """A term of one variance."""
+    """A term with the variance as its only parameter."""
 
     variance: float
 
@@ -123,50 +123,51 @@ class _Sized(Term):
         return (self.variance,)
 
     def scaled(self, factor: float) -> Self:
-        """The variance times `factor`."""
+        """The term with its variance multiplied by `factor`."""
         return type(self)(self.variance * factor)
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Its name and standard deviation."""
+        """Name, standard deviation and further parameters of the generator."""
         return self.name, [float(np.sqrt(self.variance)), *self.numbers[1:]]
 
 
 def _step(w: Array) -> Array:
-    """2 sin(w/2): the size of a difference's transfer function."""
+    """2 sin(w/2), the magnitude of the transfer function of a first difference."""
     return np.asarray(2.0 * np.sin(w / 2.0))
 
 
 class White(_Sized):
-    """Independent samples; beside an exponential its variance may be negative."""
+    """Independent samples; in a sum with exponentials the variance may be negative."""
 
     name = "white"
 
     @property
     def power(self) -> float:
-        """The variance."""
+        """The variance v."""
         return self.variance
 
     def spectrum(self, w: Array) -> Array:
-        """The variance."""
+        """Constant spectrum v."""
         return np.full_like(w, self.variance)
 
     def allan_variance(self, m: Array) -> Array:
-        """v/m."""
+        """Allan variance v/m."""
         return self.variance / m
 
     def variogram(self, count: int) -> Array:
-        """V beyond lag 0."""
+        """Variogram: v at all lags except 0."""
         return np.asarray(self.variance * (np.arange(count) > 0).astype(float))
 
 
 @dataclass(frozen=True)
 class Blue(_Sized):
-    """Differences of white noise of variance v.
+    """First differences of white noise of variance v.
 
-    Of n differences of w_0 … w_n the ordinates are 2 sin(πj/2n) times a sine transform of w_1 … w_{n−1}, independent of
-    each other, and √(2/n) cos(πj/2n) times ±w_n − w_0: an impulse in the last sample and one in the first. Without these
-    two samples, or with the `ends` 0, the ordinates have the spectrum exactly and are independent.
+    The ordinates of n differences of w_0 … w_n have two parts. The first part is 2 sin(πj/2n) times a sine transform of
+    w_1 … w_{n−1}; its ordinates are independent. The second part is √(2/n) cos(πj/2n) times ±w_n − w_0, an impulse in the
+    last sample and one in the first. Without these two samples, or with `ends` False, the ordinates are independent
+    and their variances equal the spectrum exactly.
     """
 
     ends: bool = True
@@ -174,80 +175,80 @@ class Blue(_Sized):
     name = "blue"
 
     def scaled(self, factor: float) -> Self:
-        """The variance times `factor`."""
+        """The term with its variance multiplied by `factor`."""
         return replace(self, variance=self.variance * factor)
 
     @property
     def inside(self) -> Blue:
-        """Without what the ends add to all ordinates."""
+        """The term without the leakage of the ends."""
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """The variance; without ends the power law of the same spectrum, to which none are added."""
+        """Name and parameters for variances of ordinates; without ends those of a power law with the same spectrum."""
         return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
     @property
     def power(self) -> float:
-        """2v."""
+        """Variance of a sample, 2v."""
         return 2.0 * self.variance
 
     def spectrum(self, w: Array) -> Array:
-        """4 v sin²(w/2)."""
+        """Spectrum 4 v sin²(w/2)."""
         return self.variance * _step(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
-        """3v/m²."""
+        """Allan variance 3v/m²."""
         return 3.0 * self.variance / m**2
 
     def variogram(self, count: int) -> Array:
-        """3v at lag 1, 2v beyond."""
+        """Variogram: 3v at lag 1, 2v beyond."""
         h = np.arange(count)
         return np.asarray(self.variance * np.where(h == 1, 3.0, np.where(h == 0, 0.0, 2.0)))
 
 
 class RandomWalk(_Sized):
-    """Sums of white noise of variance v."""
+    """Cumulative sums of white noise of variance v."""
 
     name = "random_walk"
 
     def spectrum(self, w: Array) -> Array:
-        """v/(4 sin²(w/2))."""
+        """Spectrum v/(4 sin²(w/2))."""
         return self.variance / _step(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
-        """V (2m² + 1)/(6m)."""
+        """Allan variance v (2m² + 1)/(6m)."""
         return self.variance * (2.0 * m**2 + 1.0) / (6.0 * m)
 
     def variogram(self, count: int) -> Array:
-        """vh/2."""
+        """Variogram vh/2."""
         return np.asarray(self.variance * np.arange(count) / 2.0)
 
 
 class Flicker(_Sized):
-    """The half-order sum of white noise (Kasdin 1995)."""
+    """Half-order cumulative sum of white noise, flicker noise (Kasdin 1995); the variance is B²."""
 
     name = "flicker"
 
     def spectrum(self, w: Array) -> Array:
-        """B²/(2 sin(w/2))."""
+        """Spectrum B²/(2 sin(w/2))."""
         return self.variance / _step(w)
 
     def allan_variance(self, m: Array) -> Array:
-        """B² times that of the power law −1."""
+        """Allan variance: B² times that of the power law with exponent −1."""
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """The variance, and what the ends of the record do."""
+        """Name, variance, and corrections for leakage of the ends."""
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
-        """B² times that of the power law −1."""
+        """Variogram: B² times that of the power law with exponent −1."""
         return self.variance * power_law_lags(-1.0, count)
 
 
 @dataclass(frozen=True)
 class PowerLaw(Term):
-    """Fractional differences of white noise."""
+    """Fractional differences of white noise: a power law with exponent a and level² L."""
 
     exponent: float
     level: float
@@ -256,38 +257,38 @@ class PowerLaw(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Exponent, level²."""
+        """Exponent and level²."""
         return self.exponent, self.level
 
     def scaled(self, factor: float) -> Self:
-        """The level² times `factor`."""
+        """The term with its level² multiplied by `factor`."""
         return type(self)(self.exponent, self.level * factor)
 
     def spectrum(self, w: Array) -> Array:
-        """L (2 sin(w/2))^a."""
+        """Spectrum L (2 sin(w/2))^a."""
         return np.asarray(self.level * _step(w) ** self.exponent)
 
     def allan_variance(self, m: Array) -> Array:
-        """Exact for short m, its two leading powers beyond."""
+        """Allan variance: exact for small m, its two leading powers of m beyond."""
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Exponent, level², and what the ends of the record do."""
+        """Name, exponent, level², and corrections for leakage of the ends."""
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:
-        """In closed form (Hosking 1981)."""
+        """Variogram in closed form (Hosking 1981)."""
         return self.level * power_law_lags(self.exponent, count)
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Exponent and level."""
+        """Name, exponent and level of the generator."""
         return self.name, [self.exponent, float(np.sqrt(self.level))]
 
 
 @dataclass(frozen=True)
 class Exponential(Term):
-    """A lag (real φ) or a damped oscillation (complex φ): r(h) = Re(a φ^h)."""
+    """A lag (real φ) or a damped oscillation (complex φ) with autocovariance r(h) = Re(a φ^h)."""
 
     a: complex
     phi: complex
@@ -296,7 +297,7 @@ class Exponential(Term):
 
     @property
     def power(self) -> float:
-        """r(0)."""
+        """Variance of a sample, r(0) = Re a."""
         return complex(self.a).real
 
     @property
@@ -306,27 +307,27 @@ class Exponential(Term):
         return a.real, a.imag, phi.real, phi.imag
 
     def scaled(self, factor: float) -> Self:
-        """A times `factor`."""
+        """The term with `a` multiplied by `factor`."""
         return type(self)(self.a * factor, self.phi)
 
     def spectrum(self, w: Array) -> Array:
-        """1 − 2φ cos w + φ² written so that φ → 1, w → 0 keeps its digits."""
+        """Spectrum Re a(1 − φ²)/(1 − 2φ cos w + φ²), written to keep all digits for φ → 1, w → 0."""
         a, phi = complex(self.a), complex(self.phi)
         return np.asarray((a * (1 - phi**2) / ((1 - phi) ** 2 + phi * _step(w) ** 2)).real)
 
     def allan_variance(self, m: Array) -> Array:
-        """Exact lag sums for small m, the closed form above."""
+        """Allan variance: exact sums over lags for small m, the closed form above."""
         return exponential_allan(complex(self.a), complex(self.phi), m)
 
     def variogram(self, count: int) -> Array:
-        """Re a(1 − φ^h), free of cancellation."""
+        """Variogram Re a(1 − φ^h), without cancellation."""
         a, phi = complex(self.a), complex(self.phi)
         log_phi = np.log(phi) if phi != 0 else complex(-1e4)
         return np.asarray(-(a * np.expm1(np.arange(count) * log_phi)).real)
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """A plain lag of real, positive variance; None for what turns."""
+        """Name and parameters of a Gauss-Markov generator; None for oscillations or negative variance."""
         a_real, _, phi_real, phi_imag = self.numbers
         if phi_imag != 0.0 or a_real < 0.0:
             return None
@@ -335,7 +336,7 @@ class Exponential(Term):
 
 @dataclass(frozen=True)
 class Lags(Term):
-    """White noise through a filter that ends: an autocovariance of a few lags."""
+    """White noise after a finite filter, given by an autocovariance of a few lags."""
 
     covariance: tuple[float, ...]
 
@@ -343,33 +344,33 @@ class Lags(Term):
 
     @property
     def power(self) -> float:
-        """r(0)."""
+        """Variance of a sample, r(0)."""
         return self.covariance[0]
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """r(0), r(1), …, r(L)."""
+        """Autocovariance r(0), r(1), …, r(L)."""
         return self.covariance
 
     def scaled(self, factor: float) -> Self:
-        """Every lag times `factor`."""
+        """The term with its autocovariance multiplied by `factor`."""
         return type(self)(tuple(r * factor for r in self.covariance))
 
     def spectrum(self, w: Array) -> Array:
-        """Σ r(h) cos hw."""
+        """Spectrum Σ r(h) cos hw over all lags −L … L."""
         series = [self.covariance[0], *(2.0 * r for r in self.covariance[1:])]
         return np.asarray(np.polynomial.chebyshev.chebval(np.cos(w), series))
 
     def allan_variance(self, m: Array) -> Array:
-        """From its few lags."""
+        """Allan variance from the lags."""
         covariance = np.array(self.covariance)
         return np.array([allan_of_lags(covariance, int(k)) for k in m])
 
     def variogram(self, count: int) -> Array:
-        """R(0) − r(h)."""
+        """Variogram r(0) − r(h)."""
         return self.covariance[0] - np.pad(self.covariance, (0, count))[:count]
 
     @property
     def generator(self) -> None:
-        """None: the caller supplies the filter."""
+        """None: the effect supplies the generator of its filter."""
         return

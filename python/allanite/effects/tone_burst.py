@@ -1,4 +1,4 @@
-"""A line that is there for a part of the record: something that was switched on and off."""
+"""Tone burst: a line during a part of the record, e.g. a machine that was switched on and off."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from allanite.effects._base import Parameter
 from allanite.effects._tone import Tone
 from allanite.effects._waves import waves
 
-#: Widths 1/length to either side of the frequency that hold all but 2 % of a burst's power.
-LOBES = 4.0
-#: A tone of amplitude A in noise of density S begins and ends within ±22 S/A² (95 %): as a step of height h to ±11 S/h²
-#: (Yao 1987, Ann. Statist. 15), of which the mean square is A²/2. This over 1.96.
-EDGE = 11.2
+#: Half-width of the frequency range of a burst, in units of 1/length; it contains all but 2 % of the power.
+LOBE_HALF_WIDTH = 4.0
+#: Standard error of an edge in units of S/A², for amplitude A and noise density S: 22/1.96. A step of height h is located
+#: to ±11 S/h² (95 %; Yao 1987, Ann. Statist. 15); the mean square of a tone is A²/2.
+EDGE_ERROR = 11.2
 
 
 @dataclass(frozen=True)
 class ToneBurst(Tone):
-    """x(t) = A sin(2πft + φ) for start ≤ t < end, 0 before and after; φ is the phase at the first sample.
+    """x(t) = A sin(2πft + φ) for start ≤ t < end, otherwise 0; φ is the phase at the first sample of the record.
 
     Examples
     --------
@@ -48,53 +48,55 @@ class ToneBurst(Tone):
         Parameter(
             "frequency", "Hz", "frequency", "shape", low=1e-12, aliases=("f", "f0"), symbol="f"
         ),
-        Parameter("start", "s", "when it begins, from the first sample", "shape", symbol="from"),
-        Parameter("end", "s", "when it is over", "shape", symbol="to"),
+        Parameter("start", "s", "start time, from the first sample", "shape", symbol="from"),
+        Parameter("end", "s", "end time", "shape", symbol="to"),
         Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
         Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
     )
     legend: ClassVar[tuple[str, ...]] = ("frequency", "amplitude", "start", "end")
-    unplanned: ClassVar[str] = "it is found as a line is: plan for SIN in a record as long as it"
+    unplanned: ClassVar[str] = (
+        "it is detected like a line: plan SIN in a record as long as the burst"
+    )
     physics: ClassVar[str] = (
         "something that turns or vibrates was switched on for a while: a fan, a pump, a motor, a drill next door"
     )
     looks_like: ClassVar[str] = (
-        "a peak of the spectrum wider than 1/T and with side lobes; a stretch of the samples with a ripple"
+        "a peak of the spectrum wider than 1/T and with side lobes; a segment of the samples with a ripple"
     )
     check_by: ClassVar[str] = (
-        "compare the spectrum of the stretch with that of the rest; ask what ran then; switch it off and repeat"
+        "compare the spectrum of the segment with that of the rest; find out what ran then; switch it off and repeat"
     )
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "drifting_line", "resonance")
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """From start to end."""
+        """Start and end, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Of either edge a thousand times, of the end after a given start; of the frequency any line's."""
+        """About a thousand times for start or end (ends after a given start); frequencies as for all lines."""
         if name in {"start", "end"}:
             first = (self.start or 0.0) if name == "end" else 0.0
             return np.linspace(min(first, n / rate), n / rate, 1026)[1:-1]
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
-        """The frequencies that hold its power."""
+        """Frequency range that contains nearly all power of the burst, Hz."""
         f, when = self.frequency or 0.0, self.when or (start, end)
-        beside = LOBES / max(when[1] - when[0], 1e-12)
+        beside = LOBE_HALF_WIDTH / max(when[1] - when[0], 1e-12)
         return max(0.0, f - beside), f + beside
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of either edge, s, from the variance of an amplitude, 2S/length; None for the frequency."""
+        """Standard error of start or end, s, from the variance 2S/length of an amplitude; None for the frequency."""
         if name == "frequency" or self.when is None:
             return None
         length = min(self.when[1] - self.when[0], duration)
-        return EDGE * 0.5 * variance * length / max((self.amplitude or 0.0) ** 2, 1e-300)
+        return EDGE_ERROR * 0.5 * variance * length / max((self.amplitude or 0.0) ** 2, 1e-300)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Its sine and cosine, 0 before and after."""
+        """Sine and cosine inside the interval, 0 outside, shape (n, 2)."""
         start, end = self.when or (-np.inf, np.inf)
         inside = (time >= start) & (time < end)
         out = np.zeros((2, time.size))

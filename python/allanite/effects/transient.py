@@ -1,4 +1,4 @@
-"""Transient: the bias jumps and decays to where it was."""
+"""Transient: the bias jumps and decays back to its level."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Transient(Event):
     title: ClassVar[str] = "transient"
     family: ClassVar[str] = "event"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",), symbol="t"),
+        Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
         Parameter(
             "time_constant",
             "s",
@@ -47,23 +47,25 @@ class Transient(Event):
             aliases=("T",),
             symbol="T",
         ),
-        Parameter("height", 0.0, "by how much at first", low=-np.inf, aliases=("h",), symbol="h"),
+        Parameter(
+            "height", 0.0, "initial change of the bias", low=-np.inf, aliases=("h",), symbol="h"
+        ),
     )
     legend: ClassVar[tuple[str, ...]] = ("height", "time", "time_constant")
     physics: ClassVar[str] = (
         "a shock, a load or a breath of warm air, after which the sensor relaxes: a bond, a filter, or a thermal mass"
     )
     looks_like: ClassVar[str] = (
-        "one steep edge in the low-passed samples and an exponential back; a hump at long τ"
+        "one steep edge in the low-passed samples and an exponential return; a hump at long τ"
     )
     check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log about that time; leave out three time constants; knock and repeat"
+        "look at the samples and at the laboratory's log at that time; exclude three time constants; knock and repeat"
     )
     rivals: ClassVar[tuple[str, ...]] = ("bias_step", "excursion", "warm_up", "gauss_markov")
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """From the jump, for three time constants."""
+        """Time of the jump, and three time constants later, s."""
         if self.time is None or self.time_constant is None:
             return None
         return self.time, self.time + 3.0 * self.time_constant
@@ -72,28 +74,28 @@ class Transient(Event):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None by itself: it is looked for where a bias step is found (`BiasStep.extended`)."""
+        """No candidates: a search tries a transient where it finds a bias step (`BiasStep.extended`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """A thousand times over the record, time constants from a 500th of it to a quarter."""
+        """About a thousand times over the record; time constants from 1/500 to 1/4 of it."""
         if name == "time":
             return np.linspace(0.0, n / rate, 1026)[1:-1]
         return np.geomspace(n / 500.0, n / 4.0, 15) / rate
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of the time, s: that of a bias step's; the time constant is smooth."""
+        """Standard error of the time, s, as for a bias step; None for the time constant, whose likelihood is smooth."""
         if name != "time":
             return None
         assert self.time_constant is not None
-        # Of e^{−t/T} half a time constant counts.
+        # The energy of e^{−t/T} is that of half a time constant at full height.
         density = variance * min(0.5 * self.time_constant, duration)
         return self._edge_error(density)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """One column: 0, then the decay."""
+        """0 before the jump, then the decay from 1, shape (n, 1)."""
         after = time - (self.time or 0.0)
         decay = np.exp(-np.maximum(after, 0.0) / (self.time_constant or 1.0))
         return np.where(after >= 0.0, decay, 0.0)[:, None]
@@ -102,9 +104,9 @@ class Transient(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """√(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), A the value at sample k.
+        """Cosine transform √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z) with A the value at the first sample k.
 
-        z = r e^{iθ}, r = e^{−1/(rate T)}, θ = πj/n; e^{iθ/2}/(1 − z) is
+        The shape is (points, ordinates); z = r e^{iθ}, r = e^{−1/(rate T)}, θ = πj/n, and e^{iθ/2}/(1 − z) is
         ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
         """
         at = np.array([p.time or 0.0 for p in points])
@@ -114,7 +116,7 @@ class Transient(Event):
         slope, half = 1.0 / (rate * decay), 0.5 * np.pi * j / n
         r, less = np.exp(-slope)[:, None], -np.expm1(-slope)[:, None]
         sine, cosine = np.sin(half), np.cos(half)
-        # e^{iθn} = (−1)^j, and what is left of the decay at the end.
+        # e^{iθn} = (−1)^j times the remainder of the decay at the end of the record.
         end = np.where(j % 2 == 0, 1.0, -1.0) * np.exp(-slope * (n - k))[:, None]
         found = (cosines(k, j, n) - end) * (less * cosine)
         found -= sines(k, j, n) * ((1.0 + r) * sine)

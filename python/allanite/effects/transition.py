@@ -1,4 +1,4 @@
-"""Transition: the bias moves from one level to another between two times."""
+"""Transition: the bias changes linearly from one level to another between two times."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from allanite.effects._event import Event, cosines, sines
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Shortest transition in samples: a shorter one is computed as a step.
-SHORTEST = 1e-6
+#: Minimum duration of a transition, in samples, in the closed form of its ordinates; a shorter one acts as a step.
+MIN_TRANSITION_SAMPLES = 1e-6
 
 
 @dataclass(frozen=True)
@@ -41,16 +41,16 @@ class Transition(Event):
     family: ClassVar[str] = "transition"
     lasting: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("begin", "s", "when it begins, from the first sample", "shape", symbol="from"),
-        Parameter("end", "s", "when it ends", "shape", symbol="to"),
-        Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",), symbol="h"),
+        Parameter("begin", "s", "start time, from the first sample", "shape", symbol="from"),
+        Parameter("end", "s", "end time", "shape", symbol="to"),
+        Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
     )
     legend: ClassVar[tuple[str, ...]] = ("height", "begin", "end")
     physics: ClassVar[str] = (
         "the surroundings changed from one state to another: a heater, a window, the sun, a slow relaxation of the mount"
     )
     looks_like: ClassVar[str] = (
-        "the low-passed samples stay on a level, move for a while, and stay on another; a hump at long τ"
+        "the low-passed samples stay at one level, change for a while, and stay at another level; a hump at long τ"
     )
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log between these times; log the temperature; repeat the record"
@@ -66,18 +66,18 @@ class Transition(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """From begin to end."""
+        """Begin and end, s."""
         return None if self.begin is None or self.end is None else (self.begin, self.end)
 
     @classmethod
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None by itself: `BiasStep.best_spans` looks for it between any two places of a step."""
+        """No candidates: a search for bias steps also searches transitions (`BiasStep.best_spans`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """A thousand times over the record, before the end where that is known, after the begin."""
+        """About a thousand times over the record; begins before a known end, ends after a known begin."""
         times = np.linspace(0.0, n / rate, 1026)[1:-1]
         if name == "begin" and self.end is not None:
             times = times[times < self.end]
@@ -86,13 +86,14 @@ class Transition(Event):
         return times if times.size > 1 else np.array([0.0, n / rate])
 
     def _edges(self) -> tuple[float, float]:
+        """Begin and end, s; a missing end equals the begin."""
         begin = self.begin or 0.0
         return begin, max(begin if self.end is None else self.end, begin)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """One column from 0 to 1."""
+        """Linear rise from 0 to 1 between begin and end, shape (n, 1)."""
         begin, end = self._edges()
         if end == begin:
             return (time > begin).astype(float)[:, None]
@@ -102,13 +103,14 @@ class Transition(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """(h(k) − h(l))/(l − k): h(k) transforms max(i − k, 0), whose kink k = rate·time may lie between samples.
+        """Cosine transform (h(k) − h(l))/(l − k) of transitions from sample k to l at ordinates j.
 
-        With m the first sample after k and a = πj/2n, max(i − k, 0) is m − k steps at m and one at each later sample:
-        h(k) = −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, up to a part that is the same for every k.
+        The shape is (points, ordinates). h(k) is the transform of max(i − k, 0); its kink k = rate·time may lie between
+        samples. With m the first sample after k and a = πj/2n, max(i − k, 0) is a step of m − k at m and a step of 1 at
+        each later sample: h(k) = −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, up to a part independent of k.
         """
         edges = (np.array([p._edges() for p in points]) - start) * rate
-        edges[:, 1] = np.maximum(edges[:, 1], edges[:, 0] + SHORTEST)
+        edges[:, 1] = np.maximum(edges[:, 1], edges[:, 0] + MIN_TRANSITION_SAMPLES)
         known, place = np.unique(edges, return_inverse=True)  # many points share an edge
         place = place.reshape(edges.shape)
         m = np.clip(np.floor(known) + 1.0, 0.0, n)

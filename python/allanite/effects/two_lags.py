@@ -1,4 +1,4 @@
-"""Two lags: another column acts through two masses of different time constants."""
+"""Two lags: a logged column acts through two thermal masses with different time constants."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["TwoLags"]
 
 @dataclass(frozen=True)
 class TwoLags(Follower):
-    """x(t) = c₁·u₁(t) + c₂·u₂(t): a column after a short lag (0: none) and after a long one.
+    """x(t) = c₁·u₁(t) + c₂·u₂(t) with u₁ and u₂ a column after a short lag (0: none) and after a long lag.
 
     Examples
     --------
@@ -50,15 +50,15 @@ class TwoLags(Follower):
     one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
     legend: ClassVar[tuple[str, ...]] = ("slow", "slow_lag", "fast", "fast_lag")
     physics: ClassVar[str] = (
-        "two thermal masses: the element warms with its package in seconds, the housing or the board about it in minutes, "
-        "and each brings a part of the bias"
+        "two thermal masses: the element warms with its package in seconds, the housing or the board in minutes, "
+        "and both contribute to the bias"
     )
     looks_like: ClassVar[str] = (
-        "the samples over the column are a loop, wider at fast cycles; after a step of the column they go on creeping"
+        "the samples over the column form a loop, wider in fast cycles; after a step of the column they continue to creep"
     )
     check_by: ClassVar[str] = (
-        "step the column and hold it: two exponentials are two masses, a stop at once is a play; put a second thermometer "
-        "on the housing"
+        "step the column and hold it: two exponentials mean two masses, an immediate stop means play; put a second "
+        "thermometer on the housing"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "covariate",
@@ -69,7 +69,7 @@ class TwoLags(Follower):
     refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """The short one from none to a hundredth of the record, the long one from there to a fifth."""
+        """Short lags from 0 to 1/100 of the record, long lags from 1/80 to 1/5 of it."""
         if name == "fast_lag":
             return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate
         return np.geomspace(n / 80.0, n / 5.0, 6) / rate
@@ -77,17 +77,17 @@ class TwoLags(Follower):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """The column after either lag."""
+        """The column after the short and after the long lag, shape (n, 2)."""
         values, rate = self._followed(time, covariates)
         lags = (self.fast_lag or 0.0, self.slow_lag or 0.0)
         parts = [self._by_run(values, partial(lagged, samples=lag * rate)) for lag in lags]
         return np.column_stack(parts)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The two coefficients."""
+        """A copy with the two coefficients set to the amplitudes."""
         fast, slow = map(float, amplitudes)
         return self.with_values(fast=fast, slow=slow)
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(c₁, c₂)."""
+        """The coefficients (c₁, c₂)."""
         return np.array([self.fast or 0.0, self.slow or 0.0])

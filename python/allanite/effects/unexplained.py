@@ -1,4 +1,4 @@
-"""What no effect of the catalogue explains: a smooth shape of the spectrum, without a physical name."""
+"""Unexplained noise: a smooth shape of the spectrum that no effect of the catalog explains."""
 
 from __future__ import annotations
 
@@ -12,21 +12,26 @@ from allanite.common.errors import InputError
 from allanite.effects._base import Parameter, Stochastic
 from allanite.effects.terms import Exponential, Term
 
-#: Damping of a band: its density is above a half over 0.9 octaves, three times the distance of the bands tried.
-DAMPING = 0.3
-#: Bands tried an octave, from so many periods in the record to this part of the sampling rate.
-DENSITY, PERIODS, HIGHEST = 3.0, 16.0, 0.45
+#: Damping of a band: its density exceeds half its maximum over 0.9 octaves, three times the distance of the bands.
+#: Chosen by judgment; not measured.
+BAND_DAMPING = 0.3
+#: Number of bands per octave. Chosen by judgment; not measured.
+BANDS_PER_OCTAVE = 3.0
+#: Lowest center frequency, in periods per record. Chosen by judgment; not measured.
+MIN_PERIODS = 16.0
+#: Highest center frequency, in parts of the sampling rate. Chosen by judgment; not measured.
+MAX_BAND_FREQUENCY = 0.45
 
 
 @dataclass(frozen=True)
 class Unexplained(Stochastic):
-    """A few broad bands of noise, r(t) = rms² Σ s_i e^{−ζω_i t}(cos ω_d t − ζ/√(1−ζ²) sin ω_d t), ζ = 0.3.
+    """Sum of a few broad bands of noise, r(t) = rms² Σ s_i e^{−ζω_i t}(cos ω_d t − ζ/√(1−ζ²) sin ω_d t), ζ = 0.3.
 
-    Each has a density ∝ f²/((f_i² − f²)² + (2ζ f_i f)²). A fit chooses the bands, at most six, where they describe what the
-    rest of the model leaves. The tails of its bands fall as 1/f² only: an N beside it may be some per cent low, beyond its
-    interval.
+    Each band has a density ∝ f²/((f_i² − f²)² + (2ζ f_i f)²). A fit chooses at most six bands that describe the power left
+    by the rest of the model. The tails of the bands fall only as 1/f². Therefore N of the same model may be a few percent
+    too low, outside its interval.
 
-    `bands` are the frequency (Hz) and the share of the variance of each band, one after the other: f₁, s₁, f₂, s₂ …
+    `bands` lists frequency (Hz) and share of the variance of each band in turn: f₁, s₁, f₂, s₂ …
 
     Examples
     --------
@@ -47,13 +52,13 @@ class Unexplained(Stochastic):
     coefficient: ClassVar[str] = "rms"
     last_resort: ClassVar[bool] = True
     nameless: ClassVar[bool] = True
-    unplanned: ClassVar[str] = "it has no shape of its own: plan the effects that may be behind it"
+    unplanned: ClassVar[str] = "it has no fixed shape: plan the effects that may cause it"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("rms", 0.0, "standard deviation of the whole shape"),
         Parameter("bands", "text", "frequency and share of the variance of each band", "choice"),
     )
     physics: ClassVar[str] = (
-        "nothing that the catalogue knows: it describes what is left, so that the rest can be trusted"
+        "unknown: no effect of the catalog explains it; it describes the remaining power so that other effects are right"
     )
     looks_like: ClassVar[str] = "a smooth excess over some octaves of the spectrum"
     check_by: ClassVar[str] = (
@@ -65,24 +70,24 @@ class Unexplained(Stochastic):
         given = self.bands
         if given is not None and (not given or len(given) % 2 or min(given) <= 0.0):
             raise InputError(
-                f"unexplained: bands = {given} must be a frequency and a share, both positive, of each band"
+                f"unexplained: bands = {given} must list a positive frequency and a positive share of each band"
             )
 
     @property
     def numbers(self) -> int:
-        """Two for each band."""
+        """Number of parameters: two for each band."""
         return len(self.bands or ())
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """One band each, over all frequencies that n samples at `rate` Hz show."""
-        low, high = PERIODS * rate / n, HIGHEST * rate
-        count = max(2, int(DENSITY * np.log2(high / low)))
+        """Effects with one band each, at all frequencies that n samples at `rate` Hz can show."""
+        low, high = MIN_PERIODS * rate / n, MAX_BAND_FREQUENCY * rate
+        count = max(2, int(BANDS_PER_OCTAVE * np.log2(high / low)))
         return tuple(cls(bands=(float(f), 1.0)) for f in np.geomspace(low, high, count))
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect of these pieces, each with this variance."""
+        """One effect with the bands of all pieces, each with its variance."""
         total = float(sum(variances))
         bands = [
             (piece.bands[0], variance / total)
@@ -94,14 +99,14 @@ class Unexplained(Stochastic):
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """A complex exponential for each band, of variance 1 together."""
+        """A complex exponential for each band, with total variance 1."""
         bands = self.bands or (1.0, 1.0)
-        root = float(np.sqrt(1.0 - DAMPING**2))
+        root = float(np.sqrt(1.0 - BAND_DAMPING**2))
         total = sum(bands[1::2])
         return tuple(
             Exponential(
-                complex(1.0, DAMPING / root) * share / total,
-                complex(np.exp((-DAMPING + 1j * root) * 2.0 * np.pi * f / rate)),
+                complex(1.0, BAND_DAMPING / root) * share / total,
+                complex(np.exp((-BAND_DAMPING + 1j * root) * 2.0 * np.pi * f / rate)),
             )
             for f, share in zip(bands[::2], bands[1::2], strict=True)
         )

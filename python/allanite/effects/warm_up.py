@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WarmUp(Deterministic):
-    """x(t) = A e^{−t/τ}, t from the first sample.
+    """x(t) = A e^{−t/τ} with t from the first sample.
 
     Examples
     --------
@@ -59,7 +59,7 @@ class WarmUp(Deterministic):
     )
     looks_like: ClassVar[str] = "the samples settle from the start of the record; a rise at long τ"
     check_by: ClassVar[str] = (
-        "leave out the first three time constants; repeat from cold and from warm"
+        "exclude the first three time constants; repeat from cold and from warm"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "rate_ramp",
@@ -74,11 +74,11 @@ class WarmUp(Deterministic):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None if the model already has a warm-up."""
+        """One warm-up without values; none if the model already has one."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """From two samples, as of a filter that began empty, to a half of the record; a slower one is a ramp."""
+        """Time constants from two samples (a filter that started empty) to half the record; a slower one is a ramp."""
         low, high = 2.0, max(n / 2.0, 4.0)
         return np.geomspace(low, high, max(4, int(12 * np.log10(high / low)))) / rate
 
@@ -87,20 +87,24 @@ class WarmUp(Deterministic):
         time: NDArray[np.float64],
         covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """One column e^{−t/τ}."""
+        """e^{−t/τ}, shape (n, 1)."""
         return np.exp(-time / (self.time_constant or 1.0))[:, None]
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the decay."""
+        """A function (first, last) → signal of the decay at samples first … last − 1."""
         return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """√(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)), r = e^{−1/(rate τ)}, a = πj/2n."""
+        """Cosine transform of the decay at ordinates j, shape (points, ordinates).
+
+        It is √(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)) with r = e^{−1/(rate τ)}, a =
+        πj/2n.
+        """
         tau = np.array([p.time_constant or 1.0 for p in points])[:, None]
         a = np.pi * j / (2 * n)
         r, less = np.exp(-1.0 / (rate * tau)), -np.expm1(-1.0 / (rate * tau))
@@ -109,9 +113,9 @@ class WarmUp(Deterministic):
         return np.asarray(np.sqrt(2.0 / n) * np.exp(-start / tau) * shape)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The amplitude."""
+        """A copy with this amplitude."""
         return self.with_values(amplitude=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(amplitude,)."""
+        """The amplitude, shape (1,)."""
         return np.array([self.amplitude or 0.0])

@@ -259,7 +259,7 @@ def test_the_filters_are_those_of_the_textbook():
             expected = ((1.0 - pole) ** 2 / np.abs(1.0 - pole * z) ** 2) ** order
             # Equal poles stand apart by up to 0.8 %: its square, times a few pairs of them.
             np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-9)
-    mean = lowpass.terms("moving_average", 1, lowpass.MEANS[1] / 4.0)
+    mean = lowpass.terms("moving_average", 1, lowpass.MEAN_CUTOFFS[1] / 4.0)
     expected = np.abs(1 + z + z**2 + z**3) ** 2 / 16.0
     np.testing.assert_allclose(mean[0].spectrum(w), expected, atol=1e-12)
 

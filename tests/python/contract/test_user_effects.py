@@ -166,7 +166,7 @@ def test_a_forgotten_declaration_is_named():
     class Thief(DoubleLag):
         kind = "gauss_markov"
 
-    with pytest.raises(InputError, match="'gauss_markov' is that of GaussMarkov"):
+    with pytest.raises(InputError, match="'gauss_markov' is already used by GaussMarkov"):
         al.register(Thief)
 
     class Elsewhere(DoubleLag):

@@ -42,4 +42,4 @@ def test_a_record_that_decides_has_one_interval():
     assert study.fit.model.name == "N+GM"
     assert study.undecided is None
     assert "over_rivals" not in study.to_dict()["ladder"][-1]["effects"][1]
-    assert "cannot tell" not in str(study)
+    assert "cannot distinguish" not in str(study)

@@ -50,7 +50,7 @@ def test_chance_of_the_other_forms_is_no_smaller_than_simulated():
 def test_levels_are_times_and_factors_together():
     with pytest.raises(InputError, match="2 times and 1 factors"):
         al.effects.NoiseLevels(times=(1.0, 2.0), factors=(2.0,))
-    with pytest.raises(InputError, match="must rise"):
+    with pytest.raises(InputError, match="must increase"):
         al.effects.NoiseLevels(times=(2.0, 1.0), factors=(2.0, 1.0))
 
 

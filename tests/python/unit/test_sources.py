@@ -245,7 +245,7 @@ def test_limits_have_the_unit_of_the_value():
     ("text", "words"),
     [
         ("N(N=1 deg/sqrt(h))+K(K=1 m/s^2/s^0.5)", "different quantities"),
-        ("N(N=1 deg/sqrt(h))+K(K=1)", "give a unit to each"),
+        ("N(N=1 deg/sqrt(h))+K(K=1)", "give each value a unit"),
         ("N(N=1 foo)", "unknown unit"),
         ("N(N=1 deg/h)", "different quantities"),
         ("GM(T=3 m)", "different quantities"),

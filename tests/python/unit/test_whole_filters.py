@@ -100,8 +100,8 @@ def test_white_noise_behind_a_low_pass_of_all_is_that_behind_one_of_the_white_pa
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("BW(f=20,design=fir,order=16,acts_on=all)", "acts on the white noise alone"),
-        ("BW(f=20,floor=0.1,acts_on=all)", "a floor is that of"),
+        ("BW(f=20,design=fir,order=16,acts_on=all)", "can filter only the white noise"),
+        ("BW(f=20,floor=0.1,acts_on=all)", "a floor needs acts_on=white"),
         ("BW(f=20,acts_on=some)", "known: white, all"),
     ],
 )

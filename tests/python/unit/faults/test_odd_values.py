@@ -170,7 +170,7 @@ def test_a_spectrum_refuses_samples_whose_powers_are_no_doubles(scale):
 def test_values_of_other_types_are_no_parameters(value):
     with pytest.raises(al.InputError, match=r"N = .* is (not a number|out of its range)"):
         al.effects.AngleRandomWalk(N=value)
-    with pytest.raises(al.InputError, match=r"column = 3.0 is no text"):
+    with pytest.raises(al.InputError, match=r"column = 3.0 is not a text"):
         al.effects.Covariate(column=3.0)
     if not isinstance(value, (list, int, float)):
         with pytest.raises(al.InputError, match=r"overtones = .* is no list of numbers"):
