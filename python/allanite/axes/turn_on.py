@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["TurnOn", "turn_on_biases"]
+__all__ = ["TurnOn", "column_means", "turn_on_bias", "turn_on_biases"]
 
 #: Fewest logs for a fit of temperature: a straight line leaves two degrees of freedom.
 MIN_LOGS_FOR_TEMPERATURE = 4
@@ -106,8 +106,18 @@ def turn_on_biases(
             name = column.columns[0]
             found = [column, *(c for log in others if (c := _find(log, name)) is not None)]
             if len(found) > 1:
-                out[name] = _turn_on_of([c.to(column.unit) for c in found])
+                own = [c.to(column.unit) for c in found]
+                out[name] = turn_on_bias(
+                    [float(np.nanmean(c.rate_samples())) for c in own],
+                    [column_means(c) for c in own],
+                    column.unit,
+                )
     return out
+
+
+def column_means(recording: Recording) -> dict[str, float]:
+    """Mean of each logged column beside the sensor, by name."""
+    return {name: float(np.nanmean(values)) for name, values in recording.covariates.items()}
 
 
 def _find(log: Sequence[Recording], name: str) -> Recording | None:
@@ -115,24 +125,35 @@ def _find(log: Sequence[Recording], name: str) -> Recording | None:
     return next((c for one in log for c in one.measured if c.columns[0] == name), None)
 
 
-def _turn_on_of(columns: Sequence[Recording]) -> TurnOn:
-    """Bias at switch-on from the same column of several logs."""
+def turn_on_bias(
+    biases: Sequence[float], temperatures: Sequence[Mapping[str, float]], unit: str
+) -> TurnOn:
+    """Spread of the bias between logs.
+
+    Parameters
+    ----------
+    biases : sequence of float
+        Mean of each log, at least two.
+    temperatures : sequence of mapping of str to float
+        Mean of each logged column, by name, for each log.
+    unit : str
+        Of the biases.
+    """
     from scipy.stats import chi2
 
-    means = np.array([float(np.nanmean(c.rate_samples())) for c in columns])
+    means = np.asarray(biases, dtype=np.float64)
     free = means.size - 1
     sigma = float(means.std(ddof=1))
     ends = sigma * np.sqrt(free / chi2.ppf([0.975, 0.025], free))
-    column, share, residual, slope = _temperature(means, [c.covariates for c in columns])
+    column, share, residual, slope = _temperature(means, temperatures)
     interval = float(ends[0]), float(ends[1])
     return TurnOn(
-        means.size, float(means.mean()), sigma, interval,
-        column, share, residual, slope, columns[0].unit,
-    )  # fmt: skip
+        means.size, float(means.mean()), sigma, interval, column, share, residual, slope, unit
+    )
 
 
 def _temperature(
-    means: NDArray[np.float64], covariates: Sequence[Mapping[str, Any]]
+    means: NDArray[np.float64], temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
     """Logged column that explains most of the means, its share, the remaining deviation and the slope; or blanks."""
     from scipy.stats import linregress
@@ -140,9 +161,9 @@ def _temperature(
     best = ("", 0.0, 0.0, 0.0)
     if means.size < MIN_LOGS_FOR_TEMPERATURE:
         return best
-    names = [name for name in covariates[0] if all(name in own for own in covariates)]
+    names = [name for name in temperatures[0] if all(name in own for own in temperatures)]
     for name in names:
-        t = np.array([float(np.nanmean(own[name])) for own in covariates])
+        t = np.array([own[name] for own in temperatures])
         if not np.ptp(t) > 0.0:
             continue
         line = linregress(t, means)

@@ -115,6 +115,7 @@ def rows_of(
 
     Numbers are a JSON object: name → [value, low, high, standard error], in SI.
     """
+    from allanite.axes.turn_on import column_means
     from allanite.readers import read
     from allanite.readers.plausibility import checked
     from allanite.study import improve
@@ -132,6 +133,7 @@ def rows_of(
     for column in recording:
         row = {**head, "column": column.columns[0], "unit": column.unit, "n": column.n}
         row |= {"rate_hz": column.rate, "duration_s": column.duration}
+        row |= {"temperatures": json.dumps(column_means(column))}
         try:
             numbers = _numbers(improve(column, model))
         except MemoryError:

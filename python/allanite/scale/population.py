@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.axes.turn_on import TurnOn, turn_on_bias
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.scale.logs import without_quote
@@ -94,6 +95,17 @@ class Deviating:
 class Fleet:
     """Populations of all numbers, the units that deviate, and the logs that could not be read.
 
+    Attributes
+    ----------
+    files, axes : int
+        Logs, and axes with a model.
+    population : tuple of Population
+    deviating : tuple of Deviating
+    failed : dict of str to str
+        Reason by log, or by log and column.
+    biases : dict of str to TurnOn
+        Spread of the bias between logs by column. If the logs are of one sensor, this is the bias at switch-on.
+
     Examples
     --------
     >>> import json
@@ -109,6 +121,7 @@ class Fleet:
     population: tuple[Population, ...]
     deviating: tuple[Deviating, ...]
     failed: dict[str, str]
+    biases: dict[str, TurnOn] = field(default_factory=dict)
 
     __repr__ = brief
 
@@ -147,6 +160,7 @@ class Fleet:
             "population": [one.to_dict() for one in self.population],
             "deviating": [one.to_dict() for one in self.deviating],
             "failed": self.failed,
+            "turn_on": {name: bias.to_dict() for name, bias in self.biases.items()},
         }
 
     def __str__(self) -> str:
@@ -173,6 +187,9 @@ class Fleet:
             table.append(row)
         widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
         lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+        if self.biases:
+            lines += ["", "bias between logs (of one sensor: the bias at switch-on):"]
+            lines += [f"  {name}: {bias}" for name, bias in self.biases.items()]
         share = 100 * FALSE
         lines += [
             "",
@@ -254,7 +271,23 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
         if row.get("status") == "failed"
     }
     files = len({row["file"] for row in rows})
-    return Fleet(files, len(good), tuple(population), _true(found), failed)
+    return Fleet(files, len(good), tuple(population), _true(found), failed, _biases(good))
+
+
+def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
+    """Spread of the bias of each column between logs in one unit, at least two."""
+    out = {}
+    for column in dict.fromkeys(str(row["column"]) for row in rows):
+        own = [row for row in rows if row["column"] == column]
+        numbers = [json.loads(row["numbers"]) for row in own]
+        units = {str(row.get("unit") or "") for row in own}
+        if len(own) < 2 or len(units) > 1 or not all("mean" in one for one in numbers):
+            continue
+        means = [float(one["mean"][0]) for one in numbers]
+        temperatures = [json.loads(row.get("temperatures") or "{}") for row in own]
+        if np.isfinite(means).all():
+            out[column] = turn_on_bias(means, temperatures, units.pop())
+    return out
 
 
 def _true(found: list[Deviating]) -> tuple[Deviating, ...]:

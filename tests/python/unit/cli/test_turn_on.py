@@ -11,6 +11,7 @@ from allanite.axes.turn_on import turn_on_biases
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.export import export
 from allanite.export._axis import axes_of
+from allanite.scale.logs import rows_of
 from command_line import strict
 
 RATE = 50.0
@@ -136,3 +137,26 @@ def test_the_command_takes_several_logs(run, tmp_path):
     assert code == 0
     assert "EKF2_GBIAS_INIT" in out
     assert "5 logs" in out
+
+
+def test_a_fleet_tells_the_bias_at_switch_on(tmp_path):
+    """The same numbers as of `characterize`, from the rows of `rows_of`; other units are not mixed."""
+    given = logs(1, count=12, slope=2e-3)
+    rows = []
+    for k, log in enumerate(given):
+        path = tmp_path / f"day{k}.csv"
+        table = np.column_stack([log.samples, log.covariates["temperature"]])
+        np.savetxt(path, table, delimiter=",", header="gx [rad/s],temperature", comments="")
+        rows += rows_of(str(path), "N", RATE, None)
+    one = found(given)
+    told = al.fleet(rows).biases["gx"]
+    assert told.logs == 12
+    assert told.sigma == pytest.approx(one.sigma, rel=1e-9)
+    assert told.interval == pytest.approx(one.interval, rel=1e-9)
+    assert (told.column, told.share) == ("temperature", pytest.approx(one.share, rel=1e-9))
+    text = str(al.fleet(rows))
+    assert "bias between logs (of one sensor: the bias at switch-on):" in text
+    assert "temperature explains" in text
+    assert al.fleet(rows).to_dict()["turn_on"]["gx"]["temperature"]["column"] == "temperature"
+    rows[0]["unit"] = "deg/s"
+    assert al.fleet(rows).biases == {}
