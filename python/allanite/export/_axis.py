@@ -38,6 +38,8 @@ LEVEL_SEGMENT, MAX_LEVEL_SEGMENTS = 10.0, 1000
 #: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
 #: deviation at its lower bound has a half-normal distribution, of mean 0.798 σ and 95 % point 1.960 σ.
 EXPECTED_SQUARE = 0.798 / 1.960
+#: Parameters of a process at most for which the ellipsoid of their errors is sampled, by 3^n directions.
+MOST_JOINT = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +63,8 @@ class Axis:
     model, limits : Model
         The model, and the model with every random coefficient at its upper limit; values in units of `scale` SI units.
     corners : tuple of tuple of Model
-        For each random process of `limits`, a model of this process for each end of the intervals of its shape parameters
-        and of the filters that act on it.
+        For each random process, a model of this process for each combination of the limits of its coefficient, its shape
+        parameters and those of the filters that act on it.
     span : (float, float)
         First and last time of the recording, s. A changing noise level is averaged over this span.
     scale : float
@@ -239,7 +241,8 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
     coefficients: dict[str, Estimate] = {}
     limits, forms, expected = [], [], []
-    for effect, entry in zip(model.effects, effects, strict=True):
+    correlations = _correlations(document)
+    for label, effect, entry in zip(model.labels, model.effects, effects, strict=True):
         given = entry.get("parameters", {})
         for parameter in effect.parameters:
             if (
@@ -253,10 +256,11 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         if effect.standard is not None:
             one = effect.parameter(effect.standard.name)
             coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
-        likely, effect = _sizes(effect, entry)
+        likely, upper = _sizes(effect, entry)
         expected.append(likely)
-        limits.append(effect)
-        forms.append(_ends(effect, given))
+        limits.append(upper)
+        joint = _joint_forms(effect, upper, label, given, correlations)
+        forms.append(joint or _ends(upper, given))
     duration = recording.get("duration_s")
     until = UNTIL if not duration else 0.1 * float(duration)
     return Axis(
@@ -324,6 +328,115 @@ def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
         ends = [float(end) for end in interval if end is not None]
         found += [one.with_values(**{name: end}) for one in found for end in ends]
     return found
+
+
+def _correlations(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
+    """Correlation of two fitted parameters by their names; empty if a document has none, or damaged ones."""
+    found = document.get("correlations")
+    if not isinstance(found, dict):
+        return {}
+    names = found.get("names")
+    try:
+        matrix = np.asarray(found.get("matrix"), dtype=np.float64)
+    except (TypeError, ValueError):
+        return {}
+    if not isinstance(names, list) or matrix.shape != (len(names), len(names)):
+        return {}
+    if not bool((np.abs(matrix) <= 1.0 + 1e-6).all()):
+        return {}
+    return {
+        (str(a), str(b)): float(matrix[i, k])
+        for i, a in enumerate(names)
+        for k, b in enumerate(names)
+    }
+
+
+def _joint_forms(
+    effect: Effect,
+    upper: Effect,
+    label: str,
+    given: Mapping[str, Any],
+    correlations: Mapping[tuple[str, str], float],
+) -> list[Effect]:
+    """The effect on the border of the joint 95 % region of its coefficient and shapes.
+
+    The level of a process at one frequency is known better than its coefficient and shapes apart, whose errors
+    compensate. In the linear approximation the largest levels within the region are above the true curve at all
+    frequencies at once with a probability of 95 %. The list is empty if the correlations are not known, if a parameter
+    was not detected or has an open interval, or if another model has a larger coefficient. Then the ends of all intervals
+    are combined.
+    """
+    if not isinstance(effect, Stochastic) or not effect.free_shapes:
+        return []
+    names = (effect.coefficient, *effect.free_shapes)
+    if len(names) > MOST_JOINT:
+        return []
+    keys = [name if name == label else f"{label}.{name}" for name in names]
+    if any((a, b) not in correlations for a in keys for b in keys):
+        return []
+    sides = [_half_widths(effect, name, given.get(name) or {}) for name in names]
+    known = [side for side in sides if side is not None]
+    own_upper = known[0].upper if len(known) == len(names) else 0.0
+    if not own_upper or getattr(upper, effect.coefficient) > (1.0 + 1e-9) * own_upper:
+        return []
+    values, vectors = np.linalg.eigh(np.array([[correlations[a, b] for b in keys] for a in keys]))
+    root = _joint_radius(len(names)) * vectors * np.sqrt(np.maximum(values, 0.0))
+    forms: list[Effect] = []
+    for direction in _directions(len(names)):
+        moved = {}
+        for name, shift, side in zip(names, root @ direction, known, strict=True):
+            declared = effect.parameter(name)
+            moved[name] = min(max(side.at(float(shift)), declared.low), declared.high)
+        forms.append(effect.with_values(**moved))
+    return forms
+
+
+@dataclass(frozen=True, slots=True)
+class _HalfWidths:
+    """A fitted value and the distances to the ends of its interval; of logarithms if the parameter is positive."""
+
+    middle: float
+    below: float
+    above: float
+    upper: float
+    positive: bool
+
+    def at(self, shift: float) -> float:
+        """The value at a number of half widths above the fitted value."""
+        place = self.middle + shift * (self.above if shift > 0.0 else self.below)
+        return float(np.exp(place)) if self.positive else place
+
+
+def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
+    """Half widths of a parameter's interval; None if it was not detected, or has an open interval."""
+    value, ends = effect.values[name], given.get("interval") or (None, None)
+    if not isinstance(value, float) or None in ends or given.get("detected") is False:
+        return None
+    low, high = (float(end) for end in ends if end is not None)
+    positive = effect.parameter(name).low >= 0.0
+    if not low <= value <= high or (positive and not low > 0.0):
+        return None
+    if not positive:
+        return _HalfWidths(value, value - low, high - value, high, positive)
+    middle = float(np.log(value))
+    return _HalfWidths(middle, middle - np.log(low), np.log(high) - middle, high, positive)
+
+
+def _joint_radius(size: int) -> float:
+    """Radius of the joint 95 % region of some parameters over that of the interval of one."""
+    from scipy.stats import chi2
+
+    return float(np.sqrt(chi2.ppf(0.95, size) / chi2.ppf(0.95, 1)))
+
+
+def _directions(size: int) -> NDArray[np.float64]:
+    """Unit vectors on all sides of a space: 16 in a plane, else to the middles of all faces and edges of a cube."""
+    if size == 2:
+        angle = np.arange(16) * np.pi / 8
+        # Between two directions a plane touches the circle this much farther out.
+        return np.column_stack([np.cos(angle), np.sin(angle)]) / np.cos(np.pi / 16)
+    found = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=size) if any(d)])
+    return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
 
 
 def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:

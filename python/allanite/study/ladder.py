@@ -92,10 +92,12 @@ class Rung:
     ) -> dict[str, Any]:
         """JSON record of the step; `misfit_left` is the unexplained misfit, % of that of the first step.
 
-        Alternatives of its effects, and intervals `over_rivals`, are given for the last step only, since earlier models are
-        wrong.
+        Alternatives of its effects, intervals `over_rivals`, and correlations of its parameters are given for the last step
+        only, since earlier models are wrong.
         """
         body = self.fit.body(searched=last)
+        if last:
+            body["correlations"] = self.fit.correlations.to_dict()
         if over_rivals is not None:
             for effect, intervals in zip(body["effects"], over_rivals.intervals, strict=True):
                 effect["over_rivals"] = {name: list(ends) for name, ends in intervals.items()}

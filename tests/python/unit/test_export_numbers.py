@@ -10,6 +10,7 @@ from scipy.signal import fftconvolve
 import allanite as al
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
+from allanite.effects.model import Model
 from allanite.export import export
 from allanite.export._axis import axes_of, used
 from allanite.export._choice import choose
@@ -264,3 +265,57 @@ def test_an_overbound_of_a_power_law_is_near_its_density():
     chosen = choose(used(axes_of([fit.to_dict()])[0], None, None), overbound=True)
     bound = chosen.N**2 + (chosen.K / (2.0 * np.pi * f)) ** 2
     assert 1.0 < np.sqrt(bound / true) < 3.0
+
+    # Level and exponent err together: the bound is within 1.3 of the tightest N and K, on average over the times of use.
+    def above(document):
+        return choose(used(axes_of([document])[0], None, None), overbound=True).model
+
+    document = fit.to_dict()
+    noise, law = fit.model.effects
+    law = law.with_values(exponent=-exponent)
+    at = np.array([0.1])
+    power = level**2 / rate * (2.0 * np.sin(np.pi * at / rate)) ** -exponent
+    law = law.with_values(level=law.level * float(np.sqrt(power / law.psd(at, rate))[0]))
+    known = model_to_dict(Model((noise.with_values(N=density), law)))
+    tightest = above({**known, "recording": fit.recording.describe()})
+    tau = used(axes_of([document])[0], None, None).taus
+    own, apart = (
+        np.sqrt(bound.allan_variance(tau, rate) / tightest.allan_variance(tau, rate))
+        for bound in (above(document), above({**document, "correlations": None}))
+    )
+    assert 1.0 < own.mean() < 1.3
+    assert own[-1] < 0.85 * apart[-1]
+
+
+def test_an_improved_model_has_the_correlations_of_its_parameters():
+    log = parse_model("N(N=0.01)+GM(q_c=0.01,T=3)").simulate(
+        rate=10.0, n=6000, seed=1, unit="rad/s"
+    )
+    ladder = al.improve(log, "N+GM", limit=0).to_dict()["ladder"]
+    assert set(ladder[-1]["correlations"]["names"]) == {"N", "GM.q_c", "GM.correlation_time"}
+
+
+def test_joint_limits_need_detected_parameters():
+    """Without correlations, or with a larger coefficient by another model, the ends of all intervals are combined."""
+    log = parse_model("N(N=0.01)+GM(q_c=0.01,T=3)").simulate(
+        rate=10.0, n=6000, seed=1, unit="rad/s"
+    )
+    document = al.fit_model(log, "N+GM").to_dict()
+
+    def forms(document):
+        (_, lag) = axes_of([document])[0].corners
+        return len(lag)
+
+    assert forms(document) == 16
+    damaged = (
+        {"names": ["N"], "matrix": [[1.0, 0.5]]},
+        {"names": 3, "matrix": "x"},
+        {"matrix": [[None]]},
+        [1],
+    )
+    for correlations in (None, *damaged):
+        assert forms({**document, "correlations": correlations}) == 3
+    effects = [dict(one) for one in document["effects"]]
+    high = effects[1]["parameters"]["q_c"]["interval"][1]
+    effects[1]["over_rivals"] = {"q_c": [0.0, 2.0 * high]}
+    assert forms({**document, "effects": effects}) == 3
