@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -301,6 +302,20 @@ def test_a_rate_that_contradicts_the_stamps_is_refused(tmp_path, capsys):
         al.read(path, rate=100)
     with pytest.raises(InputError, match="is no number of Hz"):
         al.read(path, rate="fast")
+
+
+@pytest.mark.data
+def test_every_row_of_the_table_is_a_test(data):
+    rows = re.findall(r"^\| ([^|]+) \|", data("field/README.md").read_text("utf-8"), re.MULTILINE)
+    files = {name for row in rows for name in re.findall(r"[\w.]+\.\w+", row)}
+    tests = "\n".join(
+        (Path(__file__).parent / name).read_text("utf-8")
+        for name in ("test_field_logs.py", "test_plausibility.py")
+    )
+    assert len(files) > 20
+    assert {
+        name for name in files if f'"{name}"' not in tests and f"field/{name}" not in tests
+    } == set()
 
 
 # -- rows of the table that are made, or no logs --------------------------------------------------
