@@ -133,4 +133,4 @@ def test_options_of_logs(run, log, options, words):
 @pytest.mark.parametrize("frequency", ["60", "1e100"])
 def test_a_line_that_no_record_at_this_rate_shows(run, log, frequency):
     model = f"N+SIN(f={frequency})"
-    refused(run("fit", log, "--model", model), 2, "frequency", "half of the sampling rate", "50 Hz")
+    refused(run("fit", log, "--model", model), 2, "frequency", "half the sampling rate", "50 Hz")

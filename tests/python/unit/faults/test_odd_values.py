@@ -173,7 +173,7 @@ def test_values_of_other_types_are_no_parameters(value):
     with pytest.raises(al.InputError, match=r"column = 3.0 is not a text"):
         al.effects.Covariate(column=3.0)
     if not isinstance(value, (list, int, float)):
-        with pytest.raises(al.InputError, match=r"overtones = .* is no list of numbers"):
+        with pytest.raises(al.InputError, match=r"overtones = .* is not a list of numbers"):
             al.effects.Sinusoid(overtones=value)
     with pytest.raises(al.InputError, match=r"overtones = .* is (not a number|out of its range)"):
         al.effects.Sinusoid(overtones=(2.0, value, 0.0))
@@ -185,7 +185,9 @@ def test_a_study_file_with_values_of_other_types_is_one_line(value):
 
     effect = {"kind": "angle_random_walk", "parameters": {"N": {"value": value}}}
     axis = {"column": "x", "at": 0, "ladder": [{"label": "", "effects": [effect]}]}
-    with pytest.raises(al.InputError, match=r"is not a number|not as a model, fit or check writes"):
+    with pytest.raises(
+        al.InputError, match=r"is not a number|do not have the format of a model, fit or check file"
+    ):
         _axis(axis, ("x",))
 
 
