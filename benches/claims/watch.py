@@ -23,14 +23,14 @@ import allanite as al
 from allanite import _kernels
 from allanite.fit.likelihood.expected import density
 from allanite.scale.bets import share
-from allanite.scale.watch import FALSE, LONG, SEGMENT, Watch
+from allanite.scale.watch import FALSE_ALARM_PROBABILITY, SEGMENT, SEGMENTS_IN_LONG, Watch
 
 RATE = 100.0
 MODEL = "N(N=0.01)+K(K=0.001)"
 #: Segments after a change at which a run is given up.
 MOST = 400
 #: What an alarm in 100 needs of the gain of one line among the ordinates of a segment: its limit.
-LIMIT = float(np.log(SEGMENT / FALSE))
+LIMIT = float(np.log(SEGMENT / FALSE_ALARM_PROBABILITY))
 
 
 #: Samples of one variance, drawn independently.
@@ -65,7 +65,7 @@ def one_run(name, run, segments):
         model, x = al.Model([white]), x[FITTED:]
     watch, top = Watch(model, RATE), 0.0
     # The alarm is judged at every segment; the largest e-value is read at every long one, which costs less.
-    for part in np.split(x, range(LONG * SEGMENT, n, LONG * SEGMENT)):
+    for part in np.split(x, range(SEGMENTS_IN_LONG * SEGMENT, n, SEGMENTS_IN_LONG * SEGMENT)):
         watch.update(part)
         top = max(top, watch.e_value)
     return top if watch.alarm is None else max(top, watch.alarm.e_value)
@@ -76,7 +76,7 @@ def false_alarms(runs, segments, first=0):
     for name in (*DISTRIBUTIONS, *FILTERED):
         began = process_time()
         top = np.array([one_run(name, first + run, segments) for run in range(runs)])
-        alarms = int((top >= 1.0 / FALSE).sum())
+        alarms = int((top >= 1.0 / FALSE_ALARM_PROBABILITY).sum())
         print(
             f"{name}: {runs} runs of {segments} segments: {alarms} alarms ({100 * alarms / runs:.2f} %);"
             f" {(top >= 10.0).sum()} runs reach 10; largest e-value {top.max():.3g};"
@@ -125,7 +125,7 @@ def delays(text, runs, after, seed=1):
     usual, changed = al.parse_model(MODEL), al.parse_model(text)
     gain, out = known_test(changed, usual), np.full((3, runs), MOST)
     for run in range(runs):
-        watch, enough = Watch(usual, RATE), np.log(1.0 / FALSE)
+        watch, enough = Watch(usual, RATE), np.log(1.0 / FALSE_ALARM_PROBABILITY)
         quiet = usual.simulate(n=after * SEGMENT, rate=RATE, seed=seed, axis=run).samples
         mixed, known = -np.inf, 0.0
         for k, segment in enumerate(np.reshape(quiet, (after, SEGMENT))):

@@ -1,4 +1,4 @@
-"""Allan deviation of a stream: constant memory, any chunks, mergeable."""
+"""Allan deviation of a stream in constant memory: chunks of any size, mergeable."""
 
 from __future__ import annotations
 
@@ -27,24 +27,23 @@ ALPHA_BEYOND_WHITE_FM = -0.5
 class Accumulator:
     """Overlapping Allan deviation of samples that arrive in chunks.
 
-    Terms are taken at every sample up to m = 31 and every 2^l samples, m/32 < 2^l ≤ m/16, above. That
-    costs nothing in white, flicker and random-walk rate noise (edf ratio 0.996 to 1.03). In quantization
-    noise full overlap (`oadev`) is more precise. The result is that
-    of the whole record at the same strides, for any chunks and any order of merging; exactly so for
-    integers.
+    Terms are taken at every sample up to m = 31, and every 2^l samples, m/32 < 2^l ≤ m/16, above. In white, flicker and
+    random-walk rate noise this costs no precision (edf ratio 0.996 to 1.03). In quantization noise full overlap (`oadev`)
+    is more precise. The result is that of the whole record at the same strides, for any chunks and any order of merging;
+    for integers exactly.
 
     Parameters
     ----------
     rate : float
         Sampling rate, Hz.
     taus : "octave" or int
-        Averaging times: doubling, or so many per octave (1 to 16).
+        Averaging times: ``octave`` doubles them; a number is their count per octave (1 to 16).
     quantity : {"rate", "increment"}
-        What the samples are.
+        Quantity of the samples: the rate, or its integral over one sample.
     unit : str
         Unit of the deviation.
     start : int
-        Number of the first sample in its stream, for stretches that are to be merged.
+        Index of the first sample in its stream, for segments that will be merged.
 
     Raises
     ------
@@ -93,7 +92,7 @@ class Accumulator:
         self.unit = unit
         self.start = int(start)
         self._core = _kernels.Accumulator(max(self._octaves, 0), self.start)
-        # What the core's samples are counted from: doubles do not hold every 64-bit integer.
+        # Subtracted from integer samples, since doubles do not hold every 64-bit integer.
         self._base = 0
 
     @property
@@ -107,7 +106,7 @@ class Accumulator:
         return self._core.gaps()
 
     def update(self, chunk: ArrayLike) -> None:
-        """Take the next samples.
+        """Add the next samples.
 
         Parameters
         ----------
@@ -123,25 +122,25 @@ class Accumulator:
         if x.dtype.kind in "iu" and x.dtype.itemsize == 8 and x.size:
             if self.n == 0:
                 self._base = int(x[0])
-            x = _counted(x, self._base)
+            x = _minus_base(x, self._base)
         elif self._base:
             x = x - float(self._base)
         self._core.update(np.require(x, np.float64, ["C", "A"]))
 
     def merge(self, other: Accumulator) -> None:
-        """Join the stretch that follows this one.
+        """Add `other`, the segment that follows this one.
 
         Raises
         ------
         InputError
-            Another grid, rate, quantity or unit, a stretch that does not begin where this one ends, or no
-            other accumulator.
+            Another grid, rate, quantity or unit, a segment that does not begin where this one ends, or no
+            accumulator.
         """
         if not isinstance(other, Accumulator):
             raise InputError(f"cannot merge {other!r}: another Accumulator is needed")
         if other is self:
             raise InputError(
-                "cannot merge an accumulator with itself: give the stretch that follows"
+                "cannot merge an accumulator with itself: give the segment that follows"
             )
         if self.unit != other.unit:
             raise InputError(
@@ -157,7 +156,7 @@ class Accumulator:
         self._core.merge(other._core, float(other._base - self._base))
 
     def oadev(self) -> Deviation:
-        """Overlapping Allan deviation of what has been taken so far.
+        """Overlapping Allan deviation of the samples so far.
 
         Raises
         ------
@@ -171,7 +170,7 @@ class Accumulator:
         total = np.array([row[2] for row in reading])
         with np.errstate(invalid="ignore"):
             variance = total / (2.0 * m.astype(np.float64) ** 2 * n)
-        alpha = _laws(m, variance, self.n)
+        alpha = _power_laws(m, variance, self.n)
         notes = ["stream: terms every 2^l samples, m/32 < 2^l ≤ m/16, for m ≥ 32"]
         if self.gaps:
             share = lost / (n + lost)
@@ -201,7 +200,7 @@ class Accumulator:
         )
 
     def state(self) -> dict[str, Any]:
-        """Plain numbers from which `restored` makes the same accumulator."""
+        """State as plain values, from which `restored` makes the same accumulator."""
         return {
             "rate": self.rate,
             "octaves": self._octaves,
@@ -213,7 +212,7 @@ class Accumulator:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Accumulator:
-        """Make an accumulator from its `state`."""
+        """Accumulator with this `state`."""
         out = cls(state["rate"], state["octaves"], quantity=state["quantity"], unit=state["unit"])
         start, samples, gaps, origin, levels = state["core"]
         out.start, out._base = start, state["base"]
@@ -234,19 +233,21 @@ class Accumulator:
         return self.__copy__()
 
 
-def _counted(x: NDArray[Any], base: int) -> NDArray[Any]:
-    """Integers counted from `base`: exact where that is below 2^63, and then below 2^53 as doubles."""
+def _minus_base(x: NDArray[Any], base: int) -> NDArray[Any]:
+    """Integers minus `base`: exact if the result is below 2^63 in magnitude, and exact as doubles below 2^53."""
     if int(x.min()) - base >= -(2**63) and int(x.max()) - base < 2**63:
         # Modulo 2^64, of which the signed difference is the right one.
         return (x.view(np.uint64) - np.uint64(base % 2**64)).view(np.int64)
     return x.astype(np.float64) - float(base)
 
 
-def _laws(m: NDArray[np.int64], variance: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-    """Power laws α = −1 − µ from the slope µ of the variance between half and twice each factor.
+def _power_laws(
+    m: NDArray[np.int64], variance: NDArray[np.float64], samples: int
+) -> NDArray[np.float64]:
+    """Exponents α = −1 − µ of the power laws, from the slope µ of the variance between half and twice each factor.
 
-    Slopes of few averages would choose the interval by chance: there the last sure law goes on, white FM halfway to
-    flicker FM, as in records that are kept.
+    Slopes from few averages would choose the interval by chance. There the last reliable exponent continues; white FM
+    continues halfway to flicker FM, as for records in memory.
     """
     alpha = np.zeros(m.size)
     sure = (variance > 0) & (m * MIN_POINTS <= samples)

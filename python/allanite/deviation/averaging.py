@@ -1,4 +1,4 @@
-"""What every estimator takes: one column of samples, a rate, averaging times."""
+"""Arguments of all estimators: one column of samples, a rate and averaging times."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ __all__ = [
     "QUANTITIES",
     "Samples",
     "Taus",
-    "averaging",
+    "averaging_factors",
     "one_column",
     "positive_rate",
     "samples_of",
 ]
 
-#: Averaging times as they may be asked for.
+#: Averaging times as a keyword, a number per decade, or seconds.
 Taus: TypeAlias = "str | int | Sequence[float] | NDArray[np.float64]"
 
+#: Quantities that samples may be.
 QUANTITIES = ("rate", "increment", "angle")
 
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """Samples of one column, ready for the core."""
+    """Samples of one column with rate, quantity and unit, ready for the compiled kernels."""
 
     samples: NDArray[Any]
     rate: float
@@ -44,12 +45,12 @@ class Samples:
 
     @property
     def angle(self) -> bool:
-        """Whether the samples are the phase itself."""
+        """True if the samples are the phase itself."""
         return self.quantity == "angle"
 
     @property
     def scale(self) -> float:
-        """Unit of the deviation in units of a sample."""
+        """Factor from a deviation of the samples to one in the unit of the rate."""
         return 1.0 if self.quantity == "rate" else self.rate
 
     @property
@@ -59,7 +60,7 @@ class Samples:
 
 
 def samples_of(x: object, rate: float, quantity: str) -> Samples:
-    """Take whatever was given as one column of native numbers, without a copy where possible."""
+    """Samples of an array, recording, pandas or xarray object, without a copy where possible."""
     unit = "1"
     if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
         from allanite.recording import Recording
@@ -81,7 +82,7 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
 
 
 def one_column(x: object) -> NDArray[Any]:
-    """Real numbers of one of the native types, shape (n,); masked samples become NaN."""
+    """Real samples in a native type, shape (n,); masked samples become NaN."""
     array = x if type(x) is np.ndarray else _array(x)
     if array.ndim != 1:
         raise InputError(
@@ -99,6 +100,7 @@ def one_column(x: object) -> NDArray[Any]:
 
 
 def _array(x: Any) -> NDArray[Any]:
+    """Array of an object, with masked samples as NaN and numbers as doubles where possible."""
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
@@ -110,10 +112,10 @@ def _array(x: Any) -> NDArray[Any]:
     return array
 
 
-def averaging(
+def averaging_factors(
     src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Averaging factors asked for, rising, and what had to be changed."""
+    """Requested averaging factors, ascending, and notes on changes."""
     if factors is None and isinstance(taus, str):
         if taus not in ("octave", "decade", "all"):
             raise InputError(
@@ -124,7 +126,7 @@ def averaging(
         if not 0 < taus < 2**31:
             raise InputError(f"{taus} averaging times per decade: give at least 1")
         return _kernels.averaging_factors("", int(taus), most), ()
-    found, notes = _given(src, taus if factors is None else factors, factors is None)
+    found, notes = _explicit_factors(src, taus if factors is None else factors, factors is None)
     if found[0] >= 1 and found[-1] <= most:
         return found, notes
     outside = (found < 1) | (found > most)
@@ -137,10 +139,10 @@ def averaging(
     return found[~outside], (*notes, left_out)
 
 
-def _given(
+def _explicit_factors(
     src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Whole factors of given times or factors, rising, each once."""
+    """Whole factors of given times or factors, ascending and unique, and notes on changes."""
     try:
         wanted = np.atleast_1d(np.asarray(values))
         whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0

@@ -1,4 +1,4 @@
-"""Degrees of freedom and published bias of each estimator, as the rows of the table name them."""
+"""Degrees of freedom and published bias of each estimator."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ HADAMARD_TOTAL_BIAS = {0: 0.995, -1: 0.851, -2: 0.771}
 
 
 def allan_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Of `count` second differences `stride` points apart."""
+    """Degrees of freedom of `count` second differences, `stride` points apart."""
     return degrees_of_freedom(alpha, m, count, stride=stride)
 
 
 def hadamard_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Of `count` third differences `stride` points apart."""
+    """Degrees of freedom of `count` third differences, `stride` points apart."""
     return degrees_of_freedom(alpha, m, count, order=3, stride=stride)
 
 
 def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Of `count` second differences of phase averages."""
+    """Degrees of freedom of `count` second differences of phase averages."""
     return degrees_of_freedom(alpha, m, count, summed=True)
 
 
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """NIST SP 1065 table 8; of phase noise, of which it has none, that of the Allan variance."""
+    """Degrees of freedom by NIST SP 1065 table 8; for phase noise, which the table lacks, those of the Allan variance."""
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
     b, c = TOTAL[max(round(alpha), -2)]
@@ -61,19 +61,20 @@ def total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """NIST SP 1065 table 10."""
+    """Degrees of freedom by NIST SP 1065 table 10."""
     b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
     return _published(b, c, alpha, m, points, summed=True)
 
 
 def _published(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
-    # The published line is for long τ; at short ones reflection adds nothing to the terms.
+    # The published line is for long τ; at short τ, reflection adds no terms.
+    """Degrees of freedom b T/τ − c, at most those of all overlapping terms."""
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
     return max(1.0, min(b * (points - 1) / m - c, most))
 
 
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """NIST SP 1065 table 11; at m = 1 that of the Hadamard variance, which it is."""
+    """Degrees of freedom by NIST SP 1065 table 11; at m = 1 those of the identical Hadamard variance."""
     if m == 1:
         return hadamard_edf(alpha, m, count, points)
     b0, b1 = HADAMARD_TOTAL[min(max(round(alpha), -2), 0)]
@@ -82,23 +83,23 @@ def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def total_bias(alpha: int, m: int, points: int) -> float:
-    """Variance over the true one, published for τ up to half of the record."""
+    """Variance of the total estimator over the true one, published for τ up to half of the record."""
     share = m / (points - 1)
     return 1.0 - TOTAL_BIAS.get(alpha, 0.0) * share if share <= 0.5 else 1.0
 
 
 def modified_total_bias(alpha: int, m: int, points: int) -> float:
-    """Variance over the true one."""
+    """Variance of the modified total estimator over the true one."""
     return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
 
 
 def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
-    """Variance over the true one, at m > 1."""
+    """Variance of the Hadamard total estimator over the true one, at m > 1."""
     return 1.0 if m == 1 else HADAMARD_TOTAL_BIAS[min(max(alpha, -2), 0)]
 
 
 def theo1_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """NIST SP 1065 table 12, of the effective averaging time."""
+    """Degrees of freedom of Theo1 by NIST SP 1065 table 12, for the effective averaging time."""
     law, n, tau = min(max(round(alpha), -2), 2), points, 0.75 * m
     if law == 2:
         edf = 0.86 * (n + 1) * (n - 4 * tau / 3) / (n - tau) * tau / (tau + 1.14)

@@ -1,4 +1,4 @@
-"""Deviations of several columns of a recording as one object."""
+"""Deviations of several columns of a recording in one object."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ __all__ = ["Deviations", "deviations", "has_columns", "of_columns"]
 
 
 class Deviations(Several[Deviation]):
-    """A deviation a column, by its name.
+    """Deviation of each column, by its name.
 
     Parameters
     ----------
     recording : Recording
-        Of several columns.
+        Recording with several columns.
     results : mapping of str to Deviation
 
     Examples
@@ -45,13 +45,13 @@ class Deviations(Several[Deviation]):
         self.recording = recording
 
     def document(self, column: str) -> dict[str, Any]:
-        """``allanite/adev/1`` of one column."""
+        """JSON record of one `column`, schema ``allanite/adev/1``."""
         head = {"schema": "allanite/adev/1", "version": _kernels.version()}
         told = self.recording.column(column).describe()
         return {**head, "recording": told, **self[column].to_dict()}
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """The curves of all columns in one figure, a panel a kind of sensor.
+        """Figure of the curves of all columns, one panel for each kind of sensor.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ def deviations(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
 ) -> Deviations:
-    """A deviation of each column of a recording.
+    """Deviation of each column of a recording.
 
     Parameters
     ----------
@@ -109,10 +109,10 @@ def deviations(
 
 
 def of_columns(recording: Recording, compute: Callable[[Recording], Deviation]) -> Deviations:
-    """The deviation that `compute` gives of each column."""
+    """Deviations from the function `compute` of each column."""
     return Deviations(recording, by_column(recording, compute))
 
 
 def has_columns(x: object) -> TypeGuard[Recording]:
-    """Whether it is a recording of several columns."""
+    """True if the object is a recording with several columns."""
     return isinstance(x, Recording) and len(x.columns) > 1

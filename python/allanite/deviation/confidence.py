@@ -1,4 +1,4 @@
-"""How sure an estimate is: equivalent degrees of freedom under a power law, and the interval from them."""
+"""Confidence of an estimate: equivalent degrees of freedom under a power law, and the interval from them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 __all__ = ["degrees_of_freedom", "interval"]
 
-#: Neighbouring nodes of the sum over lags differ by this ratio, or by 1.
-STEP = 1.06
+#: Ratio of neighboring nodes of the sum over lags; they differ by at least 1.
+NODE_RATIO = 1.06
 #: (−1)^i C(2d, d+i), i = 0 … d: autocovariance of a d-th difference of white noise.
 WEIGHTS = {
     2: np.array([6.0, -4.0, 1.0]),
@@ -25,9 +25,9 @@ def degrees_of_freedom(
 ) -> float:
     """Equivalent degrees of freedom of a mean of squared differences of discrete power-law noise.
 
-    edf = M / (1 + 2 Σ_{j=1}^{M−1} (1 − j/M) ρ_j²) with the exact autocorrelation ρ of the differences:
-    what Greenhall & Riley (2003) approximate. Where their formula models white FM by a continuous-time
-    process (m = 1: 782 of 999 terms), this gives the exact 2M/3 of sampled white noise.
+    edf = M / (1 + 2 Σ_{j=1}^{M−1} (1 − j/M) ρ_j²) with the exact autocorrelation ρ of the differences, which Greenhall &
+    Riley (2003) approximate. Their formula models white FM by a continuous-time process (m = 1: 782 of 999 terms). This
+    function gives the exact 2M/3 of sampled white noise.
 
     Parameters
     ----------
@@ -61,11 +61,11 @@ def degrees_of_freedom(
 
 
 def _nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
-    """Lags 0 … M−1, dense about 0, m, 2m, … where the autocorrelation has its corners."""
+    """Lags 0 … M−1 at which the sum is evaluated, dense near 0, m, 2m, … where the autocorrelation has corners."""
     farthest = min(count - 1, 40 * (order + 1) * m)
     if farthest <= 64:
         return np.arange(farthest + 1, dtype=np.float64)
-    steps = np.unique(np.round(STEP ** np.arange(np.log(farthest) / np.log(STEP) + 1)))
+    steps = np.unique(np.round(NODE_RATIO ** np.arange(np.log(farthest) / np.log(NODE_RATIO) + 1)))
     steps = np.concatenate([-steps[steps <= m][::-1], [0.0], steps])
     nodes = (m * np.arange(order + 1)[:, None] + steps).ravel()
     nodes = nodes[(nodes >= 0) & (nodes <= farthest)]
@@ -75,7 +75,7 @@ def _nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
 def _autocovariance(
     lags: NDArray[np.float64], alpha: float, m: int, order: int, summed: bool
 ) -> NDArray[np.float64]:
-    """Σ_i w_i g(|lag + i m|), up to a factor; g the generalised covariance of the phase."""
+    """Σ_i w_i g(|lag + i m|) up to a factor, with the generalized covariance g of the phase."""
     # Differences of order o exist for d < o + ½.
     d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed
     weights = WEIGHTS[order] if not summed else WEIGHTS[3] if order == 2 else _FOURTH
@@ -85,14 +85,15 @@ def _autocovariance(
     return total
 
 
+#: The same weights of a fourth difference.
 _FOURTH = np.array([70.0, -56.0, 28.0, -8.0, 1.0])
 
 
 def _covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:
-    """Generalised covariance of noise with spectrum |2 sin(w/2)|^(−2d), up to a factor.
+    """Generalized covariance of noise with spectrum |2 sin(w/2)|^(−2d), up to a factor.
 
-    Γ(t + d)/Γ(t + 1 − d); where that is an even polynomial, which differences do not
-    see (d = ½, 3/2, …), its derivative with respect to d.
+    Γ(t + d)/Γ(t + 1 − d). For d = ½, 3/2, … this is an even polynomial, which differences remove; there it is the
+    derivative with respect to d.
     """
     from scipy.special import poch, psi
 

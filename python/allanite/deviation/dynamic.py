@@ -1,4 +1,4 @@
-"""Dynamic Allan deviation: how the curve changes along the record."""
+"""Dynamic Allan deviation: the curve in windows along the record."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from allanite.common.errors import TooShortError
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
-from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
-from allanite.deviation.estimation import measured
+from allanite.deviation.averaging import Samples, Taus, averaging_factors, samples_of
+from allanite.deviation.estimation import kernel_results
 from allanite.deviation.estimators import OADEV
 from allanite.deviation.gaps import gap_notes
-from allanite.deviation.result import cell
+from allanite.deviation.result import cell_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["DynamicDeviation", "dynamic_oadev"]
 
-#: Windows and averaging times of a printed table.
-ROWS, COLUMNS = 24, 6
+#: Most windows and averaging times of a printed table.
+MAX_ROWS, MAX_COLUMNS = 24, 6
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -37,7 +37,7 @@ class DynamicDeviation:
     Attributes
     ----------
     time : ndarray of shape (w,)
-        Centres of the windows, s from the start.
+        Centers of the windows, s from the start.
     tau : ndarray of shape (k,)
         Averaging times, s.
     factors : ndarray of shape (k,)
@@ -45,7 +45,7 @@ class DynamicDeviation:
     n : ndarray of shape (w, k)
         Number of terms.
     deviation : ndarray of shape (w, k)
-        Deviations, in `unit`; NaN where gaps leave no term.
+        Deviations, in `unit`; NaN if gaps leave no term.
     window : float
         Length of the windows, s.
     rate : float
@@ -53,7 +53,7 @@ class DynamicDeviation:
     unit : str
         Unit of the deviation.
     diagnostics : tuple of str
-        What to know before trusting it.
+        Remarks on the reliability.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class DynamicDeviation:
             getattr(self, name).flags.writeable = False
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: times, averaging times, a row of deviations per window; null for NaN."""
+        """JSON record: times, averaging times, one row of deviations per window; null for NaN."""
         rows = [[float(v) if np.isfinite(v) else None for v in row] for row in self.deviation]
         return {
             "kind": "dynamic_oadev",
@@ -95,11 +95,11 @@ class DynamicDeviation:
         }
 
     def shown(self, most: int) -> NDArray[np.int64]:
-        """Numbers of at most so many averaging times, spread evenly, the first and the last among them."""
+        """Indices of at most `most` averaging times, evenly spread, with the first and the last."""
         return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Deviations over the time of the window.
+        """Figure of the deviations over the time of the window.
 
         Parameters
         ----------
@@ -112,9 +112,9 @@ class DynamicDeviation:
         return plot_dynamic(self, path, theme)
 
     def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
-        """Title, head, rows and remarks: not more than can be read at once."""
-        columns = self.shown(COLUMNS)
-        rows = np.unique(np.round(np.linspace(0, self.time.size - 1, ROWS)).astype(np.int64))
+        """Title, head, rows and remarks of a printed table."""
+        columns = self.shown(MAX_COLUMNS)
+        rows = np.unique(np.round(np.linspace(0, self.time.size - 1, MAX_ROWS)).astype(np.int64))
         remarks = list(self.diagnostics)
         if rows.size < self.time.size or columns.size < self.tau.size:
             remarks.append(
@@ -124,7 +124,7 @@ class DynamicDeviation:
         title = f"overlapping Allan deviation ({self.unit}) of windows of {self.window:g} s"
         head = ["time (s)", *(f"τ = {self.tau[k]:.4g} s" for k in columns)]
         body = [
-            [f"{self.time[i]:.6g}", *(cell(self.deviation[i, k], 0, ".5e") for k in columns)]
+            [f"{self.time[i]:.6g}", *(cell_text(self.deviation[i, k], 0, ".5e") for k in columns)]
             for i in rows
         ]
         return title, head, body, remarks
@@ -156,18 +156,18 @@ def dynamic_oadev(
     factors: ArrayLike | None = None,
     quantity: str = "rate",
 ) -> DynamicDeviation:
-    """Overlapping Allan deviation of windows along the record: Galleani & Tavella 2009.
+    """Overlapping Allan deviation of windows along the record (Galleani & Tavella 2009).
 
     Parameters
     ----------
     x : array_like of shape (n,) or Recording
-        Samples; a recording brings its own rate, unit and quantity.
+        Samples; a recording has its own rate, unit and quantity.
     rate : float
         Sampling rate, Hz.
     window : float
         Length of a window, s.
     step : float, optional
-        From one window to the next, s; a quarter of the window if left out.
+        Time from one window to the next, s; by default a quarter of the window.
     taus, factors, quantity
         As of `allanite.oadev`; averaging times up to half of the window.
 
@@ -204,7 +204,7 @@ def dynamic_oadev(
             f"a window of {window:g} s is {size} samples: it must hold 3 to {total}, the record"
         )
     every = min(max(1, round(step * src.rate)), total)
-    m, notes = averaging(src, taus, factors, (size - src.angle) // 2)
+    m, notes = averaging_factors(src, taus, factors, (size - src.angle) // 2)
     starts = np.arange(0, total - size + 1, every)
     deviation = np.full((starts.size, m.size), np.nan)
     n = np.zeros((starts.size, m.size), np.int64)
@@ -213,19 +213,19 @@ def dynamic_oadev(
         part = src.samples[start : start + size]
         if floating and np.isnan(part).all():
             continue
-        variance, n[row], _, _, step = measured(OADEV, part, m, src.angle)
+        variance, n[row], _, _, step = kernel_results(OADEV, part, m, src.angle)
         deviation[row] = np.sqrt(variance) * step * src.scale
-    notes = (*notes, *_missing(src, n, m, size))
+    notes = (*notes, *_gap_remarks(src, n, m, size))
     time = np.asarray((starts + size / 2) / src.rate, np.float64)
     return DynamicDeviation(
         time, m / src.rate, m, n, deviation, size / src.rate, src.rate, src.unit, notes
     )
 
 
-def _missing(
+def _gap_remarks(
     src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
 ) -> tuple[str, ...]:
-    """What to know where samples are missing: how many, the terms lost, windows that have none."""
+    """Remarks on missing samples: their number, the terms lost, and windows without any term."""
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))
     share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)

@@ -1,4 +1,4 @@
-"""From a record to a deviation: averaging times, the core, scale, bias, remarks."""
+"""Computation of a deviation: averaging times, kernel, scale, bias and remarks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.deviation.averaging import Samples, Taus, averaging
+from allanite.deviation.averaging import Samples, Taus, averaging_factors
 from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
     from allanite.deviation.table import Estimator
 
-__all__ = ["estimate", "measured"]
+__all__ = ["estimate", "kernel_results"]
 
-#: Below, squares of the samples may have come near 2.2e-308, where doubles lose digits.
-SMALLEST = 1e-270
-#: Samples between 2^-EXTREME and 2^EXTREME have squares that a double holds.
-EXTREME = 400
+#: Smallest variance without loss of digits: squares of samples stay far above 2.2e-308, the smallest normal double.
+MIN_VARIANCE = 1e-270
+#: Largest |log2| of samples whose squares a double holds.
+MAX_EXPONENT = 400
 
 
 def estimate(
     row: Estimator, src: Samples, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
 ) -> Deviation:
-    """Deviation of a record by one estimator, with what its intervals and remarks are made of.
+    """Deviation of a record by one estimator, with the inputs of its intervals and its remarks.
 
     Parameters
     ----------
@@ -40,18 +40,18 @@ def estimate(
     taus, factors
         As of `allanite.oadev`.
     unbiased : bool
-        Whether the published bias, if there is one, is divided out.
+        If true, a published bias is divided out.
 
     Raises
     ------
     InputError
         Averaging times that cannot be used.
     TooShortError
-        No averaging time that fits.
+        No averaging time fits into the record.
     """
     points = src.points
-    m, notes = averaging(src, taus, factors, row.most(points))
-    variance, n, alpha, gaps, step = measured(row, src.samples, m, src.angle)
+    m, notes = averaging_factors(src, taus, factors, row.most(points))
+    variance, n, alpha, gaps, step = kernel_results(row, src.samples, m, src.angle)
     tau = m / src.rate
     lost = row.complete(m, points) - n if gaps else np.zeros(n.size, np.int64)
     if gaps:
@@ -77,22 +77,22 @@ def estimate(
     )
 
 
-def measured(
+def kernel_results(
     row: Estimator, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int, float]:
-    """Variance, number of terms, power law at every factor, number of gaps, and the unit of their root.
+    """Variance, number of terms and power law at every factor, number of gaps, and the unit of the samples.
 
-    The unit is 1 but for samples whose squares a double does not hold: they are divided by a power of two first.
+    The unit is 1 unless the squares of the samples overflow or underflow: then the samples are divided by a power of two.
     """
     variance, n, alpha, gaps = row.kernel(samples, m, angle)
     # The usual case, quickly: a short record costs no more than its sums.
-    if np.minimum.reduce(variance) > SMALLEST and np.maximum.reduce(variance) < np.inf:
+    if np.minimum.reduce(variance) > MIN_VARIANCE and np.maximum.reduce(variance) < np.inf:
         return variance, n, alpha, gaps, 1.0
-    lost = (n > 0) & ~(np.isfinite(variance) & (variance > SMALLEST))
+    lost = (n > 0) & ~(np.isfinite(variance) & (variance > MIN_VARIANCE))
     if samples.dtype.kind != "f" or not lost.any():
         return variance, n, alpha, gaps, 1.0
     exponent = int(np.frexp(np.nanmax(np.abs(samples)))[1]) - 1
-    if abs(exponent) < EXTREME:  # no noise
+    if abs(exponent) < MAX_EXPONENT:  # no noise
         return variance, n, alpha, gaps, 1.0
     with np.errstate(invalid="ignore"):  # a NaN that signals is one like others
         scaled = np.ldexp(samples, -exponent)
@@ -108,7 +108,7 @@ def _corrected(
     points: int,
     unbiased: bool,
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Variance with or without the published bias, and a word about it."""
+    """Variance with or without the published bias, and a note about it."""
     bias = np.array([published(int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
     if (bias == 1.0).all():
         return variance, ()

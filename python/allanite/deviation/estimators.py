@@ -1,4 +1,4 @@
-"""The table of estimators: one row each, which makes the function of that name."""
+"""Table of estimators: each row defines an estimator and makes the public function with its name."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from allanite.deviation.result import Deviation
 
+#: Docstring of the functions.
 TEXT = """{title}: {source}.
 
     {more}
@@ -28,18 +29,18 @@ TEXT = """{title}: {source}.
     Parameters
     ----------
     x : array_like of shape (n,) or Recording
-        Samples; a recording brings its own rate, unit and quantity. NaN samples cost only the terms that touch
-        them; integers are used exactly. Of several columns `deviations` takes each.
+        Samples; a recording has its own rate, unit and quantity. NaN samples cost only the terms that touch
+        them; integers are used exactly. For several columns use `deviations`.
     rate : float
         Sampling rate, Hz.
     taus : {{"octave", "decade", "all"}} or int or sequence of float
-        Averaging times: 1, 2, 4, 8, …; 1, 2, 4, 10, 20, 40, …; every one; so many per decade; or
-        in seconds (rounded to multiples of the sampling interval).
+        Averaging times in sampling intervals: 1, 2, 4, 8, … (octave); 1, 2, 4, 10, 20, 40, … (decade); all; a number
+        per decade; or times in seconds, which are rounded to multiples of the sampling interval.
     factors : array_like of int, optional
         Averaging factors instead of `taus`.
     quantity : {{"rate", "increment", "angle"}}
-        What the samples are: the rate, its integral over one sample, or from the start (the phase
-        of a clock).{unbiased}
+        Quantity of the samples: the rate, its integral over one sample, or its integral from the start
+        (the phase of a clock).{unbiased}
 
     Returns
     -------
@@ -52,7 +53,7 @@ TEXT = """{title}: {source}.
     InputError
         Samples, rate, taus or quantity that cannot be used.
     TooShortError
-        Fewer than 3 samples, or no averaging time that fits.
+        Fewer than 3 samples, or no averaging time fits.
 
     Examples
     --------
@@ -62,13 +63,14 @@ TEXT = """{title}: {source}.
     >>> print(al.{name}(nbs14, factors=[1, 2]).deviation.round(3))
     [{nbs14}]
     """
+#: Part of the docstring of functions with a published bias.
 UNBIASED = """
     unbiased : bool
-        Whether the published bias is divided out."""
+        If true, the published bias is divided out."""
 
 
 class Deviate(Protocol):
-    """A function of the family."""
+    """Signature of the functions without a published bias."""
 
     __name__: str
 
@@ -84,7 +86,7 @@ class Deviate(Protocol):
 
 
 class Correctable(Protocol):
-    """A function of those whose bias is published."""
+    """Signature of the functions with a published bias."""
 
     __name__: str
 
@@ -101,12 +103,14 @@ class Correctable(Protocol):
 
 
 def _row(**what: Any) -> Estimator:
+    """Estimator that is added to the table."""
     row = Estimator(**what)
     ESTIMATORS[row.name] = row
     return row
 
 
-def _described(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
+def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
+    """Function with the name and docstring of its estimator."""
     function.__name__ = function.__qualname__ = row.name
     function.__module__ = "allanite.deviation"
     function.__doc__ = TEXT.format(
@@ -125,7 +129,7 @@ def _described(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
 
 
 def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
-    """Make a row, and its function, whose example shows what `nbs14` has."""
+    """Function of a new estimator without a published bias; `nbs14` is the output of its example."""
     row = _row(**what)
 
     def deviation(
@@ -143,12 +147,12 @@ def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
             return several
         return estimate(row, samples_of(x, rate, quantity), taus, factors)
 
-    function: Deviate = _described(deviation, row, more, nbs14)
+    function: Deviate = _with_docstring(deviation, row, more, nbs14)
     return function
 
 
 def _corrected(more: str, nbs14: str, **what: Any) -> Correctable:
-    """The same where a bias is published."""
+    """Function of a new estimator with a published bias; `nbs14` is the output of its example."""
     row = _row(**what)
 
     def deviation(
@@ -167,22 +171,25 @@ def _corrected(more: str, nbs14: str, **what: Any) -> Correctable:
             return several
         return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
 
-    function: Correctable = _described(deviation, row, more, nbs14)
+    function: Correctable = _with_docstring(deviation, row, more, nbs14)
     return function
 
 
 def _allan(
     kernel: Any, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[Any, Any, Any, int]:
+    """Kernel whose variances of phase samples are divided by m²."""
     variance, *rest = kernel(samples, m, angle)
     return (variance / m**2 if angle else variance, *rest)
 
 
 def _core(name: str) -> Any:
+    """Compiled kernel with this name."""
     return partial(_kernels.family_variance, name)
 
 
 def _time(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    """Scale of time deviations: τ/√3 times that of the rate."""
     return scale * tau / np.sqrt(3.0)
 
 
@@ -198,7 +205,7 @@ oadev = _deviation(
     edf=bias.allan_edf,
 )
 adev = _deviation(
-    "Of adjacent averages, not overlapping.",
+    "Uses adjacent averages, not overlapping ones.",
     " 91.229 115.808",
     name="adev",
     title="Allan deviation",
@@ -209,7 +216,7 @@ adev = _deviation(
     edf=lambda alpha, m, count, points: bias.allan_edf(alpha, m, count, points, stride=m),
 )
 mdev = _deviation(
-    "Tells white from flicker phase noise.",
+    "Distinguishes white from flicker phase noise.",
     "91.229 74.788",
     name="mdev",
     title="modified Allan deviation",
@@ -220,7 +227,7 @@ mdev = _deviation(
     edf=bias.modified_edf,
 )
 hdev = _deviation(
-    "Of adjacent averages, not overlapping; blind to a drift of the rate.",
+    "Uses adjacent averages, not overlapping ones. Not sensitive to a drift of the rate.",
     " 70.806 116.798",
     name="hdev",
     title="Hadamard deviation",
@@ -231,7 +238,7 @@ hdev = _deviation(
     edf=lambda alpha, m, count, points: bias.hadamard_edf(alpha, m, count, points, stride=m),
 )
 ohdev = _deviation(
-    "Blind to a drift of the rate.",
+    "Not sensitive to a drift of the rate.",
     "70.806 85.615",
     name="ohdev",
     title="overlapping Hadamard deviation",
@@ -267,7 +274,7 @@ totdev = _corrected(
     bias=bias.total_bias,
 )
 pdev = _deviation(
-    "Of slopes fitted to the phase. The interval uses the degrees of freedom of `mdev`, which are fewer.",
+    "Uses slopes fitted to the phase. The interval uses the degrees of freedom of `mdev`, which are fewer.",
     "91.229 87.605",
     name="pdev",
     title="parabolic deviation",
@@ -278,7 +285,7 @@ pdev = _deviation(
     edf=bias.modified_edf,
 )
 mtotdev = _corrected(
-    "The published bias is 0.73 of white FM in variance; Stable32 1.60 leaves it in, as is done by default. O(n).",
+    "The published bias is 0.73 of white FM in variance; Stable32 1.60 keeps it, which is the default here. O(n).",
     "64.509 64.794",
     name="mtotdev",
     title="modified total deviation",
@@ -291,7 +298,7 @@ mtotdev = _corrected(
     unbiased=False,
 )
 ttotdev = _corrected(
-    "τ/√3 times the modified total deviation; its bias is left in by default, too.",
+    "τ/√3 times the modified total deviation; its bias is kept by default, too.",
     "37.244 74.818",
     name="ttotdev",
     title="time total deviation",
@@ -316,7 +323,7 @@ htotdev = _corrected(
     edf=bias.hadamard_total_edf,
     bias=bias.hadamard_total_bias,
 )
-# The functions of these two choose averaging times of their own: `theo.py`.
+# The functions of these two estimators choose their own averaging times, see `theo.py`.
 THEO1 = _row(
     name="theo1",
     title="Theo1 deviation",
@@ -329,7 +336,7 @@ THEO1 = _row(
 THEOH = replace(THEO1, name="theoh", title="TheoH deviation", source="NIST SP 1065 eq. 33")
 ESTIMATORS[THEOH.name] = THEOH
 tierms = _deviation(
-    "What the phase gains in τ beyond the mean rate.",
+    "Root mean square change of the phase in τ beyond the mean rate.",
     " 95.202 135.47 ",
     name="tierms",
     title="root mean square time interval error",
@@ -351,5 +358,5 @@ mtie = _deviation(
     gain=lambda scale, tau, rate: scale / rate,
 )
 
-#: The row that others are built with.
+#: Estimator that other modules use.
 OADEV = ESTIMATORS["oadev"]

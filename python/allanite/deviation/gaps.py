@@ -1,4 +1,4 @@
-"""Terms that missing samples cost."""
+"""Remarks on terms of a deviation that missing samples remove."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ if TYPE_CHECKING:
 
 __all__ = ["gap_notes"]
 
-#: Share of the terms of one averaging time whose loss deserves advice.
-MANY = 0.5
-#: Share of the longest averaging time below which it does.
-FAR = 0.1
+#: Share of lost terms of an averaging time above which decimation is advised. Chosen by judgment; not measured.
+MAX_LOST_SHARE = 0.5
+#: Decimation is advised only below this share of the longest averaging time. Chosen by judgment; not measured.
+MAX_ADVICE_TAU = 0.1
 
 
 def gap_notes(
     missing: int, samples: int, tau: NDArray[np.float64], lost: NDArray[np.float64]
 ) -> tuple[str, ...]:
-    """What to know of a curve whose samples are partly missing.
+    """Remarks on a curve whose samples are partly missing.
 
     Parameters
     ----------
     missing, samples : int
-        Missing samples, and all of them.
+        Number of missing samples, and of all samples.
     tau : ndarray of shape (k,)
         Averaging times, s.
     lost : ndarray of shape (k,)
-        Share of the terms that is lost at each.
+        Share of the terms lost at each averaging time.
     """
     if not missing:
         return ()
@@ -37,12 +37,12 @@ def gap_notes(
     if lost.size and lost.any():
         worst = int(np.argmax(lost))
         notes.append(
-            f"terms that touch them are left out: {lost[0]:.2g} of all at {tau[0]:g} s,"
+            f"terms that touch them are omitted: {lost[0]:.2g} of all at {tau[0]:g} s,"
             f" {lost[worst]:.2g} at {tau[worst]:g} s"
         )
-        many = np.flatnonzero(lost > MANY)
-        # Of one long gap the longest τ alone lose most of theirs, and averaging first does not help.
-        if many.size and tau[many[0]] < FAR * tau[-1]:
+        many = np.flatnonzero(lost > MAX_LOST_SHARE)
+        # A single long gap costs only the longest τ most of their terms; decimation would not help.
+        if many.size and tau[many[0]] < MAX_ADVICE_TAU * tau[-1]:
             notes.append(
                 f"more than half of the terms are lost from {tau[many[0]]:g} s on: decimate the recording,"
                 " which averages the samples that are there"

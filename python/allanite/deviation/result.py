@@ -1,4 +1,4 @@
-"""A deviation over averaging times, as every estimator returns it."""
+"""Result of every estimator: a deviation over averaging times."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
 
 
-__all__ = ["Deviation", "cell"]
+__all__ = ["Deviation", "cell_text"]
 
-#: Confidence of an interval unless another is asked for.
-DEFAULT = 0.95
+#: Default confidence of an interval.
+DEFAULT_CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -46,11 +46,11 @@ class Deviation:
     rate : float
         Sampling rate, Hz.
     unit : str
-        Unit of the samples as a rate; that of the estimates is `deviation_unit`.
+        Unit of the samples as a rate; the unit of the estimates is `deviation_unit`.
     diagnostics : tuple of str
-        What to know before trusting it.
+        Remarks on the reliability.
     lost : ndarray of shape (k,)
-        Number of terms left out because they touch missing samples.
+        Number of terms omitted because they touch missing samples.
     level : float
         Confidence of the interval.
 
@@ -81,7 +81,7 @@ class Deviation:
     _bands: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     lost: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     _of_phase: bool = False
-    level: float = DEFAULT
+    level: float = DEFAULT_CONFIDENCE
 
     def __post_init__(self) -> None:
         if self.lost.size != self.n.size:
@@ -91,32 +91,32 @@ class Deviation:
 
     @property
     def deviation_unit(self) -> str:
-        """Unit of `deviation`, `low` and `high`: `unit`, or that times s of time deviations and interval errors."""
+        """Unit of `deviation`, `low` and `high`: `unit`, or `unit` times s for time deviations and interval errors."""
         return _integrated(self.unit) if self._of_phase else self.unit
 
     @property
     def has_interval(self) -> bool:
-        """Whether an interval is known at any τ; none is of `tierms` and `mtie`."""
+        """True if an interval is known at any τ; `tierms` and `mtie` have none."""
         return bool(np.isfinite(self.low).any())
 
     @property
     def edf(self) -> NDArray[np.float64]:
-        """Equivalent degrees of freedom, shape (k,); NaN where there is no estimate."""
-        return self._band("edf")
+        """Equivalent degrees of freedom, shape (k,); NaN without an estimate."""
+        return self._interval_array("edf")
 
     @property
     def low(self) -> NDArray[np.float64]:
         """Lower end of the interval, shape (k,)."""
-        return self._band("low")
+        return self._interval_array("low")
 
     @property
     def high(self) -> NDArray[np.float64]:
         """Upper end of the interval, shape (k,)."""
-        return self._band("high")
+        return self._interval_array("high")
 
     @property
     def percent(self) -> str:
-        """Confidence of the interval as it is printed: ``95 %``."""
+        """Text of the confidence: ``95 %``."""
         return f"{100.0 * self.level:.3g} %"
 
     def at_confidence(self, level: float) -> Deviation:
@@ -136,8 +136,9 @@ class Deviation:
             raise InputError(f"a confidence lies between 0 and 1, found {level:g}: give 0.95")
         return replace(self, level=float(level), _bands={})
 
-    def _band(self, name: str) -> NDArray[np.float64]:
-        # Made when first asked for: it takes longer than the deviation of a short record.
+    def _interval_array(self, name: str) -> NDArray[np.float64]:
+        # Computed on first use, since it takes longer than the deviation of a short record.
+        """One of `low`, `high` and `edf`, which are computed on first use."""
         if not self._bands:
             edf = np.full(self.tau.shape, np.nan) if self._freedom is None else self._freedom()
             low, high = interval(self.deviation, edf, self.level)
@@ -150,7 +151,7 @@ class Deviation:
         return self.tau.size
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """The deviation over averaging time, with its interval where one is known.
+        """Figure of the deviation over averaging time, with its interval if one is known.
 
         Parameters
         ----------
@@ -163,7 +164,7 @@ class Deviation:
         return plot_deviation(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: `kind`, `unit` of the deviations, and `points`; null for what is not known."""
+        """JSON record: `kind`, `unit` of the deviations, and `points`; null for unknown values."""
         columns = (self.deviation, self.low, self.high, self.edf)
         names = ("deviation", "low", "high", "edf")
         points = []
@@ -176,14 +177,14 @@ class Deviation:
             "kind": self.kind,
             "unit": self.deviation_unit,
             "points": points,
-            **({} if self.level == DEFAULT else {"confidence": self.level}),
+            **({} if self.level == DEFAULT_CONFIDENCE else {"confidence": self.level}),
             "diagnostics": list(self.diagnostics),
         }
 
     def __str__(self) -> str:
         head = f"{'tau (s)':>12} {'m':>10} {'n':>11} {self.kind:>12} {'low':>12} {'high':>12} {'edf':>9}"
         rows = [
-            f"{t:12.6g} {m:10d} {n:11d} {' '.join(cell(v, 12, '.5e') for v in values)} {cell(e, 9, '.4g')}"
+            f"{t:12.6g} {m:10d} {n:11d} {' '.join(cell_text(v, 12, '.5e') for v in values)} {cell_text(e, 9, '.4g')}"
             for t, m, n, *values, e in self._rows()
         ]
         known = f"{self.percent} interval" if self.has_interval else "no interval is known"
@@ -204,12 +205,13 @@ class Deviation:
             f"<th>{name}</th>" for name in ("τ (s)", "m", "n", own, "low", "high", "edf")
         )
         rows = "".join(
-            "<tr>" + "".join(f"<td>{cell(value, 0, '.6g')}</td>" for value in row) + "</tr>"
+            "<tr>" + "".join(f"<td>{cell_text(value, 0, '.6g')}</td>" for value in row) + "</tr>"
             for row in self._rows()
         )
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 
     def _rows(self) -> zip[tuple[Any, ...]]:
+        """Values of each averaging time."""
         return zip(
             self.tau,
             self.factors,
@@ -222,13 +224,13 @@ class Deviation:
         )
 
 
-def cell(value: float, width: int, form: str) -> str:
-    """A number of a table, a dash for what is not known."""
+def cell_text(value: float, width: int, form: str) -> str:
+    """Text of a value in a table; a dash for an unknown one."""
     return (format(value, form) if np.isfinite(value) else "-").rjust(width)
 
 
 def _integrated(unit: str) -> str:
-    """U·s as it is spelled: deg/s → deg, m/s^2 → m/s, 1 → s, deg/h → deg/h·s."""
+    """Text of the unit U·s: deg/s → deg, m/s^2 → m/s, 1 → s, deg/h → deg/h·s."""
     if unit in ("", "1"):
         return "s"
     if unit.endswith("/s^2"):

@@ -1,4 +1,4 @@
-"""What an estimator is to the package: name, title, kernel, reach, degrees of freedom, bias, unit."""
+"""Definition of an estimator: name, title, kernel, range, degrees of freedom, bias, unit."""
 
 from __future__ import annotations
 
@@ -21,32 +21,31 @@ Floats: TypeAlias = "NDArray[np.float64]"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimator:
-    """One deviation.
+    """Definition of one deviation.
 
     Attributes
     ----------
     name : str
-        Of its function, of the command line's choice, and of results.
+        Name of its function, of the command-line option, and of results.
     title : str
-        In words, for plots.
+        Title for plots.
     source : str
-        Where it is defined.
+        Publication that defines it.
     kernel : callable
-        Variance of the samples (of interval errors: the square) at each factor, number of terms, exponent
-        of the noise, number of gaps: ``kernel(samples, factors, angle)``.
+        ``kernel(samples, factors, angle)`` returns the variance at each factor (the square, for interval errors), number
+        of terms, exponent of the noise, and number of gaps.
     most : callable
-        Largest averaging factor of so many phase points.
+        Largest averaging factor for a number of phase points.
     terms : callable
-        Terms at each averaging factor of so many phase points without gaps.
+        Number of terms at each averaging factor for a number of phase points without gaps.
     edf : callable or None
-        Degrees of freedom from exponent, factor, number of terms and of phase points; None: not known.
+        Degrees of freedom from exponent, factor, number of terms and of phase points; None if not known.
     bias : callable or None
         Variance over the true one from exponent, factor and number of phase points.
     unbiased : bool
-        Whether that is divided out unless asked for otherwise.
+        True if the bias is divided out by default.
     gain : callable or None
-        Of estimators of the phase, what a rate gains in τ: their scale from that of the rate, averaging times and
-        sampling rate.
+        For estimators of the phase: their scale from the scale of the rate, averaging times and sampling rate.
     """
 
     name: str
@@ -66,11 +65,11 @@ class Estimator:
         )  # its functions cannot be pickled, and the table has them
 
     def complete(self, m: Ints, points: int) -> Ints:
-        """Terms at each averaging factor of a record of `points` phase points without gaps."""
+        """Number of terms at each averaging factor of a record of `points` phase points without gaps."""
         return np.asarray(np.maximum(self.terms(m, points), 0), np.int64)
 
     def freedom(self, alpha: Floats, m: Ints, n: Ints, points: int) -> Floats:
-        """Equivalent degrees of freedom at each τ; NaN without an estimate or where none are known."""
+        """Equivalent degrees of freedom at each τ; NaN without an estimate or if not known."""
         if self.edf is None:
             return np.full(m.size, np.nan)
         rows = zip(alpha, m, n, strict=True)
@@ -78,12 +77,12 @@ class Estimator:
         return np.array(values)
 
 
-#: Every estimator by its name, in the order in which they are offered; filled by `estimators.py`.
+#: Every estimator by its name, in the order of the documentation; filled by `estimators.py`.
 ESTIMATORS: dict[str, Estimator] = {}
 
 
 def estimator_named(name: str) -> Estimator:
-    """Estimator of that name.
+    """Estimator with this name.
 
     Raises
     ------

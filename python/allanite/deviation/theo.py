@@ -1,4 +1,4 @@
-"""Theo1 and TheoH: averaging times up to three quarters of the record."""
+"""Theo1 and TheoH deviations: averaging times up to three quarters of the record."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import TooShortError
-from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
-from allanite.deviation.estimation import measured
+from allanite.deviation.averaging import Samples, Taus, averaging_factors, samples_of
+from allanite.deviation.estimation import kernel_results
 from allanite.deviation.estimators import OADEV, THEO1, THEOH
 from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["theo1", "theoh"]
 
-#: Most pairs (m = 9 + 3i, 12 + 4i) that the bias of Theo1 is averaged over.
-PAIRS = 30
+#: Most pairs (m = 9 + 3i, 12 + 4i) over which the bias of Theo1 is averaged.
+MAX_BIAS_PAIRS = 30
 
 
 def theo1(
@@ -30,10 +30,10 @@ def theo1(
     factors: ArrayLike | None = None,
     quantity: str = "rate",
 ) -> Deviation:
-    """Theo1 deviation, at effective averaging times τ = 0.75 m / rate, m even: NIST SP 1065 eq. 30.
+    """Theo1 deviation (NIST SP 1065 eq. 30) at effective averaging times τ = 0.75 m / rate with m even.
 
     No bias is removed (`theoh` does). `n` counts the terms (L − m) m/2. O(n m). Parameters as of
-    `allanite.oadev`; `taus` in seconds are effective ones, odd `factors` are left out.
+    `allanite.oadev`; `taus` in seconds are effective averaging times, odd `factors` are omitted.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def theo1(
     InputError
         As of `allanite.oadev`.
     TooShortError
-        Fewer than 3 samples, no averaging time that fits, or no even factor.
+        Fewer than 3 samples, no averaging time fits, or no even factor.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def theo1(
     if factors is None and not isinstance(taus, (str, int, np.integer)):
         factors = 2 * np.maximum(np.round(np.asarray(taus, float) * src.rate / 1.5), 1.0)
         factors = np.unique(factors)
-    m, notes = averaging(src, taus, factors, src.points - 1)
+    m, notes = averaging_factors(src, taus, factors, src.points - 1)
     even = m % 2 == 0
     if not even.all():
         notes = (*notes, f"{np.count_nonzero(~even)} odd averaging factors were left out")
@@ -73,7 +73,7 @@ def _freedom(
     counts: NDArray[np.int64],
     points: int,
 ) -> NDArray[np.float64]:
-    """Degrees of freedom of the overlapping deviation at the near averaging factors, of Theo1 at the far ones."""
+    """Degrees of freedom of the overlapping deviation at the near averaging factors, then of Theo1 at the far ones."""
     split = near.size
     first = OADEV.freedom(laws[:split], near, counts[:split], points)
     second = THEOH.freedom(laws[split:], far, counts[split:], points)
@@ -81,7 +81,8 @@ def _freedom(
 
 
 def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    variance, n, alpha, gaps, step = measured(THEO1, src.samples, m, src.angle)
+    """Theo1 deviation at even averaging factors."""
+    variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
     lost = THEO1.complete(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
     tau = np.asarray(0.75 * m / src.rate)
@@ -102,7 +103,7 @@ def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviat
 
 
 def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "rate") -> Deviation:
-    """TheoH deviation: overlapping Allan up to a tenth of the record, then Theo1 without its bias.
+    """TheoH deviation: overlapping Allan deviation up to a tenth of the record, then Theo1 without its bias.
 
     The bias is the mean ratio of the Allan variance at m = 9 + 3i to Theo1 at m = 12 + 4i, the same
     effective τ (NIST SP 1065 eq. 33), over at most 30 i spread evenly. `factors` hold m of the Allan
@@ -134,12 +135,12 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
         raise TooShortError(
             f"TheoH needs at least 120 samples for its bias, found {src.samples.size}"
         )
-    i = np.unique(np.round(np.linspace(0, last, PAIRS)).astype(np.int64))
-    near, notes = averaging(src, taus, None, src.points // 10)
+    i = np.unique(np.round(np.linspace(0, last, MAX_BIAS_PAIRS)).astype(np.int64))
+    near, notes = averaging_factors(src, taus, None, src.points // 10)
     pairs = np.union1d(near, 9 + 3 * i)
-    variance, n, alpha, gaps, step = measured(OADEV, src.samples, pairs, src.angle)
+    variance, n, alpha, gaps, step = kernel_results(OADEV, src.samples, pairs, src.angle)
     samples = src.samples if step == 1.0 else src.samples / step
-    whole, _ = averaging(src, taus, None, src.points - 1)
+    whole, _ = averaging_factors(src, taus, None, src.points - 1)
     far = 2 * np.unique(np.round(whole / 1.5).astype(np.int64))
     far = far[(0.75 * far > near[-1]) & (far <= src.points - 1)]
     theo = THEOH.kernel(samples, np.union1d(far, 12 + 4 * i), src.angle)

@@ -1,17 +1,16 @@
 """Bets against a model on segments of one length, valid for any distribution of the samples.
 
-A segment is whitened: its cosine ordinates are divided by the model's standard deviations and transformed back. If
-the model holds, the whitened samples are independent and have mean square 1. Their distribution may have heavy tails,
-or steps. So the bets split a segment into two parts that need no normal samples:
+A segment is whitened: its cosine ordinates are divided by the model's standard deviations and transformed back. If the
+model holds, the whitened samples are independent and have mean square 1. Their distribution may have heavy tails, or
+steps. So the bets split a segment into two parts that need no normal samples:
 
-* the values, without their order. They tell the total power (`PowerBets`). * the order. Given the values, every order
-is equally likely. The samples are replaced by normal scores of their ranks; the
-  cosine ordinates of these then point in any direction with the same probability. A bet on the shape of the spectrum
-  is the ratio of two angular central Gaussian densities (Tyler 1987) on that sphere, which has mean 1.
+* The values without their order. They give the total power (`PowerBets`).
+* The order. Given the values, every order is equally likely. The samples are replaced by normal scores of their ranks;
+  the cosine ordinates of these then point in any direction with the same probability. A bet on the shape of the
+  spectrum is the ratio of two angular central Gaussian densities (Tyler 1987) on that sphere, which has mean 1.
 
-The shape bet has mean 1 given the values, so the product of both has mean at most 1. For normal samples the product
-is nearly the likelihood ratio. The capital, shared among alternatives and starts, is a supermartingale that starts at
-1.
+The shape bet has mean 1 given the values, so the product of both has mean at most 1. For normal samples the product is
+nearly the likelihood ratio. The capital, shared among alternatives and starts, is a supermartingale that starts at 1.
 """
 
 from __future__ import annotations
@@ -26,48 +25,49 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.effects import Model, Periodic
 from allanite.fit.likelihood.expected import density
-from allanite.scale.power_bets import HIGHEST, ClippedPower, PowerBets
+from allanite.scale.power_bets import MAX_SQUARE, ClippedPower, PowerBets
 
 __all__ = ["Bets", "share"]
 
 Array = NDArray[np.float64]
-#: Power ratios of the alternatives: at all frequencies and in octaves; in noise that a filter passes or removes; in a
-#: line. Weak lines are left to long segments: slow noise is often known to 20 % only, which is no line.
+#: Power ratios of the alternatives at all frequencies and in octaves.
 RATIOS = (0.25, 0.5, 0.7, 0.85, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
-FILTERED = (1.5, 4.0, 16.0)
-NARROW = (3.0, 12.0)
+#: Power ratios in noise that a filter passes or removes.
+FILTERED_RATIOS = (1.5, 4.0, 16.0)
+#: Power ratios of a line. Weak lines need long segments: slow noise is often known only to 20 %, which is no line.
+LINE_RATIOS = (3.0, 12.0)
 #: Ordinates of a line, and ordinates from one place of a line to the next.
-WIDTH, STEP = 4, 2
-#: The first ordinate of the lowest line.
-LOWEST = 8
+LINE_WIDTH, LINE_STEP = 4, 2
+#: First ordinate of the lowest line.
+FIRST_LINE_ORDINATE = 8
 #: Fields of each bet that a restart needs.
-STATE = ("stake", "best", "since", "power")
-#: Ordinates beyond this are set to it, and the capital of a bet: their squares and sums must not overflow.
-LARGEST = 1e100
+STATE_FIELDS = ("stake", "best", "since", "power")
+#: Limit of ordinates and of the capital of a bet, so that their squares and sums do not overflow.
+MAX_VALUE = 1e100
 #: Logarithm of the largest factor by which a segment multiplies a bet.
-LARGEST_GAIN = 400.0
-#: Samples beyond this are set to it: sums over a segment must not overflow.
-LARGEST_SAMPLE = 1e290
+MAX_LOG_GAIN = 400.0
+#: Limit of samples, so that sums over a segment do not overflow.
+MAX_SAMPLE = 1e290
 #: Random numbers of this size, in standard deviations, put equal samples into random order. Larger than rounding
 #: errors of the transform (1e-14), smaller than any difference that matters.
 JITTER = 1e-6
 
 
 class Bets:
-    """The capital of all bets on segments of one length.
+    """Capital of all bets on segments of one length.
 
     Parameters
     ----------
     model : Model
-        With values.
+        Model with values.
     rate : float
-        Hz.
+        Sampling rate, Hz.
     segment : int
         Samples of one segment.
     tolerance : float
         Relative deviation of the noise within which the model holds.
     lines : bool
-        Bets on lines alone.
+        If true, bet only on lines.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class Bets:
         )
 
         self._edges = _edges(segment)
-        wide, spans, weights = _wide(self._edges) if not lines else _NOTHING
+        wide, spans, weights = _broad_alternatives(self._edges) if not lines else _NOTHING
         cells = np.diff(count[self._edges - 1])
         wide = wide.reshape(-1, cells.size)
         null = np.array([_nearest_null(one, cells, contrast) for one in wide]).reshape(wide.shape)
@@ -100,14 +100,16 @@ class Bets:
         self._wide_weights, self._wide_null_weights = (1.0 / wide).T.copy(), (1.0 / null).T.copy()
         self._power_bets = PowerBets(wide @ cells / max(cells.sum(), 1.0), tolerance)
         self.clipped = ClippedPower()
-        ratios = np.array(NARROW)
-        self._narrow_fixed = 0.5 * np.log(line_contrast / ratios)[:, None] * _of_lines(count)
+        ratios = np.array(LINE_RATIOS)
+        self._narrow_fixed = 0.5 * np.log(line_contrast / ratios)[:, None] * _line_sums(count)
         self._narrow_weights = (1.0 / ratios - 1.0)[:, None]
         self._narrow_null_weight = 1.0 / line_contrast - 1.0
-        low = np.arange(LOWEST, segment - WIDTH + 1, STEP)
-        places = np.column_stack([low, low + WIDTH])
+        low = np.arange(FIRST_LINE_ORDINATE, segment - LINE_WIDTH + 1, LINE_STEP)
+        places = np.column_stack([low, low + LINE_WIDTH])
         #: First ordinate of each bet and the one after the last, where its power differs most.
-        self.spans = np.concatenate([spans, np.tile(places, (len(NARROW), 1))]).astype(np.int64)
+        self.spans = np.concatenate([spans, np.tile(places, (len(LINE_RATIOS), 1))]).astype(
+            np.int64
+        )
         narrow = self.spans.shape[0] - spans.shape[0]
         left = 1.0 - weights.sum()
         #: Logarithm of the part of the capital that each bet gets.
@@ -124,7 +126,7 @@ class Bets:
         self.power = np.zeros(self.weights.size)
 
     def gains(self, total: Array) -> Array:
-        """Logarithms of the e-values of the shape of a spectrum; shape (…, bets).
+        """Logarithms of the e-values of the shape of a spectrum, shape (…, bets).
 
         Parameters
         ----------
@@ -134,7 +136,7 @@ class Bets:
         half = 0.5 * self._used.sum()
         cells = np.diff(total[..., self._edges - 1])
         wide = np.log(cells @ self._wide_weights / (cells @ self._wide_null_weights))
-        power = _of_lines(total)[..., None, :]
+        power = _line_sums(total)[..., None, :]
         narrow = np.log1p(self._narrow_weights * power / total[..., -1:, None])
         narrow -= np.log1p(self._narrow_null_weight * power / total[..., -1:, None])
         narrow = (self._narrow_fixed - half * narrow).reshape(*total.shape[:-1], -1)
@@ -147,7 +149,7 @@ class Bets:
             return
         ordinates, white = self._whitened(samples)
         scores = _cosine_transform(self._normal_scores(white))[1:]
-        gain = self.gains(_sums(self._used * scores**2))
+        gain = self.gains(_cumulative_sums(self._used * scores**2))
         wide = self._wide_fixed.size
         if wide:
             gain[:wide] += self._power_bets.gains(white, self.clipped.bound())
@@ -156,24 +158,24 @@ class Bets:
         part = share(self.segments)
         self.kept -= part
         fresh = np.log(part) + self.weights
-        growth = np.exp(np.minimum(gain, LARGEST_GAIN))
-        self.stake = np.minimum((self.stake + part * np.exp(self.weights)) * growth, LARGEST)
+        growth = np.exp(np.minimum(gain, MAX_LOG_GAIN))
+        self.stake = np.minimum((self.stake + part * np.exp(self.weights)) * growth, MAX_VALUE)
         begun = self.best < fresh
         self.since[begun], self.power[begun] = self.segments - 1, 0.0
         self.best = np.maximum(self.best, fresh) + gain
         self.capital = float(self.kept + self.stake.sum())
-        total = _sums(ordinates**2)
+        total = _cumulative_sums(ordinates**2)
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
         """Cosine ordinates over the model's standard deviation, and the samples that have these."""
-        limited = np.clip(samples, -LARGEST_SAMPLE, LARGEST_SAMPLE)
+        limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):
             ordinates = _cosine_transform(limited - limited.mean())[1:] / self._deviation
-        ordinates = np.clip(ordinates, -LARGEST, LARGEST) * self._used
+        ordinates = np.clip(ordinates, -MAX_VALUE, MAX_VALUE) * self._used
         white = _inverse_cosine_transform(np.concatenate([[0.0], ordinates]))
         white *= math.sqrt(self.segment / self._used.sum())
-        wrong = np.abs(white) > math.sqrt(HIGHEST)
+        wrong = np.abs(white) > math.sqrt(MAX_SQUARE)
         if wrong.any() and not wrong.all():
             # The mean of the segment was subtracted. Wrong samples must not move the others by it.
             white -= white[~wrong].mean()
@@ -187,15 +189,15 @@ class Bets:
         return scores
 
     def clearest(self) -> tuple[int, int, float, int]:
-        """Return the best bet: its ordinates (first, and after the last), their power ratio, and the first segment."""
+        """The best bet: its first ordinate, the ordinate after its last, their power ratio, and the first segment."""
         top = int(np.argmax(self.best))
         low, high = self.spans[top]
         freedom = self._freedom[top] * (self.segments - self.since[top])
         return int(low), int(high), float(self.power[top] / max(freedom, 1.0)), int(self.since[top])
 
     def state(self) -> dict[str, Any]:
-        """Return the numbers that a restart needs."""
-        numbers = {name: getattr(self, name).tolist() for name in STATE}
+        """State as plain values."""
+        numbers = {name: getattr(self, name).tolist() for name in STATE_FIELDS}
         # JSON has no infinities: bets that have not begun have the logarithm None.
         numbers["best"] = [None if x == -math.inf else x for x in numbers["best"]]
         counts = {"segments": self.segments, "kept": self.kept, "clipped": self.clipped.state()}
@@ -209,7 +211,7 @@ class Bets:
         InputError
             A state of other bets.
         """
-        for name in STATE:
+        for name in STATE_FIELDS:
             saved = [-math.inf if x is None else x for x in state[name]]
             numbers = np.array(saved, dtype=np.float64)
             if numbers.shape != self.weights.shape or np.isnan(numbers).any():
@@ -221,20 +223,22 @@ class Bets:
 
 
 def _cosine_transform(samples: Array) -> Array:
-    # The core's transform hands each call to its threads, which takes longer than a segment.
+    # The compiled transform starts threads for each call, which takes longer than a segment.
+    """Orthonormal cosine transform of samples."""
     from scipy.fft import dct
 
     return np.asarray(dct(samples, norm="ortho"))
 
 
 def _inverse_cosine_transform(ordinates: Array) -> Array:
+    """Samples with these cosine ordinates."""
     from scipy.fft import idct
 
     return np.asarray(idct(ordinates, norm="ortho"))
 
 
-def _sums(power: Array) -> Array:
-    """Sums up to each ordinate, 0 the first."""
+def _cumulative_sums(power: Array) -> Array:
+    """Cumulative sums, beginning with 0."""
     return np.concatenate([[0.0], np.cumsum(power)])
 
 
@@ -259,37 +263,39 @@ def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
     return np.asarray(nulls[np.argmin(distance)])
 
 
-def _of_lines(total: Array) -> Array:
-    """Sums over the ordinates of each place of a line, from sums over all before."""
-    return total[..., LOWEST - 1 + WIDTH :: STEP] - total[..., LOWEST - 1 : -WIDTH : STEP]
+def _line_sums(total: Array) -> Array:
+    """Sums over the ordinates of each position of a line, from cumulative sums."""
+    first = FIRST_LINE_ORDINATE - 1
+    return total[..., first + LINE_WIDTH :: LINE_STEP] - total[..., first:-LINE_WIDTH:LINE_STEP]
 
 
 def share(segment: int) -> float:
-    """Part of the capital that is bet on a change at a segment, from 1; the sum over all is 1."""
+    """Share of the capital that is bet on a change at a segment, from 1; the sum over all segments is 1."""
     # The series telescopes: 1/ln(e + k − 1) decreases by this part at segment k.
     return float(1.0 / np.log(math.e + segment - 1.0) - 1.0 / np.log(math.e + segment))
 
 
 def _edges(segment: int) -> NDArray[np.int64]:
-    """First ordinates of half octaves, and the one after the last."""
+    """First ordinates of half octaves, and the ordinate after the last."""
     halves = (at for k in range(segment.bit_length() - 1) for at in (1 << k, 3 << k >> 1))
     return np.array(sorted({1, *halves, segment}), dtype=np.int64)
 
 
+#: No broad alternatives.
 _NOTHING = (np.ones((0, 1)), np.zeros((0, 2)), np.zeros(0))
 
 
-def _wide(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Alternatives of many ordinates: power ratios in each cell, spans where they differ most, and parts of the capital.
+def _broad_alternatives(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """Alternatives of many ordinates: power ratios in each cell, spans where they differ most, and shares of the capital.
 
-    Noise of another level, noise that a filter passes or removes, and octaves get a quarter of the capital each. The
-    rest is for lines.
+    Noise of another level, noise that a filter passes or removes, and octaves get a quarter of the capital each. The rest
+    is for lines.
     """
     low, high, segment = edges[:-1], edges[1:], int(edges[-1])
     middle = np.sqrt(low * (high - 1.0))
     corners = 2.0 ** np.arange(segment.bit_length())[:, None]
     more = 1.0 / (1.0 + (middle / corners[:-1]) ** 2)
-    slow = [1.0 + (ratio - 1.0) * more for ratio in FILTERED]
+    slow = [1.0 + (ratio - 1.0) * more for ratio in FILTERED_RATIOS]
     lag = 1.0 / (1.0 + (middle / corners[-5:]) ** 2)
     octaves = [(low >= at) & (high <= 2 * at) for at in 1 << np.arange(segment.bit_length() - 1)]
     octaves += [low >= segment // 8, high <= 4]

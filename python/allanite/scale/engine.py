@@ -1,4 +1,4 @@
-"""Summaries by Dask: chunks become summaries, and a tree of merges one."""
+"""Summaries with Dask: chunks become summaries, which are merged in a tree."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Summaries", "summarise"]
 
-#: Summaries merged at a time.
-FAN = 8
-#: Of the core in one task: the scheduler has as many tasks at work as there are processors.
-THREADS = 1
+#: Summaries that one task merges.
+MERGED_AT_ONCE = 8
+#: Threads of one task; the scheduler runs as many tasks as there are processors.
+TASK_THREADS = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,9 +33,9 @@ class Summaries:
     Attributes
     ----------
     summaries : dict of str to Summary
-        By path.
+        Summary of each log, by path.
     failed : dict of str to str
-        What was wrong, by path.
+        Reason of each log that could not be read, by path.
     """
 
     summaries: dict[str, Summary]
@@ -62,23 +62,23 @@ def summarise(
     columns: Sequence[str] | None = None,
     client: Any = None,
 ) -> Any:
-    """Summarise an array of Dask, or many logs, on whatever scheduler there is.
+    """Summary of a Dask array, or summaries of many logs, computed on any Dask scheduler.
 
-    The summaries of chunks are merged in a tree, which changes nothing: a chunk knows where it belongs, and sums do not
-    depend on their order (`al.summarise`). A worker that dies is replaced, and what it had is computed again.
+    The summaries of chunks are merged in a tree. The result does not depend on the tree, since each chunk knows its place
+    and sums do not depend on their order (`al.summarise`). If a worker dies, its tasks are computed again.
 
     Parameters
     ----------
     source : dask array, or sequence of paths
-        Samples of one record, shape (n,) or (n, columns); or logs, each a record of its own.
+        Samples of one record, shape (n,) or (n, columns); or paths of logs.
     rate : float, optional
-        Hz; of a log what it says itself.
+        Sampling rate, Hz; by default that of a log.
     unit : str or sequence of str, optional
         Unit of the samples.
     columns : sequence of str, optional
         Names of the columns of an array; the columns of a log to be read.
     client : dask.distributed.Client, optional
-        Where to compute; by default on Dask's present scheduler.
+        Client of the scheduler; by default Dask's present one.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def summarise(
     Raises
     ------
     InputError
-        An array of unknown chunks or without a rate; nothing to read. A broken log is no error: it is among the failed.
+        An array of unknown chunks or without a rate, or no logs. A log that cannot be read is listed in `failed`.
     """
     from dask import delayed
 
@@ -96,7 +96,7 @@ def summarise(
     paths = [str(path) for path in ([source] if isinstance(source, (str, Path)) else source)]
     if not paths:
         raise InputError("no logs: give at least one")
-    asked = delayed(_of_log, pure=False)
+    asked = delayed(_summary_of_log, pure=False)
     found = _computed([asked(path, rate, unit, columns) for path in paths], client)
     good = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, Summary)}
     bad = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, str)}
@@ -104,6 +104,7 @@ def summarise(
 
 
 def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | None) -> Any:
+    """Task of the merged summary of an array."""
     from dask import delayed
 
     if array.ndim not in (1, 2):
@@ -117,17 +118,20 @@ def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | No
         raise InputError("chunks of unknown size: call compute_chunk_sizes() first")
     starts = np.cumsum([0, *array.chunks[0]])
     level = [
-        delayed(_of_block)(block, rate, unit, int(start), columns)
+        delayed(_summary_of_block)(block, rate, unit, int(start), columns)
         for block, start in zip(array.to_delayed().ravel(), starts, strict=False)
     ]
     while len(level) > 1:
-        level = [delayed(_merged)(level[at : at + FAN]) for at in range(0, len(level), FAN)]
+        level = [
+            delayed(_merged)(level[at : at + MERGED_AT_ONCE])
+            for at in range(0, len(level), MERGED_AT_ONCE)
+        ]
     return level[0]
 
 
 def _computed(tasks: list[Any], client: Any) -> list[Any]:
-    """Results of tasks, each from the worker that has it: gathered in one task, they would all pass through one."""
-    # A pool of processes starts in here, and so do workers that take the place of dead ones.
+    """Results of tasks, each fetched from the worker that has it, so that they do not pass through one task."""
+    # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
         if client is not None:
             return list(client.gather(client.compute(tasks)))
@@ -136,23 +140,25 @@ def _computed(tasks: list[Any], client: Any) -> list[Any]:
         return list(compute(*tasks))
 
 
-def _of_block(
+def _summary_of_block(
     block: NDArray[Any], rate: float, unit: Any, start: int, columns: Sequence[str] | None
 ) -> Summary:
-    return summary_of_chunks(block, rate, unit, start, columns, None, THREADS)
+    """Summary of a block of an array."""
+    return summary_of_chunks(block, rate, unit, start, columns, None, TASK_THREADS)
 
 
 def _merged(parts: list[Summary]) -> Summary:
+    """Merged summary of several."""
     return parts[0].merge(*parts[1:])
 
 
-def _of_log(path: str, rate: float | None, unit: Any, columns: Any) -> Summary | str:
-    """The summary of a log, or what is wrong with it."""
+def _summary_of_log(path: str, rate: float | None, unit: Any, columns: Any) -> Summary | str:
+    """Summary of a log, or the reason why it cannot be read."""
     from allanite.readers import read
 
     try:
         return summary_of_chunks(
-            read(path, rate, unit=unit, column=columns), None, "1", 0, None, None, THREADS
+            read(path, rate, unit=unit, column=columns), None, "1", 0, None, None, TASK_THREADS
         )
     except AllaniteError as error:
         return plain(error, 300)

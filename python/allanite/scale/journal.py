@@ -1,4 +1,4 @@
-"""The journal of a fleet: finished logs with their rows, a line each, from which a run that was ended goes on."""
+"""Journal of a fleet run: finished logs with their rows, one per line, from which an interrupted run continues."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from allanite.common.errors import InputError
 
 __all__ = ["JOURNAL", "Journal", "read_journal"]
 
-#: What a journal's name ends with; it stands beside the table.
+#: Suffix that the name of a table gets for its journal.
 JOURNAL = ".journal"
-#: Number of the form of a line.
-FORM = 2
+#: Version of the format of a line.
+FORMAT_VERSION = 2
 
 Rows = list[dict[str, Any]]
 
 
 @contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """Name the file in errors of the system, which does not do so for a full disk or a broken one."""
+def _naming_errors(path: Path) -> Iterator[None]:
+    """Context in which errors of the system name the file, which they do not for a full or broken disk."""
     try:
         yield
     except OSError as error:
@@ -34,17 +34,17 @@ def _named(path: Path) -> Iterator[None]:
 
 
 def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
-    """Return the rows of the finished logs by key; lines that were damaged are reported to `on_note` and skipped."""
+    """Rows of the finished logs by key; damaged lines are reported to `on_note` and skipped."""
     if not path.exists():
         return {}
-    with _named(path):
+    with _naming_errors(path):
         lines = path.read_bytes().split(b"\n")
     found: dict[str, Rows] = {}
     damaged = []
     for number, line in enumerate(lines, start=1):
         if line:
             try:
-                key, rows = _read(line)
+                key, rows = _parse_line(line)
                 found[key] = rows
             except (ValueError, TypeError, KeyError, RecursionError):
                 damaged.append(number)
@@ -56,23 +56,25 @@ def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
     return found
 
 
-def _read(line: bytes) -> tuple[str, Rows]:
+def _parse_line(line: bytes) -> tuple[str, Rows]:
+    """Key and rows of a line."""
     value = json.loads(line)
-    if value["form"] != FORM or value["check"] != _check(value["key"], value["rows"]):
+    if value["form"] != FORMAT_VERSION or value["check"] != _checksum(value["key"], value["rows"]):
         raise ValueError(value["form"])
     return value["key"], json.loads(value["rows"])
 
 
-def _check(key: str, rows: str) -> str:
+def _checksum(key: str, rows: str) -> str:
+    """Checksum of a line."""
     return hashlib.sha256(f"{key}\n{rows}".encode()).hexdigest()[:16]
 
 
 class Journal:
-    """The journal, open to take more logs."""
+    """Journal that is open for further logs."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        with _named(path):
+        with _naming_errors(path):
             self._file = path.open("ab+", buffering=0)
             end = self._file.seek(0, os.SEEK_END)
             if end:
@@ -84,12 +86,13 @@ class Journal:
     def add(self, key: str, rows: Rows) -> None:
         """Write a finished log; it is on the disk when this returns."""
         text = json.dumps(rows)
-        line = {"form": FORM, "key": key, "check": _check(key, text), "rows": text}
-        with _named(self._path):
+        line = {"form": FORMAT_VERSION, "key": key, "check": _checksum(key, text), "rows": text}
+        with _naming_errors(self._path):
             self._write(json.dumps(line).encode() + b"\n")
             os.fsync(self._file.fileno())
 
     def _write(self, line: bytes) -> None:
+        """Write all bytes of a line."""
         left = memoryview(line)
         while left:
             left = left[self._file.write(left) :]

@@ -1,8 +1,8 @@
-"""A process that works on one log at a time: a log that crashes it, hangs or fills its memory costs one row of a fleet.
+"""Process that works on one log at a time: a log that crashes it, hangs or fills its memory costs one row of a fleet.
 
 The parent writes pickles to the standard input of the child: a `Setup`, then the path of each log. The child answers with
-a line of JSON each, before which it may ask for more time. The child ends when its input is closed, so no child outlives
-its parent.
+one line of JSON for each log, and may ask for more time before. The child ends when its input is closed, so that no child
+outlives its parent.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Answer", "LogProcess", "Setup", "failed_row", "is_child", "journal_key", "serve"]
 
-#: Seconds that a process may take to start, which is independent of the logs: it takes 1 to 3 s on an idle machine.
-START = 300.0
-#: Seconds after its deadline at which a child ends itself, for the case that its parent was killed.
-GRACE = 10.0
-#: Seconds: a file that changed no longer ago may change again without a later time stamp (FAT counts in 2 s).
-TIME_STAMP = 2.0
+#: Time limit for the start of a process, s. It takes 1 to 3 s on an idle machine, whatever the logs.
+START_SECONDS = 300.0
+#: Time after its deadline at which a child ends itself, s, in case its parent was killed.
+GRACE_SECONDS = 10.0
+#: Resolution of time stamps, s: a file changed more recently may change again without a later stamp (2 s on FAT).
+TIME_STAMP_SECONDS = 2.0
 #: Command of the child.
 COMMAND = "from allanite.scale.log_process import serve; serve()"
-#: Signals that damaged or truncated files cause, in words.
+#: Explanations of signals that damaged or truncated files cause.
 SIGNALS = {
     "SIGBUS": "the log became shorter while it was read (SIGBUS)",
     "SIGKILL": "its process was killed from outside (SIGKILL), probably because the system ran out of memory",
@@ -59,30 +59,30 @@ _state = {"child": False, "warm": False}
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """What all logs of a run have in common.
+    """Settings that all logs of a run share.
 
     Attributes
     ----------
     model : Model
-        Where every ladder starts.
+        Initial model.
     rate, unit : optional
         As of `allanite.read`.
     anyway : bool
-        Whether logs in motion are used.
+        If true, logs in motion are used.
     deadline : float
-        Seconds that a log may take.
+        Time limit of a log, s.
     memory : int
-        Bytes that a log may take.
+        Memory limit of a log, bytes.
     settings : str
-        Everything that changes a result, as JSON.
+        Everything that affects a result, as JSON.
     done : frozenset of str
         Keys of logs whose rows are known; see `journal_key`.
     effects : tuple of type
         Effects that the caller registered.
     paths : tuple of str
-        Where the caller imports modules from.
+        Import path of the caller.
     main : tuple of (str, str)
-        How the caller's program is imported, where it registered effects of its own.
+        How to import the caller's program, if it registered effects.
     """
 
     model: Model
@@ -100,7 +100,7 @@ class Setup:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """Rows of a log and its journal key; `rows` is None where the journal has them."""
+    """Rows of a log and its journal key; `rows` is None if the journal has them."""
 
     path: str
     key: str
@@ -108,7 +108,7 @@ class Answer:
 
 
 def failed_row(path: str, why: str) -> dict[str, Any]:
-    """The row of a log without numbers, with the reason."""
+    """Row of a log without values, with the reason."""
     return {
         "file": plain(path),
         "content": "",
@@ -119,18 +119,18 @@ def failed_row(path: str, why: str) -> dict[str, Any]:
 
 
 def journal_key(settings: str, path: str, content: str) -> str:
-    """Digest of everything that changes the rows of a log; the suffix of a name chooses the reader."""
+    """Digest of everything that affects the rows of a log, including the suffix of its name, which chooses the reader."""
     text = json.dumps([settings, Path(path).suffix.lower(), content])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def is_child() -> bool:
-    """True in a process that works on the logs of another."""
+    """True in a process that works on the logs of another process."""
     return _state["child"]
 
 
 class LogProcess:
-    """A child that works on logs; it is started when it is needed, and again after a log that ended it."""
+    """Child process that works on logs; it is started when needed, and again after a log that ended it."""
 
     def __init__(self, setup: Setup) -> None:
         self._setup = setup
@@ -139,9 +139,9 @@ class LogProcess:
         self._lock = threading.Lock()
 
     def answer(self, path: str) -> Answer:
-        """Return the rows of a log, or one row that says why there are none.
+        """Rows of a log, or one row with the reason why there are none.
 
-        A child that worked on other logs before may have been damaged by them: only a new one shows that a log is at fault.
+        Earlier logs may have damaged a used child, so a failure is confirmed by a new child.
         """
         used = self._process is not None
         answer = self._try(path)
@@ -156,7 +156,7 @@ class LogProcess:
         self._end()
 
     def _try(self, path: str) -> Answer | None:
-        """The answer of the child; None where a log ended it, which sets the reason."""
+        """Answer of the child, or None if the log ended it; then the reason is stored."""
         if self._process is None and not self._start():
             return None
         self._send(path)
@@ -180,8 +180,9 @@ class LogProcess:
         return None
 
     def _start(self) -> bool:
+        """True if a child was started and is ready."""
         alone: dict[str, Any] = (
-            # Ctrl-C goes to the processes of the terminal's group; the parent alone decides what follows.
+            # A new process group, so that Ctrl-C reaches only the parent, which decides what follows.
             {"process_group": 0}
             if os.name == "posix"
             else {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
@@ -200,7 +201,7 @@ class LogProcess:
             )
         self._send((self._setup.paths, self._setup.main))
         self._send(self._setup)
-        said, _ = self._line(START)
+        said, _ = self._line(START_SECONDS)
         if said is not None and "refused" in said:
             self._end()
             raise InputError(said["refused"])
@@ -210,6 +211,7 @@ class LogProcess:
         return said is not None
 
     def _send(self, value: Any) -> None:
+        """Send a value to the child."""
         data = pickle.dumps(value)
         assert self._process is not None
         assert self._process.stdin is not None
@@ -218,7 +220,7 @@ class LogProcess:
             self._process.stdin.flush()
 
     def _line(self, seconds: float) -> tuple[dict[str, Any] | None, bool]:
-        """The next line of the child, and whether it came too late."""
+        """Next line of the child (None if it ended), and whether the time limit passed."""
         process = self._process
         assert process is not None
         assert process.stdout is not None
@@ -243,10 +245,10 @@ class LogProcess:
             return None, late.is_set()
 
     def _ending(self) -> str:
-        """How the child ended, in words."""
+        """Sentence on how the child ended."""
         assert self._process is not None
         try:
-            code = self._process.wait(GRACE)
+            code = self._process.wait(GRACE_SECONDS)
         except subprocess.TimeoutExpired:
             return "its process closed its output"
         if code >= 0:
@@ -258,6 +260,7 @@ class LogProcess:
         return SIGNALS.get(name, f"its process crashed ({name}): the file may be damaged")
 
     def _end(self) -> None:
+        """End the child and close its pipes."""
         with self._lock:
             process, self._process = self._process, None
         if process is not None:
@@ -278,9 +281,9 @@ def serve() -> NoReturn:
     """Work on logs until the input is closed."""
     _state["child"] = True
     answers = os.dup(1)
-    # What libraries print must not get between the answers.
+    # Output of libraries must not mix with the answers.
     os.dup2(2, 1)
-    say = _sayer(answers)
+    say = _writer(answers)
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(orders,), daemon=True).start()
     try:
@@ -292,7 +295,7 @@ def serve() -> NoReturn:
     say({})
     while True:
         path = pickle.loads(orders.get())
-        _end_after(setup.deadline + GRACE)
+        _end_after(setup.deadline + GRACE_SECONDS)
         try:
             say(_answer(path, setup, say))
         except MemoryError:
@@ -303,7 +306,9 @@ def serve() -> NoReturn:
         _release()
 
 
-def _sayer(answers: int) -> Callable[[dict[str, Any]], None]:
+def _writer(answers: int) -> Callable[[dict[str, Any]], None]:
+    """Function that writes an answer as one line."""
+
     def say(value: dict[str, Any]) -> None:
         line = memoryview(json.dumps(value).encode() + b"\n")
         while line:
@@ -313,7 +318,7 @@ def _sayer(answers: int) -> Callable[[dict[str, Any]], None]:
 
 
 def _listen(orders: queue.SimpleQueue[bytes]) -> None:
-    """Pass on what the parent sends; its end, in whatever way, ends this process in the middle of its work."""
+    """Queue what the parent sends; when the input ends, end this process, even in the middle of its work."""
     # A reader of its own: the lock of sys.stdin, held by this thread, would abort the end of the process.
     with os.fdopen(os.dup(0), "rb") as stream:
         try:
@@ -328,7 +333,7 @@ def _listen(orders: queue.SimpleQueue[bytes]) -> None:
 
 
 def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: bytes) -> Setup:
-    """Make this process ready for logs: effects of the caller, modules, limits."""
+    """Setup of this process: registers the caller's effects, modules and limits."""
     # Behind those of Python: no module beside a log or a program takes the place of one of Python's.
     sys.path += [path for path in paths if path not in sys.path]
     if main:
@@ -352,12 +357,12 @@ def _warm_up(memory: int) -> None:
     assert readers
     assert study
     _kernels.few_arenas()
-    _limit(memory)
+    _limit_memory(memory)
     _state["warm"] = True
 
 
-def _limit(memory: int) -> None:
-    """Limit the address space to `memory` bytes beyond what this process has; no core file is written after a crash."""
+def _limit_memory(memory: int) -> None:
+    """Limit the address space to `memory` bytes beyond the present use; no core file is written after a crash."""
     try:
         import resource
     except ModuleNotFoundError:  # not on Windows
@@ -375,13 +380,13 @@ def _limit(memory: int) -> None:
 
 
 def _end_after(seconds: float) -> None:
-    """Let the system end this process after so many seconds, also where it holds Python's lock; 0 takes that back."""
+    """Let the system end this process after some seconds, even while Python is blocked; 0 cancels this."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
 def _release() -> None:
-    """Leave nothing of a log in memory: it would count for the next."""
+    """Free the memory of a log, so that it does not count for the next one."""
     from allanite import _kernels
 
     gc.collect()
@@ -389,6 +394,7 @@ def _release() -> None:
 
 
 def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+    """Answer for a log: its journal key and its rows, or a row with the reason of a failure."""
     from allanite.scale.logs import rows_of
 
     try:
@@ -398,14 +404,14 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
         if key in setup.done:
             return {"key": key, "rows": None}
         if not _state["warm"]:
-            say({"wait": START})
+            say({"wait": START_SECONDS})
             _end_after(0.0)
             _warm_up(setup.memory)
         say({"wait": setup.deadline})
-        _end_after(setup.deadline + GRACE)
+        _end_after(setup.deadline + GRACE_SECONDS)
         rows = rows_of(path, setup.model, setup.rate, setup.unit, anyway=setup.anyway)
-        # A time stamp shows a later change only where it was not yet that of now.
-        stamped = _stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP
+        # A time stamp reveals a later change only if it is older than its resolution.
+        stamped = _stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP_SECONDS
         if not stamped and _content(path) != content:
             why = "changed while it was read: run again when it is complete"
             return {"key": "", "rows": [failed_row(path, why)]}
@@ -417,7 +423,7 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
 
 
 def _stamp(path: str) -> tuple[int, ...]:
-    """Which file a name stands for, how long it is, and when it changed last, ns."""
+    """Identity, size and time of the last change of a file."""
     found = Path(path).stat()
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
 

@@ -1,4 +1,4 @@
-"""Every log of a fleet, every axis: one row of numbers each, and a journal that outlives the process."""
+"""Every axis of every log of a fleet: one row each, and a journal from which an interrupted run continues."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ if TYPE_CHECKING:
 
 __all__ = ["DEADLINE", "JOURNAL", "logs_of", "rows_of", "run_fleet", "without_quote", "write_table"]
 
-#: Seconds that a log may take by default. Six axes of 5 min at 100 Hz take 2.4 s of processor time.
+#: Default time limit of a log, s. Six axes of 5 min at 100 Hz take 2.4 s of processor time.
 DEADLINE = 3600.0
-#: Single tests that a ladder makes for each effect that it adds, at least: what its p-value is multiplied by. It tries all
-#: kinds, again on each rung; the search for one kind alone may be worth less.
-TRIALS = 1000.0
-#: First characters of a text that a spreadsheet takes for a formula.
-FORMULA = tuple("=+-@")
+#: Fewest independent tests by which the p-value of an added effect is multiplied. A search tries all kinds on each step;
+#: the search for one kind alone may count fewer. Chosen by judgment; not measured.
+MIN_TRIALS = 1000.0
+#: First characters of texts that a spreadsheet takes for formulas.
+FORMULA_STARTS = tuple("=+-@")
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
-    """Return the logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the one log.
+    """Logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the single log.
 
-    Hidden files, journals, and tables that have a journal are no logs.
+    Hidden files, journals, and tables that have a journal are not logs.
 
     Raises
     ------
     InputError
-        There are none.
+        There are no logs.
     """
     if isinstance(source, (str, Path)):
         path = Path(source)
@@ -72,6 +72,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
 def _logs_among(paths: Iterator[Path]) -> list[Path]:
     # A pipe, a device or a broken link stays: its row says what it is.
+    """Paths that may be logs."""
     return [
         path
         for path in paths
@@ -81,11 +82,12 @@ def _logs_among(paths: Iterator[Path]) -> list[Path]:
 
 
 def _journal_of(table: Path) -> Path:
+    """Path of the journal of a table."""
     return table.with_name(table.name + JOURNAL)
 
 
 def _listed(path: Path) -> list[Path]:
-    """The logs that a text file names, one a line; none where no line is the name of a file: it is a log itself."""
+    """Logs that a text file names, one per line; empty if no line names a file, since the file is then a log itself."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError:
@@ -97,6 +99,7 @@ def _listed(path: Path) -> list[Path]:
 
 
 def _is_file(path: Path) -> bool:
+    """True if the path is a file that can be accessed."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -111,9 +114,9 @@ def rows_of(
     *,
     anyway: bool = False,
 ) -> list[dict[str, Any]]:
-    """Return one row for each axis of a log; a log or an axis that cannot be used has a row that says why.
+    """One row for each axis of a log; a log or an axis that cannot be used has a row with the reason.
 
-    Numbers are a JSON object: name → [value, low, high, standard error], in SI.
+    Values are a JSON object: name → [value, low, high, standard error], in SI.
     """
     from allanite.axes.turn_on import column_means
     from allanite.readers import read
@@ -135,7 +138,7 @@ def rows_of(
         row |= {"rate_hz": column.rate, "duration_s": column.duration}
         row |= {"temperatures": json.dumps(column_means(column))}
         try:
-            numbers = _numbers(improve(column, model))
+            numbers = _study_columns(improve(column, model))
         except MemoryError:
             raise
         except Exception as error:
@@ -148,15 +151,15 @@ def rows_of(
 
 
 def _reason(error: Exception) -> str:
-    """Why there are no numbers, in one line."""
+    """One-line reason why there are no values."""
     if isinstance(error, AllaniteError):
         return plain(error, 300)
     what = plain(f"{type(error).__name__}: {error}", 200)
     return f"an error of allanite itself ({what}): please report it with the log"
 
 
-def _numbers(study: Study) -> dict[str, Any]:
-    """What a ladder found of an axis."""
+def _study_columns(study: Study) -> dict[str, Any]:
+    """Columns of a row that a study gives: model, verdict, discrepancy, effects and values."""
     from scipy.special import chdtrc
 
     fit = study.fit
@@ -176,7 +179,7 @@ def _numbers(study: Study) -> dict[str, Any]:
         if added is None or added.kind not in {e.kind for e in fit.model}:
             continue
         free = sum(p.role in {"coefficient", "shape", "time"} for p in added.parameters)
-        p = max(rung.trials or TRIALS, TRIALS) * float(
+        p = max(rung.trials or MIN_TRIALS, MIN_TRIALS) * float(
             chdtrc(free, max(2.0 * (rung.risen or 0.0), 0.0))
         )
         effects[added.kind] = min(1.0, p)
@@ -202,35 +205,35 @@ def run_fleet(
     on_done: Callable[[int, int, str], None] | None = None,
     on_note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
-    """Improve a model of every axis of every log, and write a row each.
+    """Rows of every axis of every log, from models that are built for each; the table is written to `out`.
 
-    Processes of their own work on the logs. A log that cannot be read, crashes or fills its process, takes longer than
-    `deadline`, or changes while it is read has one row with the reason; the others are not affected.
+    Child processes work on the logs. A log has one row with the reason if it cannot be read, crashes or fills its process,
+    takes longer than `deadline`, or changes while it is read. The other logs are not affected.
 
-    A journal beside the table takes each log when it is finished. The next run with the same options takes those logs
-    from the journal, by their content, and works on all others, failed ones among them.
+    A journal beside the table stores each finished log. The next run with the same options takes those logs from the
+    journal, by their content, and works on all others, including failed ones.
 
     Parameters
     ----------
     source : str, Path or sequence
-        Folder, pattern, text file with a path a line, or paths.
+        Folder, pattern, text file with one path per line, or paths.
     out : str or Path
-        Table, Parquet or (``.csv``) text.
+        Path of the table: Parquet, or text if it ends with ``.csv``.
     model : str or Model
-        Where every ladder starts.
+        Initial model.
     rate, unit : optional
         As of `allanite.read`.
     anyway : bool
-        Whether logs that are mostly motion, or whose unit contradicts gravity, are used.
+        If true, logs that are mostly motion, or whose unit contradicts gravity, are used.
     scheduler : str, optional
-        Address of a scheduler of Dask; by default the processors of this machine.
+        Address of a Dask scheduler; by default the processors of this machine are used.
     deadline : float
-        Seconds that one log may take. What it may take of the memory is ``ALLANITE_MEMORY``, by default the worker's part
-        of half of the free memory.
+        Time limit of a log, s. Its memory limit is ``ALLANITE_MEMORY``, by default an equal share of half of the free
+        memory.
     on_done : callable, optional
         Called with (logs done, logs, path).
     on_note : callable, optional
-        Called with a line about each part of the journal that cannot be used; by default a warning.
+        Called with a line about each unusable part of the journal; by default a warning.
 
     Returns
     -------
@@ -283,7 +286,7 @@ def run_fleet(
 
 
 def _without_table(logs: list[Path], target: Path) -> list[Path]:
-    """Leave out the table that is written, under whatever name; refuse to replace a log by it."""
+    """Logs without the table that is written, under any name. Raises an error if the table would replace a log."""
     own = {place.resolve() for place in (target, _journal_of(target))}
     found = [path for path in logs if path.resolve() not in own]
     if len(found) < len(logs) and target.exists() and not _journal_of(target).exists():
@@ -302,6 +305,7 @@ def _setup(
     workers: int,
     known: dict[str, Any],
 ) -> Setup:
+    """Setup of the child processes."""
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
 
@@ -338,7 +342,7 @@ def _registered() -> tuple[type[Effect], ...]:
 
 
 def _program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
-    """How other processes import the program that runs, if it declares effects."""
+    """How other processes import the running program, if it declares effects."""
     own = [effect for effect in effects if effect.__module__ == "__main__"]
     if not own:
         return ()
@@ -355,7 +359,7 @@ def _program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
 
 
 def _run(logs: list[str], setup: Setup, scheduler: str | None, workers: int) -> Iterator[Answer]:
-    """Yield the answer of each log as soon as it is there."""
+    """Answers of the logs, as soon as they are known."""
     if scheduler is not None:
         yield from _run_by_dask(logs, setup, scheduler)
         return
@@ -388,6 +392,7 @@ def _run(logs: list[str], setup: Setup, scheduler: str | None, workers: int) -> 
 
 
 def _run_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answer]:
+    """Answers of the logs from workers of a Dask scheduler."""
     from dask.distributed import Client, as_completed
 
     try:
@@ -423,7 +428,7 @@ def _write(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:
 
 
 def write_table(rows: list[dict[str, Any]], target: Path) -> None:
-    """Write rows as Parquet, or as text where the name ends with ``.csv``; `without_quote` reads its texts."""
+    """Write rows as Parquet, or as text if the name ends with ``.csv``; `without_quote` reads its texts."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     table = {name: [row.get(name) for row in rows] for name in names}
     with whole_file(target) as draft:
@@ -442,13 +447,17 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
 
 
 def _quoted(row: Sequence[Any]) -> list[Any]:
-    """Put an apostrophe before texts that a spreadsheet would compute, and before those that would look like that."""
+    """Cells with an apostrophe before texts that a spreadsheet would compute, and before those that look quoted."""
     return [
-        f"'{cell}" if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA) else cell
+        f"'{cell}"
+        if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA_STARTS)
+        else cell
         for cell in row
     ]
 
 
 def without_quote(text: str) -> str:
-    """Return the text of a cell that `write_table` has written."""
-    return text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULA) else text
+    """Text of a cell that `write_table` has written."""
+    return (
+        text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULA_STARTS) else text
+    )

@@ -1,4 +1,4 @@
-"""What a fleet tells: the population of each number, and which units are not of it."""
+"""Populations of a fleet: the distribution of each parameter over all units, and the units that deviate."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ from allanite.scale.logs import without_quote
 
 __all__ = ["Deviating", "Fleet", "Population", "fleet"]
 
-#: Standard deviation of a normal law over its median deviation from the median: 1/Φ⁻¹(¾).
-SIGMA = 1.4826
-#: Share of false ones among the units that are named.
-FALSE = 0.01
-#: Fewest units of which there is a population.
-FEWEST = 8
-#: Share of the units from which an effect belongs to the type, not to the unit.
-COMMON = 0.2
-#: Coefficients that every unit has, compared first.
-ORDER = ("N", "B", "K")
-#: Confidence of the limits, and the part of all units that they cover.
-CONFIDENCE, COVERED = 0.95, 0.95
+#: Standard deviation of a normal distribution over its median absolute deviation: 1/Φ⁻¹(¾).
+SIGMA_OVER_MAD = 1.4826
+#: Largest expected share of false ones among the units named (false discovery rate).
+FALSE_DISCOVERY_RATE = 0.01
+#: Fewest units of a population. Chosen by judgment; not measured.
+MIN_UNITS = 8
+#: Share of the units from which an effect belongs to the type, not to the unit. Chosen by judgment; not measured.
+MIN_COMMON_SHARE = 0.2
+#: Coefficients that are listed first.
+FIRST_NAMES = ("N", "B", "K")
+#: Confidence of the limits, and share of all units that they cover.
+CONFIDENCE, COVERED_SHARE = 0.95, 0.95
 
 
 @dataclass(frozen=True, slots=True)
 class Population:
-    """One number of one axis over all units.
+    """Distribution of one parameter of one axis over all units.
 
     Attributes
     ----------
     column, name : str
     units : int
-        Of which it is known.
+        Number of units with this parameter.
     median, spread : float
-        The middle, and the robust standard deviation relative to it (absolute for a mean), chance of the records taken out.
+        Median, and robust standard deviation relative to it (absolute for a mean), without the scatter of the estimates.
     median_interval : (float, float)
-        95 %, from order statistics.
+        95 % interval of the median, from order statistics.
     typical : (float, float)
-        The middle half of the units.
+        Range of the middle half of the units.
     maximum : float or None
-        Value that 95 % of all units stay below, with 95 % confidence; None with fewer than 59 units, which cannot tell.
+        Value below which 95 % of all units lie, with 95 % confidence; None with fewer than 59 units, which are too few.
     """
 
     column: str
@@ -61,23 +61,23 @@ class Population:
     maximum: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """JSON record."""
         return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
 class Deviating:
-    """A unit that is not of the population, and by what.
+    """A unit that deviates from the population, and how.
 
     Attributes
     ----------
     file, column : str
     by : str
-        The effect that others do not have, or the number that is not theirs.
+        Effect that other units lack, or parameter that deviates.
     value : float or None
-        Of the number.
+        Value of the parameter; None for an effect.
     p_value : float
-        Of the unit being one of the others.
+        p-value for the unit belonging to the population.
     """
 
     file: str
@@ -87,13 +87,13 @@ class Deviating:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """JSON record."""
         return asdict(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fleet:
-    """Populations of all numbers, the units that deviate, and the logs that could not be read.
+    """Populations of all parameters, the units that deviate, and the logs that could not be read.
 
     Attributes
     ----------
@@ -127,13 +127,13 @@ class Fleet:
 
     @property
     def too_few(self) -> str:
-        """Why there is no population; empty where there is one."""
+        """Sentence why there is no population; empty if there is one."""
         if self.population:
             return ""
-        return f"too few units: a population needs {FEWEST} logs with the same axis, found {self.files}"
+        return f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files}"
 
     def _words(self, one: Deviating) -> str:
-        """``unit4.csv, gx: N × 1.6``: what makes a unit differ, a number by its ratio to the median."""
+        """Text of a deviating unit: ``unit4.csv, gx: N × 1.6``, with a parameter as its ratio to the median."""
         by = one.by.replace("_", " ")
         if one.value is None:
             return f"{one.file}, {one.column}: {by} (p = {one.p_value:.1g})"
@@ -152,7 +152,7 @@ class Fleet:
         raise KeyError(f"no {name!r} in the fleet")
 
     def to_dict(self) -> dict[str, Any]:
-        """Schema ``allanite/fleet/1``."""
+        """JSON record, schema ``allanite/fleet/1``."""
         return {
             "schema": "allanite/fleet/1",
             "files": self.files,
@@ -170,7 +170,7 @@ class Fleet:
         ]
         if self.too_few:
             lines += [self.too_few, ""]
-        for p in sorted(self.population, key=lambda p: _first(p.name)):
+        for p in sorted(self.population, key=lambda p: _sort_key(p.name)):
             spread = f"{p.spread:.2g}" if p.name == "mean" else f"{100 * p.spread:.2g} %"
             limits = [f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical)]
             top = "–" if p.maximum is None else f"{p.maximum:.4g}"
@@ -190,23 +190,25 @@ class Fleet:
         if self.biases:
             lines += ["", "bias between logs (of one sensor: the bias at switch-on):"]
             lines += [f"  {name}: {bias}" for name, bias in self.biases.items()]
-        share = 100 * FALSE
+        share = 100 * FALSE_DISCOVERY_RATE
         lines += [
             "",
             f"deviating units (at most {share:g} % of them by chance): {len(self.deviating)}",
         ]
-        lines += [f"  {self._words(d)}" for d in sorted(self.deviating, key=lambda d: _first(d.by))]
+        lines += [
+            f"  {self._words(d)}" for d in sorted(self.deviating, key=lambda d: _sort_key(d.by))
+        ]
         lines += [f"  {path}: {why}" for path, why in self.failed.items()]
         return "\n".join(lines)
 
 
-def _first(name: str) -> int:
-    """N, B and K come first: what every unit has."""
-    return ORDER.index(name) if name in ORDER else len(ORDER)
+def _sort_key(name: str) -> int:
+    """Sort key by which N, B and K come first."""
+    return FIRST_NAMES.index(name) if name in FIRST_NAMES else len(FIRST_NAMES)
 
 
 def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
-    """Populations and deviating units of the rows that `run_fleet` (``allanite fleet``) has written.
+    """Populations and deviating units of the rows that `run_fleet` (``allanite fleet``) wrote.
 
     Parameters
     ----------
@@ -222,7 +224,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
     InputError
         No such table, or not one of `allanite fleet`.
     TooShortError
-        No row with numbers.
+        No row with values.
 
     References
     ----------
@@ -240,10 +242,10 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
     >>> [unit.file for unit in found.deviating]
     ['10.csv']
     """
-    rows = _read(Path(table)) if isinstance(table, (str, Path)) else list(table)
+    rows = _read_table(Path(table)) if isinstance(table, (str, Path)) else list(table)
     good = [row for row in rows if row.get("status") == "done" and row.get("numbers")]
     if not good:
-        raise TooShortError("no axis was characterised: the table has no numbers")
+        raise TooShortError("no axis was characterized: the table has no values")
     found: list[Deviating] = []
     population = []
     for column in dict.fromkeys(str(row["column"]) for row in good):
@@ -251,7 +253,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
         numbers = [json.loads(row["numbers"]) for row in axis]
         for name in dict.fromkeys(name for one in numbers for name in one):
             known = [(i, one[name]) for i, one in enumerate(numbers) if name in one]
-            if len(known) < FEWEST:
+            if len(known) < MIN_UNITS:
                 continue
             one, chances = _population(column, name, [value for _, value in known])
             population.append(one)
@@ -260,7 +262,10 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
                 found.append(Deviating(axis[i]["file"], column, by, value[0], float(p)))
         effects = [json.loads(row["effects"]) for row in axis]
         for kind in dict.fromkeys(kind for one in effects for kind in one):
-            if sum(kind in one for one in effects) < COMMON * len(axis) or len(axis) < FEWEST:
+            if (
+                sum(kind in one for one in effects) < MIN_COMMON_SHARE * len(axis)
+                or len(axis) < MIN_UNITS
+            ):
                 found += [
                     Deviating(row["file"], column, kind, None, one.get(kind, 1.0))
                     for row, one in zip(axis, effects, strict=True)
@@ -271,7 +276,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
         if row.get("status") == "failed"
     }
     files = len({row["file"] for row in rows})
-    return Fleet(files, len(good), tuple(population), _true(found), failed, _biases(good))
+    return Fleet(files, len(good), tuple(population), _discoveries(found), failed, _biases(good))
 
 
 def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
@@ -290,17 +295,17 @@ def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
     return out
 
 
-def _true(found: list[Deviating]) -> tuple[Deviating, ...]:
-    """Those that are named: Benjamini & Hochberg (1995) over all units and all that was looked at."""
+def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
+    """Deviating units to name, by Benjamini & Hochberg (1995) over all units and parameters; one for each axis."""
     found = sorted(found, key=lambda one: one.p_value)
     last = 0
     for rank, one in enumerate(found, start=1):
-        if one.p_value <= FALSE * rank / len(found):
+        if one.p_value <= FALSE_DISCOVERY_RATE * rank / len(found):
             last = rank
     best: dict[tuple[str, str], Deviating] = {}
     for one in found[:last]:
         key = one.file, one.column
-        # An effect says more than the numbers that it moves.
+        # An effect is named rather than the parameters that it changes.
         if key not in best or (best[key].value is not None and one.value is None):
             best[key] = one
     return tuple(best.values())
@@ -309,7 +314,7 @@ def _true(found: list[Deviating]) -> tuple[Deviating, ...]:
 def _population(
     column: str, name: str, values: list[list[float | None]]
 ) -> tuple[Population, NDArray[np.float64]]:
-    """Population of a number, and the chance of each unit's."""
+    """Population of a parameter, and the p-value of each unit."""
     from scipy.special import ndtr, stdtr
 
     x = np.array([float(v[0] or 0.0) for v in values])
@@ -319,26 +324,26 @@ def _population(
     if relative:
         error = error / x
     middle = float(np.median(y))
-    scatter = SIGMA * float(np.median(np.abs(y - middle)))
-    # What units differ by beyond what chance gives in each.
+    scatter = SIGMA_OVER_MAD * float(np.median(np.abs(y - middle)))
+    # Scatter between units beyond the errors of each.
     own = float(np.sqrt(max(scatter**2 - float(np.median(error)) ** 2, 0.0)))
     width = np.sqrt(np.maximum(own**2 + error**2, (1e-9 * max(abs(middle), 1e-300)) ** 2))
     width = np.maximum(width, scatter)
-    # Populations are skew: each side has a width of its own.
+    # Populations are skew, so each side has its own width.
     for side in (y > middle, y < middle):
         if side.any():
-            one = SIGMA * float(np.median(np.abs(y[side] - middle)))
+            one = SIGMA_OVER_MAD * float(np.median(np.abs(y[side] - middle)))
             width[side] = np.maximum(width[side], one)
-    # What most units do not have at all has no width; those without it are not away from the middle.
+    # If most units have the value 0, the width is 0, and these units do not deviate.
     z = np.divide(y - middle, width, out=np.zeros_like(y), where=width > 0.0)
-    # The spread itself is known from so many units: Student's law with half their number.
+    # The spread is estimated from the units: Student's distribution with half their number.
     chance = (
         2.0 * stdtr(max(len(values) // 2, 2), -np.abs(z))
         if len(values) < 200
         else 2.0 * ndtr(-np.abs(z))
     )
     order = np.sort(x)
-    low, high = _ranks(len(values))
+    low, high = _median_ranks(len(values))
     quarter = np.quantile(x, [0.25, 0.75])
     spread = own if relative or name == "mean" else scatter / max(abs(middle), 1e-300)
     return (
@@ -350,29 +355,30 @@ def _population(
             spread,
             (float(order[low]), float(order[high])),
             (float(quarter[0]), float(quarter[1])),
-            _below(order),
+            _upper_limit(order),
         ),
         chance,
     )
 
 
-def _below(order: NDArray[np.float64]) -> float | None:
-    """The order statistic below which 95 % of all units are, with 95 % confidence."""
+def _upper_limit(order: NDArray[np.float64]) -> float | None:
+    """Order statistic below which 95 % of all units lie with 95 % confidence; None if there are too few."""
     from scipy.special import bdtr
 
-    enough = np.flatnonzero(bdtr(np.arange(order.size), order.size, COVERED) >= CONFIDENCE)
+    enough = np.flatnonzero(bdtr(np.arange(order.size), order.size, COVERED_SHARE) >= CONFIDENCE)
     return float(order[enough[0]]) if enough.size else None
 
 
-def _ranks(n: int) -> tuple[int, int]:
-    """Places of the order statistics that hold the median with 95 %."""
+def _median_ranks(n: int) -> tuple[int, int]:
+    """Indices of the order statistics that enclose the median with 95 % confidence."""
     from scipy.special import bdtr
 
     low = int(sum(bdtr(k, n, 0.5) <= (1.0 - CONFIDENCE) / 2.0 for k in range(n // 2)))
     return max(low - 1, 0), min(n - low, n - 1)
 
 
-def _read(path: Path) -> list[dict[str, Any]]:
+def _read_table(path: Path) -> list[dict[str, Any]]:
+    """Rows of a table."""
     if not path.is_file():
         raise InputError(f"{path}: no such table")
     if path.suffix.lower() == ".csv":

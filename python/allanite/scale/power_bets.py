@@ -18,27 +18,27 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CLIP", "HIGHEST", "ClippedPower", "PowerBets"]
+__all__ = ["CLIP", "MAX_SQUARE", "ClippedPower", "PowerBets"]
 
 Array = NDArray[np.float64]
 #: Squares of whitened samples are clipped here (3 standard deviations). Of normal samples this removes 0.5 % of the
 #: power; a larger value limits the size of the bets on less power.
 CLIP = 9.0
-#: Bets on more power clip squares here (5 standard deviations): no bound on the clipped power is needed for these.
-FAR = 25.0
-#: Squares beyond this (100 standard deviations) are wrong samples, and count as this.
-HIGHEST = 1e4
+#: Bets on more power clip squares here (5 standard deviations); they need no bound on the clipped power.
+HIGH_CLIP = 25.0
+#: Limit of squares (100 standard deviations); samples beyond are wrong.
+MAX_SQUARE = 1e4
 #: Standard errors from an estimate to its bound: a normal estimate exceeds the bound in 0.1 % of the cases.
 STANDARD_ERRORS = 3.0
 #: Upper bound on the expected number of events of which none was seen, with probability 99.9 %: −ln 0.001.
 NONE_SEEN = 6.9
 #: Bets for changes of the power that differ by a factor of e. A bet for a change that is 10 % off loses 1 % of its
 #: growth.
-LEVELS = 5
+LEVELS_PER_E = 5
 #: Smallest factor of one sample.
-LEAST_FACTOR = 0.1
+MIN_FACTOR = 0.1
 #: Factors multiplied before their logarithm is taken: (1 + FAR)^BLOCK must not overflow.
-BLOCK = 32
+FACTORS_PER_PRODUCT = 32
 
 
 class ClippedPower:
@@ -52,9 +52,9 @@ class ClippedPower:
     def bound(self) -> float:
         """Upper bound on the mean of (w² − CLIP)₊; infinity before the first sample.
 
-        The larger of two bounds. The first adds up the excess that was seen. The second adds up the excess to FAR,
-        and assumes that the tail beyond falls at least as w⁻⁴, as with four degrees of freedom: the excess over FAR
-        is then at most FAR times the fraction of samples there.
+        It is the larger of two bounds. The first is the sum of the observed excess. The second is the sum of the excess up
+        to HIGH_CLIP, and assumes that the tail beyond falls at least as w⁻⁴, as with four degrees of freedom. The excess
+        over HIGH_CLIP is then at most HIGH_CLIP times the fraction of samples there.
         """
         n = self.samples
         if n == 0:
@@ -62,30 +62,30 @@ class ClippedPower:
         seen = _upper_mean(self.sums[0], self.sums[1], n)
         near = _upper_mean(self.sums[2], self.sums[3], n)
         count = self.beyond + STANDARD_ERRORS * math.sqrt(self.beyond) + NONE_SEEN
-        return max(seen, near + FAR * count / n)
+        return max(seen, near + HIGH_CLIP * count / n)
 
     def update(self, white: Array) -> None:
         """Add whitened samples."""
-        square = np.minimum(np.abs(white), math.sqrt(HIGHEST)) ** 2
+        square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > CLIP]
-        seen, near = square - CLIP, np.minimum(square, FAR) - CLIP
+        seen, near = square - CLIP, np.minimum(square, HIGH_CLIP) - CLIP
         self.samples += white.size
-        self.beyond += int(np.count_nonzero(square >= FAR))
+        self.beyond += int(np.count_nonzero(square >= HIGH_CLIP))
         self.sums += (seen.sum(), seen @ seen, near.sum(), near @ near)
 
     def state(self) -> list[float]:
-        """Return the numbers that a restart needs."""
+        """State as plain values."""
         return [self.samples, self.beyond, *self.sums.tolist()]
 
     def restore(self, state: list[float]) -> None:
-        """Continue from the numbers of `state`."""
+        """Continue from a `state`."""
         samples, beyond, *sums = state
         self.samples, self.beyond = int(samples), int(beyond)
         self.sums = np.array(sums, dtype=np.float64)
 
 
 def _upper_mean(total: float, squares: float, n: int) -> float:
-    """Mean of n values and its standard errors on top, from the sums of values and of their squares."""
+    """Mean of n values plus its standard errors, from the sums of values and of their squares."""
     mean = total / n
     return float(mean + STANDARD_ERRORS * math.sqrt(max(squares / n - mean**2, 0.0) / n))
 
@@ -105,7 +105,7 @@ class PowerBets:
         self._low, self._high = (1.0 - tolerance) ** 2, (1.0 + tolerance) ** 2
         # Levels that differ by less than 1/LEVELS of their change share a bet, which gains nearly as much.
         change = np.abs(levels - 1.0)
-        size = np.exp(np.round(np.log(np.maximum(change, 1e-9)) * LEVELS) / LEVELS)
+        size = np.exp(np.round(np.log(np.maximum(change, 1e-9)) * LEVELS_PER_E) / LEVELS_PER_E)
         self._levels, place = np.unique(1.0 + np.sign(levels - 1.0) * size, return_inverse=True)
         self._place = place.reshape(-1)
         self._fractions = np.array(
@@ -121,13 +121,13 @@ class PowerBets:
         clipped : float
             Upper bound of the power that clipping at CLIP removes, from earlier samples.
         """
-        square = np.minimum(np.abs(white), math.sqrt(FAR)) ** 2
+        square = np.minimum(np.abs(white), math.sqrt(HIGH_CLIP)) ** 2
         low = self._low - clipped
         out = np.zeros(self._levels.size)
         up, down = self._levels > self._high, self._levels < low
         out[up] = _log_products(self._fractions[up], square / self._high - 1.0)
         if down.any():
-            most = (1.0 - LEAST_FACTOR) / (CLIP / low - 1.0)
+            most = (1.0 - MIN_FACTOR) / (CLIP / low - 1.0)
             v = np.minimum(square, CLIP)
             out[down] = _log_products(np.maximum(self._fractions[down], -most), v / low - 1.0)
         return out[self._place]
@@ -143,15 +143,15 @@ def _squares_of_normal_samples(n: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _fraction(level: float, low: float, high: float) -> float:
-    """λ that gains most on normal samples of this power (Kelly 1956); 0 between `low` and `high`."""
+    """Fraction λ with the largest growth on normal samples of this power (Kelly 1956); 0 between `low` and `high`."""
     from scipy.optimize import minimize_scalar
 
     if low <= level <= high:
         return 0.0
     null = low if level < 1.0 else high
-    sign, clip = (-1.0, CLIP) if level < 1.0 else (1.0, FAR)
+    sign, clip = (-1.0, CLIP) if level < 1.0 else (1.0, HIGH_CLIP)
     gain = np.minimum(level * _squares_of_normal_samples(500), clip) / null - 1.0
-    most = (1.0 - LEAST_FACTOR) / (CLIP / null - 1.0 if level < 1.0 else 1.0)
+    most = (1.0 - MIN_FACTOR) / (CLIP / null - 1.0 if level < 1.0 else 1.0)
     found = minimize_scalar(
         lambda part: -np.log1p(sign * part * gain).mean(), bounds=(0.0, most), method="bounded"
     )
@@ -161,6 +161,6 @@ def _fraction(level: float, low: float, high: float) -> float:
 def _log_products(fractions: Array, gain: Array) -> Array:
     """Σ ln(1 + λ g) over samples, for each λ."""
     factors = 1.0 + fractions[:, None] * gain
-    whole = factors.shape[1] // BLOCK * BLOCK
-    products = factors[:, :whole].reshape(len(fractions), -1, BLOCK).prod(axis=2)
+    whole = factors.shape[1] // FACTORS_PER_PRODUCT * FACTORS_PER_PRODUCT
+    products = factors[:, :whole].reshape(len(fractions), -1, FACTORS_PER_PRODUCT).prod(axis=2)
     return np.asarray(np.log(products).sum(axis=1) + np.log(factors[:, whole:]).sum(axis=1))

@@ -1,11 +1,11 @@
-"""Does the model still hold? A test that may be looked at at any time.
+"""Watch: does the model still hold? A test whose result may be read at any time.
 
-Samples come in segments, on which there are bets against the model (`Bets`): on short segments for every change, on
-long ones for weak lines, whose power long segments put into few ordinates. While the model holds, the capital of each
-is a supermartingale of its own segments. The probability that it ever reaches c is at most 1/c (Ville 1939; Shafer &
-Vovk 2019; Ramdas et al. 2023), however long the run is and whenever one looks. The capital on long segments does not
-change within a segment, whose end the short segments already tell, so the mean of both is no martingale. Therefore
-each must reach its own limit, and the probabilities add.
+Samples come in segments, on which bets against the model are made (`Bets`): on short segments for every change, and on
+long ones for weak lines, whose power long segments put into few ordinates. While the model holds, the capital of each is
+a supermartingale of its own segments. The probability that it ever reaches c is at most 1/c (Ville 1939; Shafer & Vovk
+2019; Ramdas et al. 2023), however long the run is and whenever one looks. The capital on long segments does not change
+within a segment, while the short segments already depend on it, so the mean of both is no martingale. Therefore each must
+reach its own limit, and the probabilities add.
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ if TYPE_CHECKING:
 __all__ = ["Alarm", "Watch"]
 
 Array = NDArray[np.float64]
-#: Samples of a segment, short segments in a long one, and the parts of the capital that both get.
-SEGMENT, LONG = 1024, 8
-PARTS = (0.75, 0.25)
+#: Samples of a short segment, short segments in a long one, and the shares of the capital of both.
+SEGMENT, SEGMENTS_IN_LONG = 1024, 8
+CAPITAL_SHARES = (0.75, 0.25)
 #: Probability of a false alarm in the whole run.
-FALSE = 0.01
-#: Relative deviation of the noise within which the model holds: fits do not know it better.
-TOLERANCE = 0.01
-#: Samples beyond this count as this in the summary: sums of fourth powers must not overflow.
-LARGEST_IN_SUMMARY = 1e60
+FALSE_ALARM_PROBABILITY = 0.01
+#: Default relative deviation of the noise within which the model holds: fits do not know it better.
+DEFAULT_TOLERANCE = 0.01
+#: Limit of samples in the summary, so that sums of fourth powers do not overflow.
+MAX_SUMMARY_SAMPLE = 1e60
 #: Schema of a state file.
 SCHEMA = "allanite/watch-state/3"
 
 
 @dataclass(frozen=True, slots=True)
 class Alarm:
-    """The model does not hold any more.
+    """Alarm: the model no longer holds.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Alarm:
     e_value: float
 
     def to_dict(self) -> dict[str, float]:
-        """JSON form."""
+        """JSON record."""
         return asdict(self)
 
     def __str__(self) -> str:
@@ -84,26 +84,27 @@ class Alarm:
 
 
 class Watch:
-    """A sensor under watch: samples in, an alarm where the model does not hold any more, constant memory.
+    """A sensor under watch: it takes samples, and raises an alarm if the model no longer holds, in constant memory.
 
     Parameters
     ----------
     model : Model, Effect or str
-        With values.
+        Model with values.
     rate : float
         Hz.
     unit : str
-        Of the samples.
+        Unit of the samples.
     tolerance : float
         Relative deviation of the noise within which the model holds.
     quantity : {"rate", "increment", "angle"}
-        What the samples are: the rate, its integral over one sample, or from the start (the phase of a clock).
+        Quantity of the samples: the rate, its integral over one sample, or its integral from the start (the phase of a
+        clock).
 
     Attributes
     ----------
     alarm : Alarm or None
     position : dict or None
-        Kept with the state for whoever reads the source; `Watch` does not use it.
+        Position in the source, saved with the state; `Watch` does not use it.
 
     Raises
     ------
@@ -146,7 +147,7 @@ class Watch:
         model: Model | Effect | str,
         rate: float,
         unit: str = "1",
-        tolerance: float = TOLERANCE,
+        tolerance: float = DEFAULT_TOLERANCE,
         quantity: str = "rate",
     ) -> None:
         model = as_model(model)
@@ -163,7 +164,8 @@ class Watch:
                     f"{effect.kind}.{effect.coefficient} has no value: give a fitted model"
                 )
         self._bets = tuple(
-            Bets(model, self.rate, SEGMENT * many, tolerance, lines=many > 1) for many in (1, LONG)
+            Bets(model, self.rate, SEGMENT * many, tolerance, lines=many > 1)
+            for many in (1, SEGMENTS_IN_LONG)
         )
         self.taken = 0
         self.alarm: Alarm | None = None
@@ -174,36 +176,37 @@ class Watch:
 
     @property
     def segments(self) -> int:
-        """Short segments judged."""
+        """Number of short segments judged."""
         return self._bets[0].segments
 
     @property
     def summary(self) -> Summary | None:
-        """Of all samples so far: what a new fit needs."""
+        """Summary of all samples so far, which a new fit needs; None before the first sample."""
         if self._stretch.stop == self._stretch.start:
             return None
         return Summary(self.rate, (self.unit,), ("x",), (), {}, None, (self._stretch.copy(),))
 
     @property
     def e_value(self) -> float:
-        """Evidence against the model, the larger capital of both lengths: rarely above 1 while the model holds."""
+        """Evidence against the model: the larger capital of both lengths, rarely above 1 while the model holds."""
         return max(self._capitals())
 
     def _capitals(self) -> list[float]:
-        return [part * bets.capital for part, bets in zip(PARTS, self._bets, strict=True)]
+        """Capital on short and on long segments."""
+        return [part * bets.capital for part, bets in zip(CAPITAL_SHARES, self._bets, strict=True)]
 
     def update(self, chunk: Any) -> Alarm | None:
-        """Take the next samples and return the alarm if they raise it.
+        """Add the next samples; returns the alarm if they raise it.
 
         Parameters
         ----------
         chunk : array_like, shape (n,)
-            Missing samples are NaN.
+            Samples; missing ones are NaN.
 
         Raises
         ------
         InputError
-            Infinite samples; none of the chunk is taken.
+            Infinite samples; nothing of the chunk is added.
         """
         x = np.asarray(chunk, dtype=np.float64).ravel()
         if x.size == 0:
@@ -218,10 +221,10 @@ class Watch:
         elif self.quantity == "angle":
             angles = x if self._angle is None else np.concatenate([[self._angle], x])
             x = np.diff(angles) * self.rate
-        # Of a watch that was killed between its two files the summary is ahead of the state, and has some of these.
+        # If a watch was killed between writing its two files, the summary already has some of these samples.
         fresh = x[max(0, self._stretch.stop - self.taken) :]
         if fresh.size:
-            self._stretch.update([np.clip(fresh, -LARGEST_IN_SUMMARY, LARGEST_IN_SUMMARY)])
+            self._stretch.update([np.clip(fresh, -MAX_SUMMARY_SAMPLE, MAX_SUMMARY_SAMPLE)])
         self.taken += x.size
         if self.quantity == "angle":
             self._angle = angle
@@ -232,18 +235,21 @@ class Watch:
             for bets in self._bets:
                 if end % bets.segment == 0:
                     bets.take(joined[end - bets.segment : end])
-            if self.alarm is None and self.e_value >= 1.0 / FALSE:
-                self._raise()
-        self._rest = joined[joined.size // (SEGMENT * LONG) * (SEGMENT * LONG) :].copy()
+            if self.alarm is None and self.e_value >= 1.0 / FALSE_ALARM_PROBABILITY:
+                self._store_alarm()
+        self._rest = joined[
+            joined.size // (SEGMENT * SEGMENTS_IN_LONG) * (SEGMENT * SEGMENTS_IN_LONG) :
+        ].copy()
         return self.alarm if before is None else None
 
     def interrupt(self) -> None:
-        """Say that the next sample does not follow the last: a segment with samples from both sides decides nothing."""
+        """State that the next sample does not follow the last one; a segment with samples of both sides is not judged."""
         self._rest[self._rest.size // SEGMENT * SEGMENT :] = np.nan
         if self._angle is not None:
             self._angle = np.nan
 
-    def _raise(self) -> None:
+    def _store_alarm(self) -> None:
+        """Store the alarm with the best bet."""
         bets = self._bets[int(np.argmax(self._capitals()))]
         low, high, ratio, since = bets.clearest()
         hz, seconds = self.rate / (2.0 * bets.segment), bets.segment / self.rate
@@ -257,7 +263,7 @@ class Watch:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: samples, time, e-value and the alarm."""
+        """JSON record: samples, time, e-value and alarm."""
         return {
             "schema": "allanite/watch/1",
             "samples": self.taken,
@@ -269,7 +275,7 @@ class Watch:
         }
 
     def prometheus(self) -> str:
-        """Text for Prometheus: counters and gauges of samples, segments, evidence and the alarm."""
+        """Text for Prometheus: counters and gauges of samples, segments, evidence and alarm."""
         numbers = {
             "samples_total": ("counter", "Samples taken", self.taken),
             "segments_total": ("counter", "Segments judged", self.segments),
@@ -301,7 +307,7 @@ class Watch:
         with whole_file(path) as draft:
             draft.write_text(json.dumps(state, allow_nan=False), encoding="utf-8")
             if summary is not None:
-                summary.save(_beside(Path(path)))
+                summary.save(_summary_path(Path(path)))
 
     def restore(self, path: str | Path) -> None:
         """Continue from a state that `save` has written to `path`.
@@ -314,7 +320,7 @@ class Watch:
         source = Path(path)
         with about(source):
             try:
-                self._go_on(json.loads(source.read_text(encoding="utf-8")))
+                self._restore_state(json.loads(source.read_text(encoding="utf-8")))
             except FileNotFoundError:
                 raise InputError("no such file") from None
             except OSError as error:
@@ -323,12 +329,13 @@ class Watch:
                 if isinstance(error, InputError):
                     raise
                 raise InputError("damaged, or no state of a watch") from None
-            if _beside(source).is_file():
-                self._stretch = Summary.load(_beside(source)).stretches[0]
+            if _summary_path(source).is_file():
+                self._stretch = Summary.load(_summary_path(source)).stretches[0]
             else:
                 self._stretch = Stretch.empty(self.taken, 1, 0, self.rate, (self.unit,))
 
-    def _go_on(self, state: dict[str, Any]) -> None:
+    def _restore_state(self, state: dict[str, Any]) -> None:
+        """Continue from a state."""
         if state["schema"] != SCHEMA:
             raise InputError(f"{state['schema']}, and this is {SCHEMA}: use another state file")
         if (state["model"], state["rate"]) != (str(self.model), self.rate):
@@ -347,10 +354,12 @@ class Watch:
 
 
 def _position(saved: object) -> dict[str, Any] | None:
+    """Position of a saved state."""
     if saved is not None and not isinstance(saved, dict):
         raise InputError("damaged, or no state of a watch")
     return saved
 
 
-def _beside(path: Path) -> Path:
+def _summary_path(path: Path) -> Path:
+    """Path of the summary of a state file."""
     return path.with_name(path.name + ".summary")

@@ -1,4 +1,4 @@
-"""State space of noise filtered_section a filter: one block of states for all noise and the filter."""
+"""State space of noise behind a filter: one block of states for all noise and the filter."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
-    """Section for the sum of all sections filtered_section a filter.
+    """Section for the sum of all sections behind a filter.
 
     White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level come
     first. The filter's states are measured from the values at which such a level would hold them, so that they are

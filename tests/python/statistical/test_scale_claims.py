@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 from allanite.scale import run_fleet
-from allanite.scale.watch import TOLERANCE, Watch
+from allanite.scale.watch import DEFAULT_TOLERANCE, Watch
 
 pytestmark = pytest.mark.statistical
 
@@ -40,7 +40,7 @@ def test_one_false_alarm_in_a_hundred_runs(name):
 def test_noise_within_the_tolerance_raises_no_alarm():
     rng = np.random.default_rng(4)
     watch = Watch(al.AngleRandomWalk(N=0.1), 100.0)
-    watch.update((1.0 + TOLERANCE) * rng.standard_normal(300 * 1024))
+    watch.update((1.0 + DEFAULT_TOLERANCE) * rng.standard_normal(300 * 1024))
     assert watch.alarm is None
 
 

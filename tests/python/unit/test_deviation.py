@@ -69,7 +69,7 @@ def test_gaps_are_counted_at_every_averaging_time():
             assert (with_gaps.lost == without.n - with_gaps.n).all()
             assert (with_gaps.lost > 0).any()
             assert (without.lost == 0).all()
-            assert "left out" in " ".join(with_gaps.diagnostics)
+            assert "omitted" in " ".join(with_gaps.diagnostics)
     assert (theo1(x).lost == theo1(np.nan_to_num(x)).n - theo1(x).n).all()
     assert (oadev(x).lost[:3] == [2 + 3, 4 + 4 + 1, 8 + 8 + 1]).all()
     # Scattered: every 50th sample. A remedy is named, and works.

@@ -18,9 +18,9 @@ import pytest
 import allanite as al
 from allanite.scale import run_fleet
 from allanite.scale.bets import Bets, share
-from allanite.scale.logs import JOURNAL, _numbers
+from allanite.scale.logs import JOURNAL, _study_columns
 from allanite.scale.power_bets import ClippedPower, PowerBets
-from allanite.scale.watch import SEGMENT, TOLERANCE, Watch
+from allanite.scale.watch import DEFAULT_TOLERANCE, SEGMENT, Watch
 from allanite.study import Rung, Study
 from command_line import started, until
 from moving_records import hand
@@ -233,7 +233,9 @@ def test_an_effect_of_a_wide_search_must_be_as_much_clearer():
         )
         for trials in (None, 1e10)
     ]
-    few, many = (json.loads(_numbers(study)["effects"])["angle_random_walk"] for study in found)
+    few, many = (
+        json.loads(_study_columns(study)["effects"])["angle_random_walk"] for study in found
+    )
     assert few < 1e-6
     assert many == pytest.approx(1e7 * few)
 
@@ -299,7 +301,7 @@ DISTRIBUTIONS = {
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
 def test_no_power_bet_gains_whatever_the_distribution(name):
     levels = np.array([0.25, 0.7, 0.9, 0.95, 1.05, 1.2, 2.0, 4.0])
-    bets, clipped = PowerBets(levels, TOLERANCE), ClippedPower()
+    bets, clipped = PowerBets(levels, DEFAULT_TOLERANCE), ClippedPower()
     rng = np.random.default_rng(11)
     assert (bets.gains(np.ones(100), clipped.bound())[:4] == 0.0).all()  # nothing is known yet
     clipped.update(DISTRIBUTIONS[name](rng, 20_000))

@@ -28,7 +28,7 @@ MAX_ROUNDS = 20
 def most_likely_borders(
     power: Array, places: NDArray[np.int64], levels: Array, least: int
 ) -> NDArray[np.int64]:
-    """Borders, each most_likely_borders to the most likely place between its neighbors for the levels on its two sides.
+    """Borders, each moved to the most likely place between its neighbors for the levels on its two sides.
 
     An interval between two borders keeps at least `least` values, since anything shorter is an outlier. The ends of the
     record are no borders.

@@ -18,7 +18,7 @@ from allanite.scale import run_fleet
 from allanite.scale.journal import JOURNAL, Journal, read_journal
 from allanite.scale.log_process import journal_key
 from allanite.scale.logs import _setup, _without_table, logs_of, write_table
-from allanite.scale.population import _read
+from allanite.scale.population import _read_table
 from command_line import spent, started, until
 
 #: Samples of a log: a ladder of so short a record takes 0.15 s of processor time.
@@ -273,7 +273,9 @@ def test_texts_that_are_formulas_are_quoted_in_the_table(tmp_path):
     with out.open(newline="") as file:
         cells = [row["column"] for row in csv.DictReader(file)]
     assert cells == ["'=1+2", "'+1", "'-x", "'@a", "''=1", "'''+", "'plain", "a=b"]
-    assert [(row["column"], row["n"]) for row in _read(out)] == [(text, "-3") for text in texts]
+    assert [(row["column"], row["n"]) for row in _read_table(out)] == [
+        (text, "-3") for text in texts
+    ]
 
 
 PROGRAM = """
