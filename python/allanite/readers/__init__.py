@@ -59,11 +59,11 @@ FORMATS = Formats(
     "allanite.readers.topics",
 )
 
-#: Bytes of a text log from which its format is recognized.
+#: Number of first bytes of a text log from which its format is recognized.
 HEAD = 8192
-#: Bytes of memory for each byte of a text log of such a format (measured: 6 for JSON lines, 25 for a serial plotter).
+#: Bytes of memory per byte of a text log with a special format (measured: 6 for JSON lines, 25 for a serial plotter).
 MEMORY_PER_BYTE = 30.0
-#: Answer to a topic of a log that has none.
+#: Message if a topic is given for a log without topics.
 NO_TOPICS = (
     "topics are for ROS bags, ULog, ArduPilot logs, rows of several sensors and archives (.zip):"
     " this log has no topics"
@@ -87,28 +87,28 @@ def read(
     Parameters
     ----------
     path : str, Path or data frame
-        A file: text (any delimiter, header or not, also packed by gzip), or one of the formats. Or an
-        object of pandas, polars, xarray or Arrow, whose index or column of date-times is the time.
+        A text file (any delimiter, with or without a header, also compressed by gzip), a file in another format, or an
+        object of pandas, polars, xarray or Arrow. The index or date-time column of such an object is the time.
     rate : float or str, optional
-        Sampling rate in Hz; else what the file states, else from the time column. ``"100!"`` insists on 100 Hz where
-        the file says otherwise.
+        Sampling rate in Hz. Default: the rate in the file, or the rate of the time column. ``"100!"`` uses 100 Hz even if
+        the file contradicts.
     unit : str, optional
-        Unit of the samples; else what the file states, else ``"1"``. Of gyroscopes and accelerometers in one file that of
-        one kind leaves the other out; ``"deg/s,m/s^2"`` takes both.
+        Unit of the samples. Default: the unit in the file, or ``"1"``. A unit of one kind of sensor excludes the other
+        kind; ``"deg/s,m/s^2"`` reads gyroscopes and accelerometers.
     quantity : {"rate", "increment", "angle"}, optional
-        What the samples are; ``"rate"``, or ``"angle"`` if the file's unit is s.
+        Meaning of the samples. Default: ``"rate"``, or ``"angle"`` if the file's unit is s.
     column : str, int or sequence of these, optional
-        Columns to read, by name or 0-based index; default every sensor column.
+        Columns to read, by name or 0-based index. Default: every sensor column.
     covariate : str or sequence of str, optional
-        Columns offered as an explanation, beside those called temperature.
+        Logged columns that the sensor may depend on, in addition to temperatures.
     time_column : str or int, optional
-        Column of time stamps; default one called time, t, timestamp, stamp, …; ``"none"`` for none.
+        Column of time stamps. Default: a column named time, t, timestamp, stamp, …. ``"none"`` ignores all of them.
     piece : int, optional
-        Of a record that jumps of its clock part, the piece to take, from 1; default the longest.
+        Segment to read if time jumps split the log, counted from 1. Default: the longest.
     topic : str or sequence of str, optional
-        Topic of a ROS bag, ULog or ArduPilot log; default its first inertial one.
+        Topic of a ROS bag, ULog or ArduPilot log. Default: its first inertial topic.
     scale : mapping of str to float, optional
-        Factors on columns, by name: ``{"gx": 1 / 131}`` turns the counts of a sensor with 131 LSB/(deg/s) into deg/s.
+        Factors on columns, by name. ``{"gx": 1 / 131}`` converts counts of a sensor with 131 LSB/(deg/s) to deg/s.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def read(
     Raises
     ------
     InputError
-        The file or an option cannot be used; the message names file, row and column.
+        The file or an option cannot be used. The message names file, row and column.
 
     Examples
     --------
@@ -134,8 +134,8 @@ def read(
         Finding(
             "other_rate",
             "warning",
-            f"topic {topic} holds another sensor of this device at a rate of its own",
-            remedy=": characterize reads both, {topic} reads one",
+            f"topic {topic} holds another sensor of this device with a different sampling rate",
+            remedy=": characterize reads both topics, {topic} reads one",
         )
         for topic in others
     ]
@@ -153,14 +153,14 @@ def request_of(
     topic: str | Sequence[str] | None = None,
     scale: Mapping[str, float] | None = None,
 ) -> Request:
-    """Return the options of `read` as one record."""
+    """The options of `read` as one `Request`."""
     insists = isinstance(rate, str) and rate.strip().endswith("!")
     if isinstance(rate, str):
         try:
             rate = float(rate.strip().removesuffix("!"))
         except ValueError:
             raise InputError(
-                f"the rate {rate!r} is no number of Hz, as 100 is, or 100! to insist"
+                f"the rate {rate!r} is not a number in Hz: write 100, or '100!' to override the file"
             ) from None
     return Request(
         rate,
@@ -177,19 +177,19 @@ def request_of(
 
 
 def read_sensors(path: Any, **options: Any) -> list[Recording]:
-    """Read a log, and the other sensor of the same device where it has a topic and a rate of its own.
+    """Read a log as one recording per sampling rate: a device may log gyroscope and accelerometer at different rates.
 
     Parameters
     ----------
     path : str, Path or data frame
-        As `read` takes it.
+        Log, as in `read`.
     **options
-        Those of `read`. A topic that is given is the only one that is read.
+        Options of `read`. If a topic is given, only this topic is read.
 
     Returns
     -------
     list of Recording
-        One recording, or the gyroscope's and the accelerometer's.
+        One recording, or one of the gyroscope and one of the accelerometer.
     """
     request = request_of(**options)
     recording, others = _read(path, request)
@@ -198,7 +198,7 @@ def read_sensors(path: Any, **options: Any) -> list[Recording]:
 
 
 def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
-    """The recording of a log, and the topics of other sensors that have a rate of their own."""
+    """Recording of a log, and the topics of other sensors with another sampling rate."""
     if is_frame(path):
         table = table_of(path)
         return _recording(None, request, table, understand(table, request)), ()
@@ -217,6 +217,7 @@ def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
 
 
 def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
+    """Recording of the columns in a table that a layout selects."""
     contradicted(request, table.rate, None)
     told = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
     if request.unit is None and layout.quantity == "rate":
@@ -233,7 +234,7 @@ def _recording(path: Path | None, request: Request, table: Table, layout: Layout
         columns=[table.names[i] for i in layout.samples],
         covariates={table.names[i]: table[i] for i in covariates},
         path=None if path is None else plain(path),
-        # One unit for all columns is the samples': it says nothing of a temperature beside them.
+        # If all columns have one unit, it is the unit of the samples, not of a temperature.
         covariate_units={
             table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
             for i in covariates
@@ -245,17 +246,17 @@ def _recording(path: Path | None, request: Request, table: Table, layout: Layout
     return recording.told_of(told, _with_rates(recording, request, table, layout))
 
 
-#: Relative difference of two rates that is no contradiction: it changes a white noise level by 0.05 %, and the crystals
-#: that time a log differ by less.
+#: Maximum relative difference of two rates that counts as equal. It changes the level of white noise by 0.05 %, and the
+#: crystals of loggers differ by less.
 SAME_RATE = 1e-3
 
 
 def contradicted(request: Request, stated: float | None, stamps: Stamps | None) -> None:
-    """Refuse a rate that contradicts the one of the file, unless the caller insists.
+    """Raise an error if the given rate contradicts the rate in the file, unless the caller insists.
 
-    The rate is the number of intervals over the time between two stamps, so that its relative standard error is the
-    jitter of an interval over the length of the record; stamps that many rows share add their resolution. Stamps whose
-    unit is a guess contradict nothing.
+    The rate of stamps is the number of intervals divided by the time between two stamps. Therefore its relative standard
+    error is the jitter of one interval divided by the length of the record, plus the resolution of stamps that several
+    rows share. Stamps whose unit is a guess contradict nothing.
     """
     rate = request.rate
     if rate is None or request.insists or not 0.0 < rate < np.inf:
@@ -279,7 +280,7 @@ def contradicted(request: Request, stated: float | None, stamps: Stamps | None) 
 def _with_rates(
     recording: Recording, request: Request, table: Table, layout: Layout
 ) -> list[LogColumn]:
-    """Return the columns of a log with the sampling rate of those that are used, and its source."""
+    """Columns of a log; used columns get the sampling rate and its source."""
     stamps = recording.stamps
     if request.rate is not None:
         source = "option"
@@ -297,7 +298,7 @@ def _with_rates(
 
 
 def _time_of(table: Table, layout: Layout, request: Request) -> tuple[Any, str | None]:
-    """Stamps and their unit; those in several columns as one, in seconds."""
+    """Time stamps and their unit. A time in several columns is joined to seconds."""
     if layout.parts is not None:
         return layout.parts.joined([table[i] for i in layout.parts.columns]), "s"
     if layout.time is None:
@@ -307,17 +308,17 @@ def _time_of(table: Table, layout: Layout, request: Request) -> tuple[Any, str |
 
 @one_line()
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
-    """Read the columns of a log that are picked, by the reader of its format.
+    """Read the picked columns of a log with the reader of its format.
 
     Parameters
     ----------
     path : Path
         The log.
     pick : callable
-        From a table of the first rows of all columns to the indices of the columns that are wanted. A reader that has
-        all columns at hand does not call it.
+        Function of a table with the first rows of all columns that returns the indices of the wanted columns. Readers
+        that read all columns anyway do not call it.
     topics : sequence of str
-        Topics of a log that has several.
+        Topics to read, for formats with topics.
     """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
@@ -327,7 +328,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         found = next((file for file in inside if file.is_file()), None)
         if found is not None:
             return read_table(found, pick, topics)
-        raise InputError("is a directory: name the log file in it")
+        raise InputError("a directory without a known log: give the path of a log file")
     try:
         size = path.stat().st_size
     except FileNotFoundError:
@@ -336,8 +337,8 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         raise InputError(f"{error.strerror or error}") from None
     if not path.is_file():
         raise InputError(
-            "is a pipe or a device, not a file: a log is read more than once."
-            " Pipe it into the command, with - as the name of the log"
+            "a pipe or a device, but a log is read more than once: give a file, or pipe the log into the command with"
+            " - as its name"
         )
     if size == 0:
         raise InputError("the file is empty")
@@ -361,29 +362,29 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     else:
         raise InputError(NO_TOPICS)
     if table.n == 0 and any(column is not None for column in table.columns):
-        raise TooShortError("no row in it")
+        raise TooShortError("the log has no rows")
     return table
 
 
 def _text_head(path: Path) -> bytes:
-    """First bytes of a text log; none of a binary file."""
+    """First bytes of a text log; empty for a binary file."""
     with path.open("rb") as stream:
         head = stream.read(HEAD)
     return b"" if b"\0" in head else head
 
 
 def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
-    """Refuse a column that ends well before the others: of another rate, and filled up to their length.
+    """Indices of the covariates with values, and findings about covariates without values.
 
-    Taken as one of theirs it would have their rate. A tail of a hundredth of the rows is a gap like any other, and
-    what ends within the first hundredth never worked: of a sensor its own axis says so, a covariate is left out.
+    Raises an error for a column that ends well before the others: it has another rate and was padded to their length. A
+    missing tail of up to 1 % of the rows is an ordinary gap. A column that ends within the first 1 % never worked.
 
     Returns
     -------
     covariates : list of int
-        Those that have values.
+        Indices of the covariates with values.
     told : list of Finding
-        Those that have none.
+        One finding per covariate without values.
     """
     ends = {i: _end(table[i]) for i in (*layout.samples, *layout.covariates)}
     longest = max(ends.values())
@@ -391,17 +392,17 @@ def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]
     for i, end in ends.items():
         if hundredth < end < longest - max(hundredth, 1):
             raise InputError(
-                f"column {table.names[i]} ends after {end} rows, others have {longest}: of another rate,"
-                " or it failed there",
+                f"column {table.names[i]} ends after {end} rows, others have {longest}: it has another rate, or the"
+                " sensor failed there",
                 missing="column",
-                remedy="; read it by itself, or the others, with {column}, or cut the file",
+                remedy="; select it alone, or only the others, with {column}, or cut the file",
             )
     dead = [i for i in layout.covariates if ends[i] <= hundredth]
     told = [
         Finding(
             "no_values",
             "warning",
-            f"left out, as it has {np.count_nonzero(~np.isnan(table[i]))} values in {longest} rows: {table.names[i]}",
+            f"column {table.names[i]} is not used: only {np.count_nonzero(~np.isnan(table[i]))} values in {longest} rows",
             values={"rows": longest},
         )
         for i in dead
@@ -410,7 +411,7 @@ def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]
 
 
 def _end(column: NDArray[Any]) -> int:
-    """Rows up to the last number that is there."""
+    """Number of rows up to the last number of a column."""
     if column.dtype.kind != "f" or not np.isnan(column[-1:]).any():
         return len(column)
     there = np.flatnonzero(~np.isnan(column))
@@ -418,7 +419,7 @@ def _end(column: NDArray[Any]) -> int:
 
 
 def _take(table: Table, layout: Layout) -> NDArray[Any]:
-    """Stack the samples; a single column without a scale is used where it is, if it can be."""
+    """Samples as one scaled array. A single column without a scale is not copied if possible."""
     factors = [layout.columns[i].scale for i in layout.samples]
     taken = [
         table[i] if factor == 1.0 else table[i] * factor
@@ -426,6 +427,6 @@ def _take(table: Table, layout: Layout) -> NDArray[Any]:
     ]
     if len(taken) > 1:
         size = sum(column.nbytes for column in taken)
-        require_memory(size, f"a table of {len(taken)} columns, beside the columns themselves,")
+        require_memory(size, f"a copy of {len(taken)} columns as one table")
         return locked(np.column_stack(taken))
     return locked(np.ascontiguousarray(taken[0])) if taken[0].flags.owndata else taken[0]

@@ -1,4 +1,4 @@
-"""What the file of a log format declares, and the table of all formats."""
+"""Declaration of a log format, and the collection of all formats."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ENTRY_POINTS", "Formats", "LogFormat"]
 
-#: Group of entry points under which an installed package names its log formats.
+#: Group of the entry points of installed packages.
 ENTRY_POINTS = "allanite.readers"
 
 
@@ -33,14 +33,14 @@ class LogFormat:
     suffixes : tuple of str
         Suffixes of its files: ``(".bag", ".mcap")``. They must not belong to another format.
     recognizes : callable, optional
-        ``recognizes(head)`` is true if the first bytes of a text log are of this format, whatever its suffix. Exactly
-        one format may recognize a log.
+        ``recognizes(head)`` is true if the first bytes of a text log have this format, whatever its suffix. Exactly one
+        format may recognize a log.
     magic : tuple of (bytes, str)
-        First bytes of a file and the suffix it gets when it comes through a pipe.
+        First bytes of a file, and the suffix with which a log from a pipe is stored.
     has_topics : bool
-        Whether a log holds several topics.
+        Whether a log can hold several topics.
     reads : str
-        What becomes the columns, for the documentation.
+        Contents that become columns, for the documentation.
     """
 
     title: str
@@ -53,7 +53,7 @@ class LogFormat:
 
 
 class Formats:
-    """All log formats: those of the modules of some packages, then those of installed packages, which are loaded once."""
+    """All log formats: from modules of these packages, then from installed packages, which are loaded once."""
 
     def __init__(self, *packages: str) -> None:
         self._formats: list[LogFormat] = list(declared_in("FORMAT", *packages))
@@ -83,12 +83,14 @@ class Formats:
         return {head: suffix for one in self for head, suffix in one.magic}
 
     def _load(self) -> None:
+        """Add the formats of installed packages, at the first call."""
         with self._lock:
             if not self._complete:
                 self._complete = True
                 add_installed(ENTRY_POINTS, "log format", self._add)
 
     def _add(self, log_format: Any) -> None:
+        """Add a format; raise an error if one of its suffixes is already used."""
         if not isinstance(log_format, LogFormat):
             raise InputError(f"{log_format!r} is not an allanite.readers.LogFormat")
         taken = set(log_format.suffixes) & {s for one in self._formats for s in one.suffixes}

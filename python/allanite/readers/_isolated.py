@@ -1,4 +1,4 @@
-"""Run the readers that use a library of others in a child process, which may crash, hang or run out of memory."""
+"""Run readers that use foreign libraries in a child process, because a library may crash, hang or fill the memory."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ if TYPE_CHECKING:
 
 __all__ = ["isolated", "one_line", "refused_as"]
 
-#: Seconds of processor time for a log of any size: it covers what a damaged log of a few kilobytes may need.
+#: Allowed processor time for a log of any size, s. A damaged log of a few kilobytes may need that long.
 SECONDS = 5.0
-#: A log may take this many times the measured processor time: an old single-board computer is about five times slower than
-#: the 2 GHz server core on which the readers were measured.
+#: Allowed processor time divided by the measured processor time. An old single-board computer is about five times slower
+#: than the 2 GHz server core on which the readers were measured.
 MARGIN = 8.0
-#: Seconds of the clock for each second of processor time: a busy machine or a slow disk is no damage.
+#: Allowed wall time divided by the allowed processor time, for a busy machine or a slow disk.
 PATIENCE = 12.0
 
 
 def isolated(
     worker: str, seconds_per_megabyte: float, libraries: Sequence[str]
 ) -> Callable[[Reader], Reader]:
-    """Return a decorator for a reader: it then runs in a child process.
+    """Decorator for a reader that then runs in a child process.
 
     Parameters
     ----------
     worker : str
         The library, for messages: "the HDF5 library".
     seconds_per_megabyte : float
-        Measured processor time of the reader for each megabyte of the slowest kind of log.
+        Measured processor time of the reader per megabyte of the slowest kind of log.
     libraries : sequence of str
         Modules that the reader imports.
     """
@@ -96,11 +96,12 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
 
 
 def _all(names: Sequence[str], _units: Sequence[str | None]) -> list[int]:
+    """Indices of all columns."""
     return list(range(len(names)))
 
 
 def _size(path: Path) -> int:
-    """Bytes of a log; of a folder those of the files in it."""
+    """Size of a log in bytes; for a folder, the size of its files."""
     if path.is_dir():
         return sum(file.stat().st_size for file in path.iterdir() if file.is_file())
     return path.stat().st_size
@@ -108,12 +109,12 @@ def _size(path: Path) -> int:
 
 @contextmanager
 def refused_as(what: str) -> Iterator[None]:
-    """Turn any error of a library of others, but a lack of memory, into "damaged or not …"."""
+    """Context that turns errors of a foreign library, except lack of memory, into an `InputError` "damaged or not …"."""
     try:
         yield
     except (AllaniteError, ModuleNotFoundError, MemoryError):
         raise
-    except Exception as error:  # damaged bytes lead libraries to anything
+    except Exception as error:  # damaged files make libraries raise all kinds of errors
         if isinstance(error, OSError) and error.errno == errno.ENOMEM:
             raise MemoryError from None
         raise InputError(f"damaged or not {what} ({plain(error, 200)})") from None
@@ -121,17 +122,17 @@ def refused_as(what: str) -> Iterator[None]:
 
 @contextmanager
 def one_line() -> Iterator[None]:
-    """Turn what a reader or a library of others raises into an error of one line."""
+    """Context that turns every error of a reader or a foreign library into an `InputError` with one line."""
     try:
         yield
     except (AllaniteError, ModuleNotFoundError, InternalError):
         raise
     except MemoryError:
-        raise over_budget("reading it") from None
+        raise over_budget("reading the log") from None
     except OSError as error:
         if error.errno == errno.ENOMEM:
-            raise over_budget("reading it") from None
+            raise over_budget("reading the log") from None
         raise InputError(f"cannot be read ({error.strerror or error})") from None
-    except Exception as error:  # damaged bytes lead libraries to anything
+    except Exception as error:  # damaged files make libraries raise all kinds of errors
         what = f"{type(error).__name__}: {plain(error, 100)}"
-        raise InputError(f"damaged, or not what its name says ({what})") from None
+        raise InputError(f"damaged, or not of the format of its suffix ({what})") from None

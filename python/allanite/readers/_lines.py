@@ -1,4 +1,4 @@
-"""Lines of a text log, none of which can fill the memory."""
+"""Lines of a text log, with a limit on their length so that no line can fill the memory."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LONGEST_LINE", "lines_of"]
 
-#: Bytes of the longest line of a text log that is read line by line. Lines of RINEX have 80, of NovAtel some 500.
+#: Maximum length of a line, bytes. Lines of RINEX have 80 bytes, of NovAtel about 500.
 LONGEST_LINE = 1 << 16
 
 
@@ -21,7 +21,7 @@ def lines_of(stream: IO[bytes]) -> Iterator[bytes]:
     Raises
     ------
     InputError
-        A line of more than 64 kB: the file is damaged, or not text.
+        A line is longer than 64 kB: the file is damaged, or not text.
     """
     number = 0
     while line := stream.readline(LONGEST_LINE + 1):

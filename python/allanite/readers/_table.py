@@ -1,4 +1,4 @@
-"""Table that every reader returns: columns of numbers with what the file states about them."""
+"""Table that every reader returns: columns of numbers with names, units and other statements of the file."""
 
 from __future__ import annotations
 
@@ -38,27 +38,27 @@ class Table:
     Attributes
     ----------
     names : tuple of str
-        One a column, without units; those that repeat one are told apart by a number.
+        Name of each column, without its unit. Repeated names get a number.
     columns : tuple of (ndarray of shape (n,) or None)
-        The numbers; None where a column was not asked for and not read.
+        The numbers; None for a column that was not read.
     units : tuple of (str or None)
-        Unit of each column as the file says it, if it does: in its header, or at the end of its name.
+        Unit of each column, if the file states it in its header or at the end of the name.
     rate : float or None
         Sampling rate that the file states, Hz.
     time : ndarray of shape (n,) or None
-        Time stamps kept apart from the columns.
+        Time stamps that are not one of the columns.
     named : bool
-        Whether the names come from the file (else they are made up: x0, x1, …).
+        Whether the names come from the file. Otherwise they are x0, x1, ….
     notes : tuple of str
-        What the reader has to tell.
+        Remarks of the reader for the user.
     texts : mapping of int to str
-        Columns that hold text, by their index, with one of their cells.
+        Index of each column of text, with one of its cells.
     dates : frozenset of int
-        Columns whose date-times were turned into seconds.
+        Columns whose date-times were converted to seconds.
     source : str
-        Where names and units come from: ``"header"``, or ``"file"`` for a format that fixes them.
+        Source of names and units: ``"header"``, or ``"file"`` for a format that fixes them.
     others : tuple of str
-        Topics of the log that hold another sensor of the same device at a rate of its own.
+        Topics of the log with another sensor of the same device at another sampling rate.
     """
 
     names: tuple[str, ...]
@@ -74,7 +74,7 @@ class Table:
     others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        # Names and units are a stranger's text.
+        # Names and units in a file may hold any characters.
         names = tuple(map(plain, self.names))
         units = [u and plain(u) for u in self.units]
         said = [_unit_of(name, u) for name, u in zip(names, units, strict=True)]
@@ -82,7 +82,7 @@ class Table:
         object.__setattr__(self, "units", tuple(said))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
-        """Return a column that was asked for."""
+        """A column that was read."""
         column = self.columns[at]
         if column is None:
             raise IndexError(f"column {self.names[at]} was not read")
@@ -95,20 +95,20 @@ class Table:
 
 
 def _unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a column: the one that the file states, or the one in the name; mG of an accelerometer is no milligauss."""
+    """Unit of a column from the file or from its name. For an accelerometer, mG means milli-g, not milligauss."""
     if unit in _GRAVITY and sensor_kind(name) == ACCELERATION:
         return _GRAVITY[unit]
     return unit or unit_in_name(name)
 
 
-#: Spellings of units of acceleration that are those of a magnetic field elsewhere.
+#: Spellings of milli-g, some of which mean milligauss for a magnetometer.
 _GRAVITY = {"mG": "mg", "milli-g": "mg", "milliG": "mg", "mili-g": "mg"}
-#: More columns than this, and fewer samples than columns, is an array whose samples run along the rows.
-MOST_COLUMNS = 10_000
+#: Maximum number of columns of an array with fewer samples than columns. Such an array is probably transposed.
+MAX_COLUMNS = 10_000
 
 
 def check_shape(shape: tuple[int, ...]) -> None:
-    """Refuse an array without samples, and one with so many columns that their names alone would fill the memory.
+    """Raise an error for an array without samples, or with so many columns that their names would fill the memory.
 
     Parameters
     ----------
@@ -118,16 +118,16 @@ def check_shape(shape: tuple[int, ...]) -> None:
     Raises
     ------
     TooShortError
-        No row, or no column.
+        The array has no row or no column.
     InputError
-        Thousands of columns, and more of them than samples.
+        The array has thousands of columns, and more columns than samples.
     """
     rows, columns = shape if len(shape) == 2 else (*shape, 1)
     if rows < 1 or columns < 1:
-        raise TooShortError(f"no row in it: its shape is {shape}")
-    if columns > max(MOST_COLUMNS, rows):
+        raise TooShortError(f"no samples: the shape is {shape}")
+    if columns > max(MAX_COLUMNS, rows):
         raise InputError(
-            f"an array of {rows} samples in {columns} columns: samples run down the rows, so transpose it"
+            f"an array with {rows} samples in {columns} columns: each row must be one sample, so transpose the array"
         )
 
 
@@ -136,13 +136,13 @@ def columns_of(data: NDArray[Any]) -> tuple[NDArray[Any], ...]:
     return (data,) if data.ndim == 1 else tuple(data[:, i] for i in range(data.shape[1]))
 
 
-# From a table of the first rows of all columns to the indices of the columns that will be used.
+# Function of a table with the first rows of all columns that returns the indices of the columns to read.
 Picker = Callable[["Table"], Sequence[int]]
 
 _WITH_UNIT = re.compile(
     r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
 )
-#: Text in brackets that tells columns apart and is no unit: an index, a register (x8004), an axis, what an axis is of.
+#: Text in brackets that distinguishes columns and is no unit: an index, a register (x8004), an axis, a state of the data.
 _APART = re.compile(
     r"\d+|0?x[0-9a-f]+|[xyz]|[ijk]|roll|pitch|yaw|left|right|raw|filtered|calibrated|uncalibrated",
     re.IGNORECASE,
@@ -155,7 +155,7 @@ def split_unit(cell: str) -> tuple[str, str | None]:
     if match is None or not match["name"]:
         return cell.strip(), None
     unit = match["unit"].strip()
-    # [1] is a unit of a clock; of a gyroscope it is an index.
+    # [1] is a unit for a clock, but an index for a gyroscope.
     dimensionless = unit == "1" and sensor_kind(match["name"]) is None
     if _APART.fullmatch(unit) and not dimensionless:
         name, inner = split_unit(match["name"])
@@ -166,7 +166,7 @@ def split_unit(cell: str) -> tuple[str, str | None]:
 def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Split the cells of a header into names and units."""
     pairs = [split_unit(cell) for cell in cells]
-    # y[0], y[1], y[2]: the 1 is an index like the others.
+    # In y[0], y[1], y[2], the 1 is an index like the others.
     indexed = {
         cell[: cell.index("[")].strip()
         for cell in cells
@@ -179,7 +179,7 @@ def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | Non
     return tuple(plain(name) for name, _ in pairs), tuple(unit and plain(unit) for _, unit in pairs)
 
 
-#: Words of a name that state the unit of its time anywhere, and those that state it at the end only.
+#: Words that state a unit of time anywhere in a name, and words that state it only at the end.
 _LONG = re.compile(
     r"(^|_)(milli|micro|nano)?(sec|secs|second|seconds)(_|$)|(^|_)(millis|micros|nanos|msec|usec|nsec)(_|$)"
 )
@@ -193,7 +193,7 @@ _YEARS = re.compile(
 
 
 def time_unit_of(name: str, unit: str | None) -> str | None:
-    """Return the unit of a time column, if its header states it: ``time [ms]``, ``timestamp_us``, ``MJD``."""
+    """Unit of a time column if its header states it: ``time [ms]``, ``timestamp_us``, ``MJD``."""
     stated = time_unit(unit)
     if stated is not None:
         return stated

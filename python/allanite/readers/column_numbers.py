@@ -1,4 +1,4 @@
-"""Properties of a column that its numbers show: a clock, an index, a counter, an id, a magnitude."""
+"""Recognize columns by their numbers: a clock, an index, a counter, an identifier, a magnitude."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ if TYPE_CHECKING:
 
 __all__ = ["ROWS", "falls", "is_serial_number", "kind_of", "magnitudes", "repeats_exactly"]
 
-#: Most rows of a period of ids.
-LONGEST_PERIOD = 16
-#: Rows looked at, and rows below which numbers tell nothing.
-ROWS, FEWEST = 20_000, 20
-#: Largest less smallest value of a counter that begins anew: of two to four decimal digits, or of 7, 8, 12 or 16 bits.
+#: Maximum period of identifiers that repeat, in rows. Chosen by judgment; not measured.
+MAX_PERIOD = 16
+#: Number of first rows that are examined, and minimum number of rows for a decision. Chosen by judgment; not measured.
+ROWS, MIN_ROWS = 20_000, 20
+#: Range (maximum minus minimum) of a counter that wraps: two to four decimal digits, or 7, 8, 12 or 16 bits.
 SPANS = (99, 127, 255, 999, 4095, 9999, 65535)
-#: Rows in which a time that begins anew rises for each in which it falls.
-AGAIN = 20
+#: Minimum ratio of rising to falling steps of a time that restarts. Chosen by judgment; not measured.
+MIN_RISING_PER_FALLING = 20
 #: Seconds of a day.
 DAY = 86_400
 
 
-# A step beyond doubles, or beside ones near their smallest, is like no other.
+# Steps may overflow; such steps are infinite and similar to no other step.
 @np.errstate(over="ignore", invalid="ignore")
 def kind_of(values: NDArray[Any]) -> str | None:
-    """Tell a column that counts from one that measures.
+    """Kind of a column that counts or holds times; None for a column of measurements.
 
     Parameters
     ----------
@@ -40,12 +40,12 @@ def kind_of(values: NDArray[Any]) -> str | None:
     Returns
     -------
     str or None
-        ``"index"`` (every row one more), ``"counter"`` (the same, beginning anew), ``"date"`` (of one day, in all rows),
-        ``"clock"`` (rises in nearly every row by much the same or never falls, or in whole steps that several rows share),
-        or None.
+        ``"index"`` (rises by 1 in every row), ``"counter"`` (the same, but wraps), ``"date"`` (one day in all rows),
+        ``"clock"`` (rises in nearly every row by similar steps, or rises always, or rises by equal steps that several
+        rows share), or None.
     """
     x = np.asarray(values[:ROWS])
-    if x.size < FEWEST or x.dtype.kind not in "iuf":
+    if x.size < MIN_ROWS or x.dtype.kind not in "iuf":
         return None
     x = x.astype(np.int64) if x.dtype.kind in "iu" else x
     if x.dtype.kind == "f" and not np.isfinite(x).all():
@@ -64,48 +64,51 @@ def kind_of(values: NDArray[Any]) -> str | None:
         again = steps < 0
         if usual == 1 and again.any() and np.ptp(x) in SPANS:
             return "counter"
-        # A sensor that warms up rises too, but comes back within its noise now and then.
+        # A sensor that warms up also rises, but falls now and then within its noise.
         return "clock" if rising.mean() > 0.98 or again.mean() < 0.02 else None
     if rising.all():
-        return "clock"  # that of a log which is sent in bursts
-    # Whole seconds of a faster log: shared by several rows, never falling.
+        return "clock"  # the clock of a log that is sent in bursts
+    # Whole seconds in a faster log: several rows share a value, and the values never fall.
     few = rising.sum() >= 5 and np.all(steps >= 0) and bool(np.ptp(steps[rising]) <= 1e-6 * usual)
     return "clock" if few and float(np.ptp(np.diff(np.flatnonzero(rising)))) <= 3 else None
 
 
 def falls(values: NDArray[Any]) -> bool:
-    """Whether numbers are no time: they fall, and not to begin anew."""
+    """True if numbers fall too often for a time that restarts now and then."""
     steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
-    return bool(0 < np.count_nonzero(steps > 0) < AGAIN * np.count_nonzero(steps < 0))
+    rising, falling = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
+    return bool(0 < rising < MIN_RISING_PER_FALLING * falling)
 
 
 def repeats_exactly(values: NDArray[Any]) -> bool:
-    """Return whether whole numbers change and repeat with a period of 2 to 16 rows, as ids of devices in turn do."""
+    """True if whole numbers repeat with a period of 2 to 16 rows, as the identifiers of alternating devices do."""
     x = np.asarray(values[:ROWS])
-    if x.size < 5 * LONGEST_PERIOD or not np.isfinite(x).all() or not np.all(x == np.rint(x)):
+    if x.size < 5 * MAX_PERIOD or not np.isfinite(x).all() or not np.all(x == np.rint(x)):
         return False
-    periods = range(2, LONGEST_PERIOD + 1)
+    periods = range(2, MAX_PERIOD + 1)
     return bool(np.any(x != x[0])) and any(np.array_equal(x[k:], x[:-k]) for k in periods)
 
 
 def is_serial_number(values: NDArray[Any]) -> bool:
-    """Return whether a column holds one whole number of three digits or more in all rows."""
+    """True if a column holds the same whole number of at least three digits in all rows."""
     x = np.asarray(values[:ROWS])
-    return bool(x.size >= FEWEST and x[0] >= 100 and np.all(x == x[0]) and float(x[0]).is_integer())
+    return bool(
+        x.size >= MIN_ROWS and x[0] >= 100 and np.all(x == x[0]) and float(x[0]).is_integer()
+    )
 
 
 def magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
-    """Return the places of columns that are the Euclidean norm of the three columns before or after them.
+    """Indices of columns that are the Euclidean norm of the three columns before or after them.
 
     The norm of printed numbers differs from the printed norm by rounding. A column counts as the norm if the root mean
     square of this difference is below 5 % of the column's own standard deviation; independent noise reaches 100 %.
     """
     found = []
-    # A damaged log may hold numbers whose squares are none.
+    # The squares of numbers in a damaged log may overflow.
     with np.errstate(all="ignore"):
         for place, column in enumerate(columns):
             x = np.asarray(column[:ROWS], dtype=np.float64)
-            if x.size < FEWEST or not np.isfinite(x).all() or x.min() < 0:
+            if x.size < MIN_ROWS or not np.isfinite(x).all() or x.min() < 0:
                 continue
             for others in (columns[max(place - 3, 0) : place], columns[place + 1 : place + 4]):
                 if len(others) < 3:

@@ -1,4 +1,4 @@
-"""Role, unit, scale and use of every column of a log: the one decision that all commands share."""
+"""Decide role, unit, scale and use of every column of a log, in the same way for all commands."""
 
 from __future__ import annotations
 
@@ -51,18 +51,19 @@ if TYPE_CHECKING:
 
 __all__ = ["Layout", "Request", "Roles", "choose", "roles_of", "understand"]
 
-#: Rows below which the first column of a log without names is not taken as the time.
-FEWEST_STAMPS = 100
-#: Days (MJD) of the beginning of 2000, and of a year.
+#: Minimum number of rows with which the first column of a log without names may be the time. Chosen by judgment; not
+#: measured.
+MIN_STAMPS = 100
+#: Modified Julian Date of the beginning of 2000, and length of a year, days.
 MJD_2000, YEAR = 51_544.5, 365.25
-#: Day (MJD) on which GPS weeks began to be counted: 6 January 1980.
+#: Modified Julian Date of the first GPS week: 6 January 1980.
 GPS_EPOCH = 44_244
 ARTICLES = {ANGULAR_RATE: "a gyroscope", ACCELERATION: "an accelerometer", FREQUENCY: "a clock"}
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Options of the caller about a log."""
+    """Options that the caller of `read` gave."""
 
     rate: float | None = None
     unit: str | None = None
@@ -73,13 +74,13 @@ class Request:
     piece: int | None = None
     topics: tuple[str, ...] = ()
     insists: bool = False
-    """Whether `rate` holds against the time stamps of the log."""
+    """Whether `rate` overrides the rate in the log."""
     scales: Mapping[str, float] = field(default_factory=dict)
     """Factors on columns, by name."""
 
     @property
     def kinds(self) -> dict[str, str]:
-        """The unit that was given, by the kind of sensor that has it; of several one each."""
+        """The given units by kind of sensor; empty without a unit."""
         if self.unit in (None, "1"):
             return {}
         assert self.unit is not None
@@ -87,11 +88,11 @@ class Request:
 
     @property
     def timeless(self) -> bool:
-        """Whether the time column is to be left out."""
+        """True if the time column must be ignored."""
         return self.time_column == "none"
 
     def __post_init__(self) -> None:
-        # As the names of the log are shown.
+        # Names are compared in the form in which names of the log are shown.
         fix = object.__setattr__
         fix(self, "columns", tuple(c if isinstance(c, int) else plain(c) for c in self.columns))
         fix(self, "covariates", tuple(map(plain, self.covariates)))
@@ -101,14 +102,14 @@ class Request:
 
 @dataclass(slots=True)
 class Roles:
-    """Roles of all columns, before it is decided which of them are used.
+    """Roles of all columns. The next step decides which columns are used.
 
     Attributes
     ----------
     roles, reasons, sources : list of str
-        Role of each column, why a column of role ``other`` is no sensor, and the source of the role.
+        Role of each column, the reason why a column with the role ``other`` is no sensor, and the source of the role.
     time : int or None
-        Column of the time; of a time in several columns the coarsest.
+        Column of the time. For a time in several columns, the coarsest one.
     parts : TimeParts or None
         The columns of a time in several columns.
     """
@@ -120,7 +121,7 @@ class Roles:
     parts: TimeParts | None = None
     findings: tuple[Finding, ...] = ()
     time_units: dict[int, str] = field(default_factory=dict)
-    """Units of columns of time that their numbers show."""
+    """Units of time columns that follow from their numbers."""
 
     @property
     def clocks(self) -> tuple[int, ...]:
@@ -132,18 +133,18 @@ class Roles:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What is read of a log.
+    """Decision about the columns of a log: which are read, with which units.
 
     Attributes
     ----------
     columns : tuple of LogColumn
-        Every column; their rates are not known yet.
+        Every column. Sampling rates are not known yet.
     samples, covariates : tuple of int
         Indices of the columns that are read as samples and as covariates.
     units : tuple of str
-        Unit of each column of samples, as the recording has it.
+        Unit of each column of samples in the recording.
     quantity : str
-        What the samples are: ``rate``, ``increment`` or ``angle``.
+        Meaning of the samples: ``rate``, ``increment`` or ``angle``.
     time : int or None
         Column of the time.
     time_unit : str or None
@@ -151,7 +152,7 @@ class Layout:
     parts : TimeParts or None
         The columns of a time in several columns.
     findings : tuple of Finding
-        What was guessed, and what is not used.
+        Remarks on guesses and on columns that are not used.
     """
 
     columns: tuple[LogColumn, ...]
@@ -190,7 +191,7 @@ def understand(table: Table, request: Request) -> Layout:
     Raises
     ------
     InputError
-        An unknown column, no sensor among them, or a unit that contradicts the header.
+        A column is unknown, no column is a sensor, or a unit contradicts the header.
     """
     return choose(table, roles_of(table, request), request)
 
@@ -199,14 +200,14 @@ def understand(table: Table, request: Request) -> Layout:
 
 
 def roles_of(table: Table, request: Request) -> Roles:
-    """Return the role of every column, by its name, its unit and its numbers."""
+    """Role of every column from its name, its unit and its numbers."""
     found = Roles([], [], [])
     for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
         if i in table.dates and role == "other":
             role, reason = "time", ""
         if i in table.texts:
-            role, reason = "other", f'text, as "{plain(table.texts[i], 24)}"'
+            role, reason = "other", f'text, such as "{plain(table.texts[i], 24)}"'
         found.roles.append(role)
         found.reasons.append(reason)
         found.sources.append(table.source if table.named else "guess")
@@ -216,7 +217,7 @@ def roles_of(table: Table, request: Request) -> Roles:
 
 
 def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
-    """Take the role of a sensor from columns that count or repeat; return what each column without a unit is."""
+    """Change the role of columns whose numbers count or repeat to ``other``; return the kind of each, by its index."""
     kinds: dict[int, str] = {}
     sensors = [
         i for i, role in enumerate(found.roles) if role == "sensor" and table.columns[i] is not None
@@ -238,7 +239,7 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
             kinds[i] = "no values"
             continue
         kind = kind_of(x)
-        # A name tells more than numbers, but for numbers that rise in every row.
+        # The name of a sensor outweighs its numbers, unless they rise in every row.
         if kind is not None and not (is_named and np.any(np.diff(x) <= 0)):
             kinds[i] = words[kind]
         elif not is_axis and repeats_exactly(x):
@@ -247,7 +248,7 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
             kinds[i] = "a constant whole number"
     left = [i for i in sensors if i not in kinds and found.roles[i] == "sensor"]
     if not left:
-        # Nothing else is there: the phase of a clock or an angle rises as a clock does, and few codes repeat.
+        # No other sensor is left. Phases and angles rise like a time, and coarse codes repeat like identifiers.
         only = len(table.names) == 1
         counts = ("an index", "a counter", "a date")
         for i in [i for i, kind in kinds.items() if only or kind not in counts]:
@@ -258,11 +259,12 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
 
 
 def _demote(found: Roles, at: int, reason: str) -> None:
+    """Change the role of a column to ``other``."""
     found.roles[at], found.reasons[at], found.sources[at] = "other", reason, "guess"
 
 
 def _alike(columns: Sequence[int], table: Table) -> list[list[int]]:
-    """Group columns that stand side by side and have one unit."""
+    """Groups of adjacent columns with the same unit."""
     groups: list[list[int]] = []
     for i in columns:
         if groups and groups[-1][-1] == i - 1 and table.units[i] == table.units[groups[-1][-1]]:
@@ -273,7 +275,7 @@ def _alike(columns: Sequence[int], table: Table) -> list[list[int]]:
 
 
 def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
-    """Find the columns of the time, and give other columns that are no time another role."""
+    """Find the columns of the time, and change the role of columns that only look like a time by their name."""
     there = [i for i, column in enumerate(table.columns) if column is not None]
     apart = table.time is not None and request.time_column in (None, "t", "time")
     parts = (
@@ -294,9 +296,9 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
                     Finding(
                         "time_column",
                         "info",
-                        f"column {_shown(table, time)} {_rises(found, time)}: taken as the time",
+                        f"column {_shown(table, time)} {_rises(found, time)} and is used as the time",
                         values={"column_index": time},
-                        remedy=" ({column} takes it as a sensor)",
+                        remedy=" ({column} reads it as a sensor)",
                     )
                 )
                 found.sources[time] = "guess"
@@ -309,12 +311,12 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
                 f"the time is in {len(parts.columns)} columns, {parts.form}:"
                 f" {', '.join(table.names[i] for i in parts.columns)}",
                 values={"count": len(parts.columns)},
-                remedy=" ({time_column} takes another)",
+                remedy=" ({time_column} selects another)",
             )
         )
     for i in parts.columns if parts is not None else () if time is None else (time,):
         found.roles[i], found.reasons[i] = "time", ""
-    # A time that falls, and not to begin anew, is something else of that name: a temperature T.
+    # A column named like a time whose numbers fall is something else, such as a temperature T.
     for i in there:
         if (
             found.roles[i] == "time"
@@ -322,7 +324,7 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
             and not (parts and i in parts.columns)
             and falls(table[i])
         ):
-            found.roles[i], found.reasons[i] = "other", "its numbers fall, as no time does"
+            found.roles[i], found.reasons[i] = "other", "its numbers fall, so it is no time"
     found.time, found.parts = time, parts
     others = [i for i in there if found.roles[i] == "time" or kinds.get(i) == "a clock"]
     if parts is None:
@@ -334,11 +336,12 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
 
 
 def _rises(found: Roles, time: int) -> str:
-    return "holds days (MJD)" if time in found.time_units else "rises as time does"
+    """Reason why a column is used as the time."""
+    return "holds days (MJD)" if time in found.time_units else "rises steadily"
 
 
 def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
-    """The first column that its name or unit makes the time; one whose numbers advance, if there is any."""
+    """First column whose name or unit is that of a time, preferably one whose numbers rise."""
     candidates = [i for i, role in enumerate(found.roles) if role == "time"]
     advancing = [
         i
@@ -351,7 +354,7 @@ def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
 def _guessed_time(
     table: Table, found: Roles, kinds: dict[int, str], there: Sequence[int]
 ) -> int | None:
-    """A column that is the time by its numbers."""
+    """Column whose numbers show that it is the time, or None."""
     pair = _days_and_years(table, there)
     if pair is not None:
         days, years = pair
@@ -378,28 +381,28 @@ def _guessed_time(
 
 
 def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
-    """Two columns of the same moments, one in days (MJD) and one in decimal years."""
+    """Indices of two columns with the same times, one in days (MJD) and one in decimal years, or None."""
     with np.errstate(all="ignore"):
         means = {i: float(np.mean(table[i])) for i in there}
     for days in (i for i in there if 15_000 < means[i] < 90_000):
         for years in (i for i in there if 1_900 < means[i] < 2_200):
-            # In a half-precision float a century has too many days.
+            # Half-precision floats cannot hold the days of a century.
             of_years = MJD_2000 + (table[years].astype(np.float64) - 2000.0) * YEAR
-            # Calendars differ by a day or two from years of 365.25 days.
+            # Calendar dates differ by up to two days from years of 365.25 days.
             if np.all(np.abs(of_years - table[days]) < 2.0) and np.any(np.diff(table[days]) > 0):
                 return days, years
     return None
 
 
 def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
-    """Whether a column holds the GPS week of days (MJD), or the day of the week."""
+    """True if a column holds the GPS week, or the day of the week, of days (MJD)."""
     since = np.floor(days) - GPS_EPOCH
     return bool(np.array_equal(values, since // 7) or np.array_equal(values, since % 7))
 
 
 def _looks_like_time(table: Table) -> bool:
-    """Whether the first of several nameless columns advances in every row, as no sensor does."""
-    if len(table.names) < 2 or table.columns[0] is None or table.n < FEWEST_STAMPS:
+    """True if the first of several columns without names rises in every row by similar steps."""
+    if len(table.names) < 2 or table.columns[0] is None or table.n < MIN_STAMPS:
         return False
     with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time
         steps = np.diff(table[0])
@@ -407,13 +410,13 @@ def _looks_like_time(table: Table) -> bool:
 
 
 def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int]) -> list[Finding]:
-    """Report other columns of time, and whether their rates agree."""
+    """Findings about other time columns, and whether their rates agree."""
     told = []
     for other in others:
         if at is None or table.columns[other] is None or table.columns[at] is None:
             continue
         if {at, other} <= found.time_units.keys():
-            continue  # they were compared moment by moment
+            continue  # `_days_and_years` has compared them
         both = f"{_shown(table, at)} and {_shown(table, other)} are both time; {_shown(table, at)} is used"
         ratio = _ratio_of_rates(table, at, other)
         odd = ratio > 1e-3
@@ -430,7 +433,10 @@ def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int
 
 
 def _ratio_of_rates(table: Table, one: int, two: int) -> float:
-    """Relative difference of two rates; of stamps without units up to a power of ten; 0 where one has no rate."""
+    """Relative difference of the rates of two time columns; 0 if one has no rate.
+
+    Without units, the rates are compared up to a power of ten.
+    """
     units = [time_unit_of(table.names[i], table.units[i]) for i in (one, two)]
     stated = None not in units
     try:
@@ -447,6 +453,7 @@ def _ratio_of_rates(table: Table, one: int, two: int) -> float:
 
 
 def _shown(table: Table, at: int) -> str:
+    """Name of a column, or its index if it has none."""
     return table.names[at] or f"{at} (without a name)"
 
 
@@ -525,12 +532,12 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
 
 
 def _time_unit(table: Table, found: Roles, at: int) -> str | None:
-    """Unit of a column of time, if it is known before all stamps are read."""
+    """Unit of a time column, if it is known before all stamps are read."""
     if at in table.dates:
         return "s"
     unit = found.time_units.get(at) or time_unit_of(table.names[at], table.units[at])
     if unit == "100us" and table.rate is not None and table.columns[at] is not None:
-        # Xsens counts SampleTimeFine in 0.1 ms in MT Manager and in 1 µs in the Movella DOT: the stated rate decides.
+        # SampleTimeFine of Xsens is in 0.1 ms in MT Manager and in 1 µs in the Movella DOT. The stated rate decides.
         samples = float(np.median(np.diff(table[at]))) * table.rate
         return "us" if abs(samples * 1e-6 - 1.0) < abs(samples * 1e-4 - 1.0) else unit
     return unit
@@ -539,7 +546,7 @@ def _time_unit(table: Table, found: Roles, at: int) -> str | None:
 def _sensors(
     table: Table, found: Roles, request: Request, reasons: list[str], loud: set[int]
 ) -> tuple[int, ...]:
-    """Columns that are read by default; of the others it is noted why they are not."""
+    """Indices of the columns that are read by default; `reasons` gets the reason for each other column."""
     names, units = table.names, table.units
     sensors = [
         i for i, role in enumerate(found.roles) if role == "sensor" and i not in found.clocks
@@ -556,21 +563,21 @@ def _sensors(
     given = request.kinds
     chosen = [i for i in sensors if sensor_kind(names[i]) in given]
     if chosen:
-        # Gyroscopes and accelerometers in one file: a unit given for one kind chooses it.
+        # A unit for one kind of sensor selects this kind in a file with gyroscopes and accelerometers.
         for i in sensors:
             kind = sensor_kind(names[i])
             if i not in chosen and kind is not None:
-                reasons[i] = f"{ARTICLES[kind]}, and {request.unit} is no unit of it"
+                reasons[i] = f"{ARTICLES[kind]}, but {request.unit} is no unit of {ARTICLES[kind]}"
                 loud.add(i)
             elif i not in chosen:
-                reasons[i] = f"its name does not say that it is in {request.unit}"
+                reasons[i] = f"its name does not show that its unit is {request.unit}"
                 loud.add(i)
         return tuple(chosen)
     if table.named and any(sensor_kind(names[i]) is not None for i in sensors):
-        # Autopilots log motors, set points and errors beside the sensors, without a unit either.
+        # Autopilots also log motors, set points and errors without a unit.
         for i in sensors:
             if sensor_kind(names[i]) is None and kinds[i] is None:
-                reasons[i] = "no unit, and a name of no sensor, as others have"
+                reasons[i] = "no unit, and not named like a sensor"
         sensors = [i for i in sensors if sensor_kind(names[i]) is not None or kinds[i] is not None]
     inertial = any(_is_inertial(names[i], units[i]) for i in sensors)
     phases = [i for i in sensors if kinds[i] == PHASE]
@@ -578,32 +585,33 @@ def _sensors(
     if request.quantity is None and request.unit is None and phases and not inertial:
         for i in sensors:
             if i not in phases:
-                reasons[i] = "read with the phase of a clock, which is another quantity"
+                reasons[i] = "the phase of a clock is read instead"
         return tuple(phases)
     if request.quantity is None and len(phases) + len(integrals) < len(sensors):
         for i in (*phases, *integrals):
-            reasons[i] = f"in {units[i]}, which is no rate"
+            reasons[i] = f"its unit {units[i]} is not that of a rate"
         sensors = [i for i in sensors if i not in phases and i not in integrals]
     if sensors:
         return tuple(sensors)
     if foreign:
         shown = ", ".join(f"{names[i]} ({units[i]})" for i in foreign)
         counter = (
-            ", of a counter Hz/10MHz" if any("Hz" in (units[i] or "") for i in foreign) else ""
+            ", for a counter Hz/10MHz" if any("Hz" in (units[i] or "") for i in foreign) else ""
         )
         raise InputError(
-            f"no sensor column found: {shown} is in no unit of a sensor",
+            f"no sensor column found: {shown} has no unit of a sensor",
             missing="column",
-            remedy=": name it with {column} and give {unit}" + counter,
+            remedy=": select it with {column} and add {unit}" + counter,
         )
     raise InputError(
-        f"no sensor column found among {', '.join(names) or 'none at all'}",
+        f"no sensor column found among {', '.join(names) or 'no columns'}",
         missing="column",
-        remedy=": name it with {column}",
+        remedy=": select it with {column}",
     )
 
 
 def _is_inertial(name: str, unit: str | None) -> bool:
+    """True if the name or the unit is that of a gyroscope or accelerometer."""
     if sensor_kind(name) is not None:
         return True
     try:
@@ -613,7 +621,7 @@ def _is_inertial(name: str, unit: str | None) -> bool:
 
 
 def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) -> list[Finding]:
-    """Report in one line which columns are not used and why."""
+    """One finding that lists the unused columns with reasons, or none."""
     groups: dict[str, list[str]] = {}
     for i, column in enumerate(columns):
         if not column.used:
@@ -624,7 +632,9 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
         return []
     listed = "; ".join(f"{named(names)} ({reason})" for reason, names in groups.items())
     both = (
-        "; two units, as deg/s,m/s^2, take both kinds" if loud and len(request.kinds) == 1 else ""
+        "; two units, such as deg/s,m/s^2, read both kinds"
+        if loud and len(request.kinds) == 1
+        else ""
     )
     return [
         Finding(
@@ -632,7 +642,7 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
             "warning" if loud else "info",
             f"not used: {listed}" + both,
             values={"count": sum(map(len, groups.values()))},
-            remedy="" if both else "; {column} uses a column",
+            remedy="" if both else "; {column} reads a column",
         )
     ]
 
@@ -643,7 +653,7 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
 def _unit_and_scale(
     name: str, own: str | None, request: Request, quantity: str
 ) -> tuple[str, float]:
-    """Return the unit of a column of samples, and the factor that brings its numbers there: a phase is read in s."""
+    """Unit of a column of samples in the recording, and the factor of the conversion. A phase is converted to s."""
     given = _given_for(name, own, request)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
         stated = own if kind_of_unit(own) == PHASE else given
@@ -655,9 +665,9 @@ def _unit_and_scale(
     if given is None:
         if kind_of_unit(own) == PHASE:
             raise InputError(
-                f"column {name} is in {own}",
+                f"column {name} is in {own}, which is no unit of a rate",
                 missing="quantity",
-                remedy=": give {quantity:angle} for a phase",
+                remedy=": if it is the phase of a clock, add {quantity:angle}",
             )
         return own or "1", 1.0
     if own is None:
@@ -672,15 +682,16 @@ def _unit_and_scale(
 
 
 def _contradiction(name: str, own: str, given: str) -> InputError:
+    """Error for a given unit that contradicts the unit in the file."""
     return InputError(
-        f"column {name} is in {own} by the file",
+        f"the file says that column {name} is in {own}",
         missing="unit",
-        remedy=f", {given} by {{unit}}: leave it out, or convert by {{to}}",
+        remedy=f", but {given} is given by {{unit}}: omit {{unit}}, or convert the results with {{to}}",
     )
 
 
 def _given_for(name: str, own: str | None, request: Request) -> str | None:
-    """The unit that the caller gave for a column: of several the one of its kind."""
+    """The given unit for a column; if several units are given, the one for its kind of sensor."""
     if len(request.kinds) < 2:
         return request.unit
     kind = sensor_kind(name)
@@ -691,8 +702,8 @@ def _given_for(name: str, own: str | None, request: Request) -> str | None:
             return None
     if kind not in request.kinds:
         raise InputError(
-            f"column {name}: its name does not say which of {request.unit} it is in",
+            f"the name of column {name} does not show which of {request.unit} is its unit",
             missing="column",
-            remedy=": take the columns of one unit at a time with {column}",
+            remedy=": read the columns of one unit at a time with {column}",
         )
     return request.kinds[kind]

@@ -1,4 +1,4 @@
-"""Tables of deviations that other tools write: averaging times and deviations are no samples."""
+"""Recognize tables of averaging times and deviations from other programs, which are no logs of samples."""
 
 from __future__ import annotations
 
@@ -31,26 +31,27 @@ _DEVIATION = re.compile(
     r"adev|avar|mdev|hdev|tdev|totdev|allan|hadamard|(?:^|[^a-z])(?:sigma|dev(?:iations?)?)(?:[^a-z]|$)",
     re.IGNORECASE,
 )
-#: Rows that are looked at, and those below which numbers say nothing.
-ROWS, FEWEST_ROWS = 64, 8
-#: Ratio of averaging times over which the slope at the shortest is taken.
-OCTAVES = 8.0
-# White noise has the slope −1/2 over log τ, quantization −1; a log that decays so smoothly from its very first rows in
-# every column is a warm-up, whose slope over the first eight rows is flatter than this.
+#: Number of first rows that are examined, and minimum number of rows for a decision. Chosen by judgment; not measured.
+ROWS, MIN_ROWS = 64, 8
+#: Ratio of the last to the first averaging time between which the initial slope is computed.
+SLOPE_SPAN = 8.0
+#: Range of the initial slope of ln σ over ln τ. White noise has −1/2, quantization −1. A log whose columns all decay
+#: smoothly from the first row is a warm-up, whose slope over the first eight rows is flatter than −0.2.
 SLOPES = (-1.2, -0.2)
-#: Largest second difference of ln σ over the rows looked at; neighbouring τ share most of their samples.
-ROUGH = 0.3
+#: Maximum median of the second differences of ln σ. Deviations at neighboring τ share most of their samples, so that the
+#: curve is smooth.
+MAX_ROUGHNESS = 0.3
 
 
 def is_deviation_table(names: Sequence[str], columns: Sequence[NDArray[np.float64] | None]) -> bool:
-    """Tell a table of averaging times and deviations from a log.
+    """True if columns are averaging times and deviations instead of samples.
 
     Parameters
     ----------
     names : sequence of str
         Names of all columns; x0, x1, … where the file has none.
     columns : sequence of (ndarray of shape (n,) or None)
-        Their numbers; None where a column was not read.
+        Their numbers; None for a column that was not read.
     """
     if any(map(_TAU.match, names)) and any(map(_DEVIATION.search, names)):
         return True
@@ -61,12 +62,12 @@ def is_deviation_table(names: Sequence[str], columns: Sequence[NDArray[np.float6
         return False
     tau = np.asarray(first[:ROWS], dtype=np.float64)
     found = [np.asarray(column[:ROWS], dtype=np.float64) for column in others if column is not None]
-    if tau.size < FEWEST_ROWS or not all(np.all(np.isfinite(c) & (c > 0)) for c in (tau, *found)):
+    if tau.size < MIN_ROWS or not all(np.all(np.isfinite(c) & (c > 0)) for c in (tau, *found)):
         return False
     steps = np.diff(tau)
     if not np.all(steps > 0):
         return False
-    # Multiples of the first averaging time, or averaging times at equal ratios: 1, 2, 4, … or 1, 2, 5, 10, …
+    # Averaging times are multiples of the first one, or have similar ratios: 1, 2, 4, … or 1, 2, 5, 10, …
     multiples = bool(np.allclose(steps, tau[0], rtol=1e-3))
     ratios = tau[1:] / tau[:-1]
     spread = bool(ratios.min() > 1.05 and ratios.max() < 12.0 and np.ptp(steps) > 2.0 * steps[0])
@@ -74,13 +75,13 @@ def is_deviation_table(names: Sequence[str], columns: Sequence[NDArray[np.float6
 
 
 def is_deviation_header(line: str) -> bool:
-    """Tell a line that names averaging times and deviations, though not as many columns as the rows have: Stable32's."""
+    """True if a line names averaging times and deviations, even if it has another number of columns (Stable32)."""
     words = re.split(r"[\s,;|]+", line.strip("#%; \t"))
     return any(map(_TAU.match, words)) and any(map(_DEVIATION.search, words))
 
 
 def refuse_deviation_header(lines: Sequence[str]) -> None:
-    """Raise an InputError where a line before the first row of numbers is the header of a table of deviations."""
+    """Raise an `InputError` if a line before the first row of numbers is the header of a table of deviations."""
     for line in lines:
         if re.match(r"^\s*[-+.]?\d", line):
             return
@@ -89,15 +90,15 @@ def refuse_deviation_header(lines: Sequence[str]) -> None:
 
 
 def _is_deviation(tau: NDArray[np.float64], column: NDArray[np.float64]) -> bool:
-    """Whether a column falls smoothly, as the deviation of white or rounding noise does over the shortest τ."""
-    last = max(int(np.searchsorted(tau, OCTAVES * tau[0], side="right")) - 1, 1)
+    """True if a column falls smoothly, like the deviation of white noise or quantization at short τ."""
+    last = max(int(np.searchsorted(tau, SLOPE_SPAN * tau[0], side="right")) - 1, 1)
     slope = np.log(column[last] / column[0]) / np.log(tau[last] / tau[0])
     rough = np.abs(np.diff(np.log(column), 2))
-    return bool(SLOPES[0] < slope < SLOPES[1] and np.median(rough) < ROUGH)
+    return bool(SLOPES[0] < slope < SLOPES[1] and np.median(rough) < MAX_ROUGHNESS)
 
 
 def refuse_deviation_table(table: Table) -> None:
-    """Raise an InputError where a table is one of deviations."""
+    """Raise an `InputError` if a table holds deviations."""
     if not is_deviation_table(table.names, table.columns):
         return
     tau = next(
@@ -109,8 +110,9 @@ def refuse_deviation_table(table: Table) -> None:
 
 
 def _refusal(span: str) -> InputError:
+    """Error for a table of deviations."""
     return InputError(
         f"a table of deviations{span}, not a log of samples",
         missing="record_length",
-        remedy=": give the log it was computed from, or fit the table with allanite export and {record_length}",
+        remedy=": give the log from which it was computed, or fit the table with allanite export and {record_length}",
     )

@@ -1,4 +1,4 @@
-"""Objects of pandas, polars and xarray: their columns and the time they carry."""
+"""Tables of objects of pandas, polars, xarray and Arrow."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ __all__ = ["is_frame", "table_of"]
 
 
 def is_frame(log: object) -> bool:
-    """Whether an object holds columns itself, instead of naming a file."""
+    """True if an object holds columns itself instead of naming a file."""
     return type(log).__module__.split(".")[0] in ("pandas", "polars", "xarray", "pyarrow")
 
 
 def table_of(frame: Any) -> Table:
-    """Columns of a data frame, a series, an xarray object or an Arrow table.
+    """Table of a data frame, a series, an xarray object or an Arrow table.
 
-    Date-times become the time; other columns without numbers are left out.
+    Date-times become the time. Other columns without numbers are ignored.
 
     Raises
     ------
     InputError
-        No column of numbers.
+        There is no column of numbers.
     """
     time = index_of(frame)
     names, units, columns = [], [], []
@@ -54,22 +54,22 @@ def table_of(frame: Any) -> Table:
 
 
 def _is_dates(array: NDArray[Any]) -> bool:
-    """Date-times that numpy keeps as objects: those with a time zone."""
+    """True if an array holds date-times with a time zone, which numpy keeps as objects."""
     return array.dtype.kind == "O" and array.size > 0 and hasattr(array[0], "timestamp")
 
 
 def _as_text(array: NDArray[Any]) -> NDArray[Any]:
-    """Objects that are texts as an array of text, missing ones empty; other objects as they are."""
+    """Array of text if all objects are texts or None (empty text); otherwise the array itself."""
     values = ["" if value is None else value for value in array.tolist()]
     if not all(isinstance(value, str) for value in values):
         return array
-    # Every text takes as much memory as the longest.
-    require_memory(4 * len(values) * max(map(len, values), default=0), "its text")
+    # In a numpy array, every text takes as much memory as the longest.
+    require_memory(4 * len(values) * max(map(len, values), default=0), "a column of text")
     return np.array(values, dtype=np.str_)
 
 
 def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:
-    """(name, values, unit) of what the object holds."""
+    """Name, values and unit of each column of an object."""
     if hasattr(frame, "data_vars"):  # an xarray data set
         found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]
         return [

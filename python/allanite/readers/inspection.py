@@ -1,4 +1,4 @@
-"""What is understood of a log before anything is computed, column by column."""
+"""Inspect a log: how each column is read, with doubts, before anything is computed."""
 
 from __future__ import annotations
 
@@ -31,14 +31,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Column", "Inspection", "inspect"]
 
-#: Rows of which the values are shown.
+#: Number of first rows whose values are shown.
 SHOWN = 3
-#: Share of a record in motion from which it is worth a look, before what carried the sensor is modelled.
-LEAST = 0.02
-#: Findings about single columns that are shown; the others concern what is computed.
+#: Minimum fraction of a record in motion that is reported, so that the motion is not modeled as noise. Chosen by judgment;
+#: not measured.
+MIN_MOTION_FRACTION = 0.02
+#: Kinds of findings about single columns that are shown. Other findings only matter for computations.
 OF_COLUMNS = ("marker", "locked", "not_static")
-UNITLESS = "its unit is not in the log: give it"
-COUNTS = "whole numbers, as raw counts are: give the scale of the data sheet"
+UNITLESS = "the log does not state its unit: give the unit"
+COUNTS = "whole numbers, probably raw counts: give the scale from the data sheet"
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,25 +49,25 @@ class Column:
     Attributes
     ----------
     name : str
-        As the log has it; x0, x1, … where it has none.
+        Name in the log, or x0, x1, … if the log has no names.
     role : str
         ``sensor``, ``time``, ``temperature`` or ``other``.
     used : bool
-        Whether it is read as a sensor, time or covariate.
+        Whether the column is read as a sensor, time or covariate.
     unit : str or None
-        As the log says it; of a sensor that is used, as it was given.
+        Unit in the log, or the given unit for a used sensor.
     rate : float or None
-        Rate of the stamps of a time column, else the sampling rate of a column that is used; Hz.
+        Rate of the stamps in a time column, or sampling rate of a used column, Hz.
     first : tuple of float
-        Its first values.
+        First values.
     low, high : float
-        Its extremes; NaN of text.
+        Minimum and maximum; NaN for text.
     doubts : tuple of str
-        What to look at before trusting it.
+        Problems to check before the column is used.
     scale : float
-        Factor that is applied to the numbers of the log.
+        Factor on the numbers in the log.
     source : str
-        The least certain source of role, unit and scale: ``header``, ``file``, ``option`` or ``guess``.
+        Least certain source of role, unit and scale: ``header``, ``file``, ``option`` or ``guess``.
     sources : mapping of str to str
         Source of the name, the role, the unit, the scale and the rate.
     reason : str
@@ -96,22 +97,22 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """What is understood of a log.
+    """How a log is read.
 
     Attributes
     ----------
     path : str
-        The log.
+        Path of the log.
     n : int
-        Rows.
+        Number of rows.
     rate, duration : float or None
-        Sampling rate, Hz, and length, s, if they are known; None says that a rate is needed.
+        Sampling rate in Hz and length in s; None if the rate is unknown and must be given.
     problem : str or None
-        Why it cannot be read as it is, with the remedy.
+        Reason why the log cannot be read without further options, with the remedy; None if it can be read.
     columns : tuple of Column
         Every column.
     findings : tuple of Finding
-        What the time stamps tell, what was guessed, and whether the sensor moves.
+        Findings about time stamps, guesses and motion.
     """
 
     path: str
@@ -122,10 +123,10 @@ class Inspection:
     columns: tuple[Column, ...]
     findings: tuple[Finding, ...] = field(default=())
     refused: AllaniteError | None = field(default=None, repr=False, compare=False)
-    """What `problem` says, for who words it."""
+    """Error behind `problem`, from which the command line and the page make their own wording."""
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/inspect/1``."""
+        """JSON document with the schema ``allanite/inspect/1``."""
         from allanite._kernels import version
 
         return {
@@ -144,10 +145,8 @@ class Inspection:
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """A table and the doubts, in the words of the command line or the page."""
-        rate = (
-            "rate not known" if self.rate is None else f"{self.rate:.6g} Hz, {self.duration:.6g} s"
-        )
+        """Text with a table of the columns and all doubts; remedies name parameters by `words`."""
+        rate = "rate unknown" if self.rate is None else f"{self.rate:.6g} Hz, {self.duration:.6g} s"
         lines = [f"{self.path} · {self.n} rows · {rate}"]
         head = ("column", "role", "unit", "from", "first values", "range")
         rows = [
@@ -168,10 +167,10 @@ class Inspection:
             for row in (head, *rows)
         ]
         if any(not c.used for c in self.columns):
-            lines.append("– left out; naming the column takes it")
+            lines.append(worded("– not used; {column} reads a column", words))
         open_ = [c.name for c in self.columns if UNITLESS in c.doubts]
         if open_:
-            give = worded(f": {remedy_of(open_)}; or write it into the header", words)
+            give = worded(f": {remedy_of(open_)}; or write the unit into the header", words)
             lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
         whole = [c.name for c in self.columns if COUNTS in c.doubts]
         if whole:
@@ -193,19 +192,19 @@ class Inspection:
 
 
 def inspect(path: Any, **options: Any) -> Inspection:
-    r"""Say what is understood of a log: role, unit, rate and first values of every column.
+    r"""Show how a log is read: role, unit, rate and first values of every column.
 
     Parameters
     ----------
     path : str, Path or data frame
-        As `allanite.read` takes it.
+        Log, as in `allanite.read`.
     **options
-        Those of `allanite.read`.
+        Options of `allanite.read`.
 
     Returns
     -------
     Inspection
-        A table when printed; `columns`, `rate`, `findings`, and `problem`: why it cannot be read yet, or None.
+        Prints as a table. `problem` states why the log cannot be read yet, or is None.
 
     Raises
     ------
@@ -225,9 +224,8 @@ def inspect(path: Any, **options: Any) -> Inspection:
     request = request_of(**options)
     table, seen, damaged = _whole(path, request)
     with about(None if is_frame(path) else path):
-        # What is no unit says nothing of the log.
-        _ = request.kinds
-    # What is refused still has the rate that it states.
+        _ = request.kinds  # raises an error if the given unit is not valid
+    # A log that is refused may still state its rate.
     stated = table.rate if request.rate is None else request.rate
     rate = stated if stated is not None and 0.0 < stated < np.inf else None
     refused, duration = None, None if rate is None else table.n / rate
@@ -238,7 +236,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
         rate, duration = recording.rate, recording.duration
         known = recording.log_columns
         moves = _moves(recording)
-        # Motion is said once; that a unit is missing stands beside its column.
+        # Motion is reported once, and a missing unit next to its column.
         said = ("no_unit", "motion", *(("not_static",) if moves else ()))
         findings = (
             *moves,
@@ -265,17 +263,17 @@ def inspect(path: Any, **options: Any) -> Inspection:
 
 
 def _moves(recording: Recording) -> list[Finding]:
-    """That a sensor moves at all; one without a unit, if it is in the unit that such sensors usually are in."""
+    """Findings about motion. A sensor without a unit is tested in the usual unit of its kind."""
     assumed = assumed_units(recording)
-    found = finding_of(recording.in_units(assumed), LEAST)
+    found = finding_of(recording.in_units(assumed), MIN_MOTION_FRACTION)
     if not assumed:
         return found
     units = ",".join(dict.fromkeys(assumed.values()))
-    return [replace(one, found=f"if in {units}: {one.found}") for one in found]
+    return [replace(one, found=f"if the unit is {units}: {one.found}") for one in found]
 
 
 def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
-    """All columns of a log that hold numbers, what is decided by its first rows, and columns with damaged cells."""
+    """All numeric columns of a log, the decision from its first rows, and errors of columns with damaged cells."""
     from allanite.readers import read_table
 
     decided: list[Layout | Roles] = []
@@ -308,7 +306,7 @@ def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int
 
 
 def _decided(table: Table, request: Request) -> Layout | Roles:
-    """The decision about all columns; of a log that is refused only their roles."""
+    """Decision about all columns; only their roles if the log is refused."""
     roles = roles_of(table, request)
     try:
         return choose(table, roles, request)
@@ -317,7 +315,7 @@ def _decided(table: Table, request: Request) -> Layout | Roles:
 
 
 def _unused(table: Table, found: Roles) -> tuple[LogColumn, ...]:
-    """Columns of a log that is refused: none is used."""
+    """Columns of a refused log, none of which is used."""
     return tuple(
         LogColumn(
             name,
@@ -338,13 +336,13 @@ def _unused(table: Table, found: Roles) -> tuple[LogColumn, ...]:
 
 
 def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
-    """One row of the table; `joined` says that the time is in several columns."""
+    """Description of one column; `joined` is true if the time is in several columns."""
     doubts: list[str] = []
     rate, low, high = known.rate, np.nan, np.nan
     first: tuple[float, ...] = ()
     x = table.columns[at]
     if at in table.texts:
-        doubts.append(f'it holds text, as "{plain(table.texts[at], 24)}"')
+        doubts.append(f'it holds text, such as "{plain(table.texts[at], 24)}"')
     if known.role == "sensor" and known.unit is None:
         doubts.append(UNITLESS)
     if x is not None:
@@ -386,7 +384,7 @@ def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
 
 
 def _stamps(time: NDArray[Any]) -> Column:
-    """The time that a log keeps apart from its columns."""
+    """Description of a time that is not one of the columns."""
     rate: float | None = None
     doubts: tuple[str, ...] = ()
     try:

@@ -1,4 +1,4 @@
-"""Logs packed by gzip, or several in a ZIP archive: unpacked into a file that disappears after reading."""
+"""Logs that are compressed by gzip or in a ZIP archive: unpacked into a temporary file for reading."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ __all__ = ["is_packed", "member", "unpacked"]
 
 
 def is_packed(path: Path) -> bool:
-    """Whether a file is packed by gzip, by its first bytes."""
+    """True if the first bytes of a file are those of gzip."""
     with path.open("rb") as stream:
         return stream.read(2) == b"\x1f\x8b"
 
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """Give the path of the file inside; errors speak of the packed one.
+    """Context with the path of the unpacked file; errors name the compressed file.
 
     Raises
     ------
     InputError
-        A damaged or truncated file.
+        The file is damaged or truncated.
     """
     inner = path.stem if path.suffix.lower() == ".gz" else path.name
     with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
@@ -48,19 +48,19 @@ def unpacked(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
-    """Give the path of one log of an archive, as telephones' loggers send them: a text file a sensor.
+    """Context with the path of one log in an archive, such as phone apps write with one text file per sensor.
 
-    Without a topic it is the gyroscope's, or else the accelerometer's, or the only one.
+    Without a topic, the log is that of the gyroscope, or else that of the accelerometer, or the only one.
 
     Raises
     ------
     InputError
-        A damaged archive, no text log in it, or several and none named; they are listed.
+        The archive is damaged, has no text log, or has several and no topic selects one.
     """
     with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
         try:
             with zipfile.ZipFile(path) as archive:
-                # phyphox describes the telephone in meta/; macOS adds shadows.
+                # phyphox describes the phone in meta/; macOS adds files in __MACOSX/.
                 logs = {
                     Path(name).stem: name
                     for name in archive.namelist()
@@ -85,11 +85,12 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
+    """Name of the log to read."""
     listed = ", ".join(sorted(logs)) or "none"
     if topics:
         if len(topics) > 1 or topics[0] not in logs:
             raise InputError(
-                f"no log {', '.join(topics)} in it, but {listed}",
+                f"no log {', '.join(topics)} in the archive, only {listed}",
                 missing="topic",
                 remedy="; choose one with {topic}",
             )
@@ -100,15 +101,17 @@ def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
             return min(found, key=len)
     if len(logs) != 1:
         raise InputError(
-            f"several logs in it: {listed}", missing="topic", remedy="; choose one with {topic}"
+            f"several logs in the archive: {listed}",
+            missing="topic",
+            remedy="; choose one with {topic}",
         )
     return next(iter(logs))
 
 
 def _copy(source: IO[bytes] | gzip.GzipFile, sink: IO[bytes]) -> None:
-    """Packed text can be a thousandth of what it holds: the budget is looked at on the way."""
+    """Copy a stream in pieces; the size is compared with the memory budget, as unpacking may enlarge it 1000 times."""
     size = 0
     while piece := source.read(1 << 20):
         size += len(piece)
-        require_memory(size, "it unpacked")
+        require_memory(size, "the unpacked log")
         sink.write(piece)

@@ -1,4 +1,4 @@
-"""Checks of a log before anything is computed: no-data markers, repeated samples, units against gravity, motion."""
+"""Check a log before anything is computed: no-data markers, repeated samples, units against gravity, motion."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ __all__ = ["assumed_units", "checked", "unit_doubts", "without_wrong_units"]
 
 
 def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
-    """Return the samples that the sensor measured, or refuse the recording.
+    """The recording with only the samples that the sensor measured; raises an error for an implausible recording.
 
-    Every command starts with this function. Markers are missing samples of what it returns, and repeated samples are
-    removed; the audit says so.
+    Every command starts with this function. No-data markers become missing samples and repeated samples are removed; the
+    audit states both.
 
     Parameters
     ----------
     recording : Recording
-        As it was read.
+        The recording as it was read.
     for_fit : bool
-        Whether a model is fitted; then a recording that is mostly motion is refused.
+        Whether a model will be fitted. Then a recording that is mostly motion is refused.
     anyway : bool
-        Take a recording that would be refused as it is; its audit says why it would be.
+        Whether to accept a recording that would be refused. Its audit then states the reason.
 
     Raises
     ------
     InputError
-        Accelerometers whose mean is not gravity in their unit but in another one; motion that fills the recording, also
-        of sensors without a unit, in the unit that such sensors usually are in.
+        The mean of accelerometers is gravity in another unit, or the recording is mostly motion. Sensors without a unit
+        are tested in the usual unit of their kind.
     """
     measured = recording.measured
     doubted = _doubted(measured)
@@ -54,7 +54,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
     if anyway:
         return measured.told_of(doubts)
     if for_fit:
-        # What gravity says of the unit is enough to see motion; the unit alone would not mend such a log.
+        # Motion is tested in the unit that gravity suggests, and reported first: a corrected unit would not help then.
         likely = {measured.columns[at]: doubt.likely for doubt in doubted for at in doubt.places}
         assumed = assumed_units(measured)
         refusal = refusal_of(measured.in_units(assumed | likely))
@@ -66,9 +66,10 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
 
 
 def assumed_units(recording: Recording) -> dict[str, str]:
-    """Return the unit in which motion is looked for, of each gyroscope or accelerometer of which nothing says the unit.
+    """Unit in which motion is tested, for each gyroscope or accelerometer without a unit.
 
-    Gyroscopes are taken in deg/s: in rad/s their motion would be larger. Whole numbers are raw counts, of any unit.
+    Gyroscopes are assumed in deg/s; in rad/s their motion would be larger. Columns of whole numbers are raw counts and are
+    not tested.
     """
     if not any(finding.kind == "no_unit" for finding in recording.told):
         return {}
@@ -82,20 +83,22 @@ def assumed_units(recording: Recording) -> dict[str, str]:
 
 
 def _are_whole(samples: NDArray[Any]) -> bool:
-    """Whether all samples are whole numbers."""
+    """True if all samples are whole numbers."""
     return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
 
 
 def _assuming(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
+    """The error with a remark on the assumed units."""
     units = ",".join(dict.fromkeys(assumed.values()))
     return InputError(
-        f"if in {units}: {refusal.found}", remedy=f"{refusal.remedy}; give {{unit}} if in others"
+        f"if the unit is {units}: {refusal.found}",
+        remedy=f"{refusal.remedy}; add {{unit}} if the unit is another",
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Doubt:
-    """Three accelerometers whose mean is gravity in another unit than the one that is stated."""
+    """Three accelerometers whose mean is gravity, but in another unit than the stated one."""
 
     places: tuple[int, ...]
     stated: str | None
@@ -104,11 +107,12 @@ class _Doubt:
 
 
 def unit_doubts(recording: Recording) -> list[Finding]:
-    """Return the findings that the values of accelerometers are in another unit than the recording says."""
+    """Findings about accelerometers whose values are in another unit than the recording states."""
     return [_finding(recording, doubt) for doubt in _doubted(recording)]
 
 
 def _doubted(recording: Recording) -> list[_Doubt]:
+    """Triads of accelerometers whose mean is gravity in another unit."""
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
     unitless = any(finding.kind == "no_unit" for finding in recording.told)
@@ -130,11 +134,12 @@ def _doubted(recording: Recording) -> list[_Doubt]:
 
 
 def _without_unit(name: str, unit: str) -> bool:
+    """True for an accelerometer without a unit."""
     return parse_unit(unit).kind == FREQUENCY and sensor_kind(name) == ACCELERATION
 
 
 def _unit_of_values(mean: float, stated: str | None) -> str | None:
-    """Return the unit in which a mean acceleration is gravity, if it is not the one that is stated; else None."""
+    """Unit in which a mean acceleration is gravity, if this is not the stated unit; otherwise None."""
     if stated is not None and is_gravity(mean, stated):
         return None
     likely = unit_by_gravity(mean)
@@ -142,9 +147,10 @@ def _unit_of_values(mean: float, stated: str | None) -> str | None:
 
 
 def _finding(recording: Recording, doubt: _Doubt) -> Finding:
+    """Finding about accelerometers in another unit, with the remedy."""
     names = named([recording.columns[at] for at in doubt.places])
     if doubt.stated is None:
-        # Gyroscopes without a unit are asked for at once.
+        # The remedy also names a unit for gyroscopes without one.
         bare = [
             name
             for name, unit in zip(recording.columns, recording.units, strict=True)
@@ -154,20 +160,20 @@ def _finding(recording: Recording, doubt: _Doubt) -> Finding:
         found = (
             f"no unit given for {names}: their mean, {doubt.mean:.4g}, is gravity in {doubt.likely}"
         )
-        remedy = f": give {{this_unit:{give}}}, or what they are in"
+        remedy = f": add {{this_unit:{give}}}, or the true unit"
     else:
         found = (
-            f"{names} are said to be in {doubt.stated}, but their mean is {doubt.mean:.4g} {doubt.stated}, which is gravity"
+            f"the stated unit of {names} is {doubt.stated}, but their mean of {doubt.mean:.4g} {doubt.stated} is gravity"
             f" in {doubt.likely}"
         )
-        remedy = f": give {{this_unit:{doubt.likely}}}; {{anyway}} takes them in {doubt.stated}"
+        remedy = f": add {{this_unit:{doubt.likely}}}, or {{anyway}} to keep {doubt.stated}"
     return Finding("unit_doubt", "warning", found, values={"mean": doubt.mean}, remedy=remedy)
 
 
 def without_wrong_units(
     table: Table, given: Mapping[str, str]
 ) -> tuple[list[str | None], list[Finding]]:
-    """Return the units of all columns by the log; None where the given unit is right and the log is wrong by gravity.
+    """Units of all columns in the log, and findings; None where gravity shows that the given unit is right instead.
 
     Parameters
     ----------
@@ -194,7 +200,7 @@ def without_wrong_units(
             continue
         if _unit_of_values(mean, stated) == parse_unit(wanted).name:
             names = named([table.names[at] for at in own])
-            found = f"{names} are in {wanted} as given, not in {stated} as the log says: their mean is gravity in {wanted}"
+            found = f"{names} are read in {wanted} as given, although the log says {stated}: their mean is gravity in {wanted}"
             told.append(Finding("unit_doubt", "info", found, values={"mean": mean}))
             for at in own:
                 units[at] = None
@@ -202,6 +208,7 @@ def without_wrong_units(
 
 
 def _is_acceleration(unit: str) -> bool:
+    """True if a unit is that of an acceleration."""
     try:
         return parse_unit(unit).kind == ACCELERATION
     except InputError:

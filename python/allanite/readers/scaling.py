@@ -1,4 +1,4 @@
-"""Factors on columns of a log: raw counts times the scale of the data sheet."""
+"""Factors on columns of a log, which convert raw counts with the scale of the data sheet."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ __all__ = ["factors_of", "parse_scales"]
 
 
 def parse_scales(texts: Sequence[str]) -> dict[str, float]:
-    """Return the factor of each column in texts such as ``gx=1/131`` or ``gx=0.00763``.
+    """Factor of each column in texts such as ``gx=1/131`` or ``gx=0.00763``.
 
     Raises
     ------
     InputError
-        No name, no number, or a factor that is not finite or is 0.
+        A text has no name or no number, or the factor is 0 or not finite.
     """
     found: dict[str, float] = {}
     for text in texts:
         name, equals, factor = text.rpartition("=")
         value = _number(factor)
         if not (equals and name.strip()) or value is None or not math.isfinite(value) or not value:
-            raise InputError(f"scale {text!r} is not NAME=FACTOR, e.g. gx=1/131")
+            raise InputError(f"scale {text!r}: write NAME=FACTOR, e.g. gx=1/131")
         found[name.strip()] = value
     return found
 
 
 def _number(text: str) -> float | None:
+    """Value of a number or a fraction of two numbers, or None."""
     top, slash, bottom = text.partition("/")
     try:
         return float(top) / float(bottom) if slash else float(top)
@@ -43,12 +44,12 @@ def _number(text: str) -> float | None:
 def factors_of(
     scales: Mapping[str, float], names: Sequence[str], samples: Sequence[int]
 ) -> dict[int, float]:
-    """Return the factors by the index of the column.
+    """Factors by the index of the column.
 
     Raises
     ------
     InputError
-        A column that is not in the log, or that is not used.
+        A column is not in the log, or is not used.
     """
     found = {}
     for name, factor in scales.items():
@@ -56,7 +57,7 @@ def factors_of(
         if at not in samples:
             raise InputError(
                 f"scale of column {names[at]}: the column is not used",
-                remedy="; leave its scale out, or name the column with {column}",
+                remedy="; omit its scale, or select the column with {column}",
             )
         found[at] = factor
     return found

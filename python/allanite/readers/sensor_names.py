@@ -33,9 +33,9 @@ _OTHER = re.compile(
 _GYRO = re.compile(
     r"gyr|ang.*(vel|rate)|^pqr|omega|rot\w*_?rate|^[gw]_?[xyz]$|^gy_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr"
 )
-#: Kalibr calls accelerometers alpha.
+#: Names of accelerometers; Kalibr uses alpha.
 _ACCEL = re.compile(r"acc(?!uracy)|^ac_?[xyz]$|^a(lpha)?_?[xyz]$|^f_?[xyz]$|spec\w*_?force")
-#: What is no axis of a sensor, whatever its unit. These patterns search words that are parted by underscores.
+#: Names of columns that are no axis of a sensor, whatever their unit. The patterns search words separated by underscores.
 _COVARIANCE = re.compile(
     r"(^|_)(cov(ariances?)?|variances?|sigma|std(dev|ev)?|stderr|accuracy|uncertainty)\d*(_|$)"
 )
@@ -64,7 +64,7 @@ _NO_AXIS = (
     ),
     ("another time", _STAMP),
 )  # fmt: skip
-#: A magnetometer is none of these sensors, even in G, which may be gauss or standard gravity.
+#: Names of magnetometers. Their unit G (gauss) must not be taken for standard gravity.
 _MAGNETIC = re.compile(r"(^|_)(mag|magn|magnet\w*)(_|$)|^(mag|b)_?[xyz]$")
 #: The last word of the name of an axis.
 _AXIS = re.compile(r"(^|_|[a-z])([xyz]|[0-9])(_|$)")
@@ -78,23 +78,23 @@ _TEMPERATURE_UNITS = re.compile(
 
 
 def _key(name: str) -> str:
-    """A name as the patterns have it, without the number of one that repeats another."""
+    """A name in the form of the patterns: lower case, with underscores, without the number of a repeated name."""
     return re.sub(r"\s+\[\d+\]$", "", name).strip().lower().replace(" ", "_")
 
 
 def words_in(name: str) -> str:
-    """Return the words of a name in lower case with underscores between them: ``PacketCounter`` → ``packet_counter``."""
+    """Words of a name in lower case with underscores between them: ``packet_counter`` for ``PacketCounter``."""
     parted = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name.strip())
     return re.sub(r"[^a-z0-9µ]+", "_", parted.lower()).strip("_")
 
 
 def role_of(name: str, unit: str | None) -> Role:
-    """Return the role of a column, from its unit where it has one, else from its name."""
+    """Role of a column from its unit and name."""
     return role_and_reason(name, unit)[0]
 
 
 def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
-    """Return the role of a column and, for the role ``other``, why it is no sensor."""
+    """Role of a column, and for the role ``other`` the reason why it is no sensor."""
     key, words = _key(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)
     if _TEMPERATURE_UNITS.fullmatch((unit or "").strip()):
@@ -123,11 +123,12 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
     if _DURATION.search(words):
         return "other", "a duration"
     if _OTHER.search(key) or _OTHER.search(words):
-        return "other", "no inertial sensor by its name"
+        return "other", "its name is not that of an inertial sensor"
     return "sensor", ""
 
 
 def _no_axis(name: str, words: str) -> str:
+    """Reason why a name is not that of an axis, or an empty text."""
     if _COVARIANCE.search(words):
         return "a covariance"
     if re.match(r"^\s*[|‖].*[|‖]\s*$", name):
@@ -139,7 +140,7 @@ def _no_axis(name: str, words: str) -> str:
 
 
 def sensor_kind(name: str) -> str | None:
-    """Return the kind of sensor that a name states, or None."""
+    """Kind of sensor that a name states, or None."""
     for key in (_key(name), words_in(name)):
         if _ACCEL.search(key):
             return ACCELERATION
@@ -149,7 +150,7 @@ def sensor_kind(name: str) -> str | None:
 
 
 def kind_of_sensor(name: str, unit: str) -> str:
-    """Return the kind of sensor by the unit; for a dimensionless unit by the name, as a gyroscope is no clock."""
+    """Kind of sensor from the unit; from the name if the unit is dimensionless."""
     try:
         kind = parse_unit(unit).kind
     except InputError:

@@ -1,4 +1,4 @@
-"""Text logs: delimiter, header, comment lines and decimal comma are found by themselves."""
+"""Read text logs; delimiter, header, comment lines and decimal comma are recognized automatically."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = ["all_numbers", "first_rows", "of_core", "read"]
 
 @contextmanager
 def of_core(name: str) -> Iterator[None]:
-    """Errors of the core begin with the name of the log that it was given; here that is a field of them."""
+    """Context in which errors of the core lose the log's name, which `about` adds instead."""
     try:
         yield
     except AllaniteError as error:
@@ -41,11 +41,11 @@ def of_core(name: str) -> Iterator[None]:
 
 
 def _comma(found: str) -> str:
-    """Of a row with twice the columns of the header, or one less: the question what the second comma is."""
+    """Hint at a decimal comma if a row has twice the columns of the header, or one less."""
     match = re.search(r" has (\d+) columns, the header (\d+)$", found)
     if match is None or int(match[1]) not in (2 * int(match[2]), 2 * int(match[2]) - 1):
         return ""
-    return ": a decimal comma? Then part the columns by semicolons"
+    return ": for decimal commas, separate the columns by semicolons"
 
 
 _RATE = re.compile(
@@ -54,21 +54,21 @@ _RATE = re.compile(
     re.IGNORECASE,
 )
 
-#: Averaging time or interval of the samples, s, as Stable32 states it: "# Tau: 1.0e+00".
+#: Sampling interval in s as Stable32 states it: "# Tau: 1.0e+00".
 _TAU = re.compile(
     r"^[#%/!;\"\s]*tau0?\s*[:=,]\s*([0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(?:s|sec|seconds)?[\"\s,;]*$",
     re.IGNORECASE,
 )
-#: How the files begin that a model is read from.
+#: Beginning of model files of allanite, which are no logs.
 _DOCUMENT = re.compile(rb'\s*\{\s*"schema":\s*"(allanite/(?:model|fit|check)/\d+)"')
 
-#: Bytes of memory for each cell while a text log is read: a float64, and a fifth more for what rows to come are given.
+#: Bytes of memory per cell while a text log is read: a float64, and 20 % more for growing arrays.
 MEMORY_PER_CELL = 1.2 * 8.0
 
-#: Cells that hold a date or a time of day, and dates of which the month may stand first.
+#: Cells with a date or a time of day, and dates in which the month may come first.
 _DATE = re.compile(r"^\d{1,4}[-/]\d{1,2}[-/]\d{1,4}|^\d\d\.\d\d\.\d{4}|^\d{1,2}:\d\d:\d\d")
 _SLASHED = re.compile(r"^\d{1,2}/\d{1,2}/\d{4}")
-#: Units that the maker of a header defines, by its names. Kalibr's bag creator takes no other than these.
+#: Header → units that the program behind this header defines. Kalibr's bag creator accepts only these units.
 UNITS_OF_HEADERS: dict[tuple[str, ...], tuple[str | None, ...]] = {
     ("timestamp", "omega_x", "omega_y", "omega_z", "alpha_x", "alpha_y", "alpha_z"): (
         "ns",
@@ -76,20 +76,18 @@ UNITS_OF_HEADERS: dict[tuple[str, ...], tuple[str | None, ...]] = {
         *("m/s^2",) * 3,
     )
 }
-#: What stands in a line of units where a column has none.
+#: Entries in a line of units that mean "no unit".
 _NO_UNIT = ("", "-", "na", "n/a", "none", "no units", "unitless")
 _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """Read the numeric columns of a text log.
-
-    Columns that are not asked for are not read, so they may hold any text.
+    """Read the picked columns of a text log. Other columns may hold any text.
 
     Raises
     ------
     InputError
-        A cell that is no number, a row of another length; names file, row, column and text.
+        A cell is no number, or a row has another length. The message names file, row, column and text.
     """
     with path.open("rb") as stream:
         begin = stream.read(4096)
@@ -101,7 +99,7 @@ def read(path: Path, pick: Picker) -> Table:
             raise InputError(
                 f"not a log but a model file ({found[1].decode()})",
                 missing="model",
-                remedy=": give it to {model}, beside a log",
+                remedy=": give it with {model}, in addition to a log",
             )
         if b"\0" in begin:
             from allanite.readers import FORMATS
@@ -114,11 +112,12 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def _read(path: Path, pick: Picker) -> Table:
+    """Table of the picked columns of a text log."""
     delimiter = None
     reader = _kernels.TextReader(str(path))
     header = reader.header
     if header is not None and len(header) == 1 and "," in header[0]:
-        # One column of decimal commas under a header with commas: whole numbers, comma-separated.
+        # Rows of decimal commas below a header with commas are whole numbers separated by commas.
         delimiter = ","
         reader = _kernels.TextReader(str(path), delimiter=delimiter)
         header = reader.header
@@ -146,28 +145,28 @@ def _read(path: Path, pick: Picker) -> Table:
 
 
 def all_numbers(first: Table) -> list[int]:
-    """Pick every column that holds numbers."""
+    """Indices of all columns of numbers."""
     return [i for i in range(len(first.names)) if i not in first.texts]
 
 
 def first_rows(
     reader: _kernels.TextReader, names: Sequence[str], units: Sequence[str | None]
 ) -> tuple[Table, list[str]]:
-    """Return the first rows of all columns of a text log, and one cell of each.
+    """Table of the first rows of all columns of a text log, and one cell of each column.
 
     Parameters
     ----------
     reader : TextReader
         An open log of which no row was read.
     names, units : sequence
-        Of its columns; empty where the log has no header.
+        Names and units of its columns; empty if the log has no header.
     """
     columns, words, cells = reader.sample(ROWS)
     named = bool(names)
     if not named:
         names = ("x",) if len(columns) == 1 else tuple(f"x{i}" for i in range(len(columns)))
         units = (None,) * len(columns)
-    # A few cells of text among numbers are damage, which the reader reports by its row.
+    # A column is text if most cells are. A few texts among numbers are damage, which the reader reports with the row.
     texts = {i: cells[i] for i, x in enumerate(columns) if 2 * words[i] > x.size}
     dates = frozenset(i for i in range(len(columns)) if i not in texts and _DATE.match(cells[i]))
     table = Table(
@@ -183,7 +182,7 @@ def first_rows(
 
 
 def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return date-times of which day and month may be exchanged, in the order of which the record is shorter.
+    """Date-times with day and month in the order that gives the shorter record.
 
     Parameters
     ----------
@@ -204,19 +203,20 @@ def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _rows_expected(path: Path) -> float:
-    """Rows of a log, from the length of its first lines."""
+    """Expected number of rows of a log, from the length of its first lines."""
     with path.open("rb") as stream:
         begin = stream.read(1 << 16)
     return path.stat().st_size * begin.count(b"\n") / len(begin) if begin else 0.0
 
 
 def _first_lines(path: Path) -> list[str]:
+    """Up to 40 first lines of a text file."""
     with path.open(encoding="latin-1") as stream:
         return stream.read(4096).splitlines()[:40]
 
 
 def stated_rate(path: Path) -> float | None:
-    """Sampling rate that a comment or preamble states: ``// Update Rate: 100.0Hz``, ``Fs,100``, ``# Tau: 1.0``; Hz."""
+    """Sampling rate in Hz in a comment or preamble: ``// Update Rate: 100.0Hz``, ``Fs,100``, ``# Tau: 1.0``."""
     lines = _first_lines(path)
     found = next((match for line in lines if (match := _RATE.match(line))), None)
     if found is not None:
@@ -228,7 +228,7 @@ def stated_rate(path: Path) -> float | None:
 def names_below(
     path: Path, names: tuple[str, ...], units: tuple[str | None, ...]
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Names of two lines: groups of columns, and below them the column of each, as spreadsheets have them."""
+    """Names and units from a header of two lines: groups of columns, and below them the name of each column."""
     rows = list(_rows(path, len(names)))
     above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)
     if above is None or above + 1 == len(rows):
@@ -247,6 +247,7 @@ def names_below(
 
 
 def _is_number(cell: str) -> bool:
+    """True if a cell holds a number."""
     try:
         float(cell)
     except ValueError:
@@ -255,7 +256,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _rows(path: Path, count: int) -> Iterator[list[str]]:
-    """The first lines that have so many cells."""
+    """Yield the cells of those first lines that have `count` cells."""
     with path.open("rb") as stream:
         lines = stream.read(16384).decode("utf-8", "replace").splitlines()[:60]
     for line in lines:
@@ -265,13 +266,13 @@ def _rows(path: Path, count: int) -> Iterator[list[str]]:
 
 
 def units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
-    """Units that stand in a line of their own below the names: ``(us) (na) (m/s^2)``, ``ms deg/s``."""
+    """Units from a line below the names: ``(us) (na) (m/s^2)``, ``ms deg/s``; None if there is no such line."""
     rows = list(_rows(path, len(names)))
     for cells in rows:
         found = [_UNIT.match(cell) for cell in cells]
         if all(found):
             return tuple(plain(m[1]) if m is not None and m[1] else None for m in found)
-    # Without brackets only the line directly below the names, if each of its cells is a unit or says that there is none.
+    # Without brackets, only the line directly below the names counts, and each cell must be a unit or mean "no unit".
     for names_of, cells in pairwise(rows):
         if split_header(names_of)[0] == names and not any(map(_is_number, cells)):
             units = [None if cell.lower() in _NO_UNIT else cell for cell in cells]

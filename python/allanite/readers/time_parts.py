@@ -1,4 +1,4 @@
-"""Time in several columns: seconds and nanoseconds, GPS weeks, days and seconds of day, calendar dates."""
+"""Recognize and join a time in several columns: seconds and nanoseconds, GPS weeks, days, calendar dates."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 __all__ = ["TimeParts", "find_parts"]
 
 DAY, WEEK = 86_400.0, 604_800.0
-#: Largest number of whole seconds in a column of seconds: the year 2255, in seconds since 1970.
-MOST_SECONDS = 9e9
+#: Maximum value in a column of whole seconds: the year 2255, in seconds since 1970.
+MAX_SECONDS = 9e9
 
 _SECONDS = re.compile(r"^(?P<stem>.*?)(?:s|secs?|seconds?)$")
 _REST = re.compile(
     r"^(?P<stem>.*?)(?:(?P<ns>n(?:ano)?(?:s|secs?|seconds?))|(?P<us>(?:u|µ|micro)(?:s|secs?|seconds?))"
     r"|(?P<ms>m(?:illi)?(?:s|secs?|seconds?)))$"
 )
-#: Parts of a second.
+#: Unit → number of units per second.
 _PARTS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
 _WEEK = re.compile(r"^(gps_?)?(week|wn|wk)(_?(no|nr|num|number))?$")
@@ -55,11 +55,12 @@ class TimeParts:
     Attributes
     ----------
     form : str
-        What the columns are, for a sentence.
+        Description of the columns, for messages.
     columns : tuple of int
         Indices of the columns, the coarsest first.
     seconds : callable
-        From arrays of shape (n,), in the order of `columns`, to the seconds of each row.
+        Function of the columns (arrays of shape (n,), in the order of `columns`) that returns terms in seconds, whose
+        sum is the time.
     """
 
     form: str
@@ -69,20 +70,20 @@ class TimeParts:
     def joined(
         self, arrays: Sequence[NDArray[Any]], origin: Sequence[float] | None = None
     ) -> NDArray[np.float64]:
-        """Return the seconds since the coarse part of the first row, shape (n,).
+        """Seconds since the coarse part of the first row, shape (n,).
 
         Parameters
         ----------
         arrays : sequence of ndarray of shape (n,)
             The columns.
         origin : sequence of float, optional
-            The columns' values in the first row of the log; default those of the first row given.
+            Values of the columns in the first row of the log. Default: the first row of `arrays`.
         """
         first = [
             x[:1] if origin is None else np.array(origin[i : i + 1]) for i, x in enumerate(arrays)
         ]
         terms, starts = self.seconds(arrays), self.seconds(first)
-        # The difference of whole numbers is exact; the fractions are added last.
+        # Differences of whole numbers are exact, so that the fractions are added last.
         total = terms[0] - starts[0]
         for term in terms[1:]:
             total = total + term
@@ -94,7 +95,7 @@ def find_parts(
     columns: Sequence[NDArray[Any] | None],
     dates: frozenset[int] = frozenset(),
 ) -> TimeParts | None:
-    """Find columns that are the time together, by their names and first rows.
+    """Columns that together are the time, recognized by names and first rows; None if there are none.
 
     Parameters
     ----------
@@ -103,11 +104,12 @@ def find_parts(
     columns : sequence of (ndarray of shape (n,) or None)
         First rows of each column.
     dates : frozenset of int
-        Columns that hold date-times as text, turned into seconds.
+        Columns of date-times as text, converted to seconds.
     """
     words = [words_in(name) for name in names]
 
     def at(pattern: re.Pattern[str], besides: tuple[int, ...] = ()) -> int | None:
+        """Index of the first column whose name matches a pattern, except `besides`."""
         return next(
             (
                 i
@@ -151,7 +153,7 @@ def find_parts(
         two = None if one is None else at(fine, (one,))
         if one is None or two is None or not _are_whole(rows(one)):
             continue
-        # iTOW and its like are in ms where they exceed the seconds of their span.
+        # iTOW and similar columns are in ms if they exceed the seconds of a week or day.
         part = 1e-3 if not _within(rows(two), span + 1) else 1.0
         if words[two].endswith(("ms", "millis", "milliseconds")):
             part = 1e-3
@@ -163,7 +165,7 @@ def find_parts(
 def _calendar(
     at: Callable[..., int | None], rows: Callable[[int], NDArray[Any]]
 ) -> TimeParts | None:
-    """Columns of a calendar: year, day of year or month and day, then hour, minute and second or the second of day."""
+    """Calendar columns: year, day of year or month and day, with hour, minute and second or the second of day."""
     year = at(_YEAR)
     if year is None or not _are_whole(rows(year)) or not 1900 < float(rows(year)[0]) < 2200:
         return None
@@ -208,7 +210,7 @@ def _calendar(
 def _seconds_and_rest(
     names: Sequence[str], columns: Sequence[NDArray[Any] | None]
 ) -> TimeParts | None:
-    """Find columns of one stem, one of whole seconds and one of a part of them: ``stamp.sec``, ``stamp.nanosec``."""
+    """Columns with the same stem for whole seconds and their fraction: ``stamp.sec``, ``stamp.nanosec``; or None."""
     keys = [name.strip().lower() for name in names]
     rests: dict[str, tuple[int, float]] = {}
     for at, key in enumerate(keys):
@@ -227,7 +229,7 @@ def _seconds_and_rest(
             _are_whole(seconds)
             and _are_whole(fraction)
             and _within(fraction, parts)
-            and np.abs(seconds).max() < MOST_SECONDS
+            and np.abs(seconds).max() < MAX_SECONDS
         ):
             return TimeParts(
                 "seconds and a fraction of a second",
@@ -238,16 +240,20 @@ def _seconds_and_rest(
 
 
 def _are_whole(x: NDArray[Any]) -> bool:
+    """True if all values are finite whole numbers."""
     return bool(x.size and np.isfinite(x).all() and np.all(x == np.rint(x)))
 
 
 def _are_whole_days(x: NDArray[Any]) -> bool:
+    """True if all values in seconds are whole days, and not all are 0."""
     return _are_whole(x) and bool(np.all(x % DAY == 0) and np.abs(x).max() >= DAY)
 
 
 def _within(x: NDArray[Any], most: float) -> bool:
+    """True if all values are finite, not negative and below `most`."""
     return bool(x.size and np.isfinite(x).all() and x.min() >= 0 and x.max() < most)
 
 
 def _advances(x: NDArray[Any]) -> bool:
+    """True if the values rise at least once."""
     return bool(np.any(np.diff(x) > 0))

@@ -1,4 +1,4 @@
-"""Kind of quantity that a unit in a header belongs to, and units of time by their names."""
+"""Kinds of quantities of units in headers, and names of units of time."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ __all__ = [
 RATE = "rate"
 #: An angle or a velocity: the integral of a rate.
 INTEGRAL = "integral"
-#: A time that a clock's phase may be given in.
+#: A unit of time that is used for the phase of clocks.
 PHASE = "phase"
-#: A time that no phase is given in.
+#: A unit of time that is not used for phases.
 TIME_ONLY = "time"
 #: Any other text.
 FOREIGN = "foreign"
@@ -40,18 +40,18 @@ _TIMES = {
 
 
 def time_unit(unit: str | None) -> str | None:
-    """Return the short name of a unit of time, or None: ``seconds`` → ``s``, ``µs`` → ``us``."""
+    """Short name of a unit of time, or None: ``s`` for ``seconds``, ``us`` for ``µs``."""
     text = (unit or "").strip().replace("µ", "u").replace("μ", "u").lower()
     return _TIMES.get(text) or _TIMES.get(text.removesuffix("s") if len(text) > 2 else text)
 
 
 def seconds_in(unit: str) -> float:
-    """Return the seconds in a unit in which phases are given."""
+    """Size of a unit of phases in seconds."""
     return conversion(time_unit(unit) or unit, "s") if time_unit(unit) != "ps" else 1e-12
 
 
 def kind_of_unit(unit: str | None) -> str | None:
-    """Return the kind of quantity that a unit belongs to; None where there is no unit."""
+    """Kind of quantity of a unit; None without a unit."""
     if unit is None:
         return None
     time = time_unit(unit)

@@ -1,4 +1,4 @@
-"""Units that names of columns state in a suffix, and the units that sensors usually have."""
+"""Units in the suffixes of column names, and usual units of sensors."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["remedy_of", "unit_in_name", "unitless", "usual_units"]
 
-#: What loggers write most, in the order of an option.
+#: Most common unit of each kind of sensor, in the order of the option `unit`.
 USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}
-#: Suffix of a name → unit, where a name has no slash and no power.
+#: Suffix of a name (without slash and power) → unit.
 SUFFIXES = {
     "dps": "deg/s", "degps": "deg/s", "degs": "deg/s", "deg_s": "deg/s", "deg_per_s": "deg/s",
     "deg_sec": "deg/s", "mdps": "mdeg/s", "dph": "deg/h", "degph": "deg/h", "deg_h": "deg/h",
@@ -35,7 +35,7 @@ _SAID = re.compile(r"(?P<name>.+)[_\s](?P<unit>[^_\s]+/[^_\s]+)$")
 
 
 def unit_in_name(name: str) -> str | None:
-    """Return the unit in a suffix of a name, if the name states a sensor of this kind: ``GyrX_dps`` → ``deg/s``."""
+    """Unit in the suffix of a name, if the name is that of a sensor of this kind: ``deg/s`` for ``GyrX_dps``."""
     said = _SAID.match(name.strip())
     if said is not None:
         try:
@@ -46,7 +46,7 @@ def unit_in_name(name: str) -> str | None:
     kind = sensor_kind(name)
     if kind is None and (phase := _PHASE.search(words_in(name))) is not None:
         return phase["unit"]
-    # accelerometer_m_s2[0]: an index stands behind the unit.
+    # In accelerometer_m_s2[0], an index follows the unit.
     words = re.sub(r"[\s.\-]+", "_", re.sub(r"\s*\[\d+\]$", "", name.strip()).lower())
     match = _SUFFIX.search(words)
     if kind is None or match is None:
@@ -56,19 +56,19 @@ def unit_in_name(name: str) -> str | None:
 
 
 def usual_units(names: Iterable[str]) -> str:
-    """``deg/s,m/s^2`` of a gyroscope and an accelerometer; empty where a name does not say which it is."""
+    """Usual units of the sensors with these names, such as ``deg/s,m/s^2``; empty if a name does not state a sensor."""
     kinds = [sensor_kind(name) for name in names]
     return "" if None in kinds else ",".join(unit for kind, unit in USUAL.items() if kind in kinds)
 
 
 def remedy_of(names: Sequence[str]) -> str:
-    """What to give, in the words of a remedy."""
+    """Remedy for columns without a unit."""
     usual = usual_units(names)
-    return f"give {{this_unit:{usual}}}, or what they are in" if usual else "give {unit}"
+    return f"add {{this_unit:{usual}}}, or the true unit" if usual else "add {unit}"
 
 
 def unitless(names: Sequence[str]) -> list[Finding]:
-    """Tell that columns have no unit, and so pass for dimensionless, which only a clock's frequency is."""
+    """A finding about columns without a unit, which are treated as dimensionless; empty without such columns."""
     if not names:
         return []
     inertial = any(sensor_kind(name) for name in names)
@@ -76,7 +76,7 @@ def unitless(names: Sequence[str]) -> list[Finding]:
         Finding(
             "no_unit",
             "warning" if inertial else "info",
-            f"no unit given for {named(names)}: values are shown as dimensionless (of a clock: fractional frequency)",
+            f"no unit given for {named(names)}: values are treated as dimensionless (fractional frequency of a clock)",
             values={"count": len(names)},
             remedy="; " + remedy_of(names),
         )

@@ -1,4 +1,4 @@
-"""Numeric datasets of an HDF5 file that holds all its data itself: what reads another file is refused."""
+"""Numeric datasets of an HDF5 file. Datasets and links that would read another file are refused."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ if TYPE_CHECKING:
 
 __all__ = ["SECONDS_PER_MEGABYTE", "datasets", "numbers"]
 
-#: Processor time for each megabyte of a file with chunks of one sample, the slowest to read, s (h5py 3.16).
+#: Processor time per megabyte of a file with chunks of one sample, the slowest kind, s (measured with h5py 3.16).
 SECONDS_PER_MEGABYTE = 0.2
 
 Dataset = Any  # h5py.Dataset; h5py is imported in the child process only
 
 
 def datasets(file: Any) -> list[tuple[str, Dataset]]:
-    """Return name and dataset of every dataset that holds numbers, or columns of numbers, in an open file.
+    """Name and dataset of every dataset with numbers, or with columns of numbers, in an open file.
 
     Raises
     ------
     InputError
-        A virtual dataset, external storage or an external link: each reads another file. Or the numbers need more
-        memory than the budget.
+        The file has a virtual dataset, external storage or an external link, all of which read another file. Or the
+        numbers need more memory than the budget.
     """
     import h5py
 
     def is_external(name: bytes, info: Any) -> bytes | None:
         return None if info.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name
 
-    # Looks at links without following them. An error raised inside would be lost in the library.
+    # `visit` examines links without following them. The library would swallow an error raised inside.
     external = file.id.links.visit(is_external, info=True)
     if external is not None:
         raise InputError(_refusal("link", external.decode("utf-8", "replace"), "is external"))
@@ -50,32 +50,36 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
                 found.append((name, item))
 
     file.visititems(check_object)
-    require_memory(sum(item.size * _bytes_per_item(item.dtype) for _, item in found), "it unpacked")
+    require_memory(
+        sum(item.size * _bytes_per_item(item.dtype) for _, item in found), "the unpacked file"
+    )
     return found
 
 
 def numbers(item: Dataset) -> NDArray[Any]:
-    """Return the numbers of a dataset; of a compound type the fields that are numbers."""
+    """Numbers of a dataset; for a compound type, its numeric fields."""
     fields = _numeric_fields(item.dtype)
     values: NDArray[Any] = item.fields(fields)[()] if fields else item[()]
     return values
 
 
 def _refusal(what: str, name: str, kind: str) -> str:
+    """Message for a link or dataset that reads another file."""
     return (
-        f"{what} {plain(name, 60)} {kind}, which reads another file:"
-        " copy the samples into one file that has no such links (by h5py)"
+        f"{what} {plain(name, 60)} {kind} and would read another file:"
+        " copy the samples into one file without such links (with h5py)"
     )
 
 
 def _numeric_fields(dtype: Any) -> list[str] | None:
-    """Names of the numeric columns of a compound type; none of a plain numeric type; None of other types."""
+    """Names of the numeric fields of a compound type; empty for a plain numeric type; None for other types."""
     if dtype.names is None:
         return [] if dtype.kind in "iufb" else None
     return [name for name in dtype.names if dtype[name].kind in "iufb"] or None
 
 
 def _bytes_per_item(dtype: Any) -> int:
+    """Bytes of the numbers in one item of a dataset."""
     fields = _numeric_fields(dtype)
     if not fields:
         return int(dtype.itemsize)

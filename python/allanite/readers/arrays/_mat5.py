@@ -1,7 +1,8 @@
-"""MATLAB files up to version 7.2, by their published format: numeric arrays and structures of them.
+"""Numeric arrays and structures in MATLAB files up to version 7.2.
 
-Every length is checked against what is there before it is used: a damaged file is an error, not a crash. Cells, texts,
-sparse matrices and objects are passed over. "MAT-File Format", The MathWorks, R2023a; of version 4 chapter 2.
+Every length is compared with the size of the file before it is used, so that a damaged file is an error and not a crash.
+Cells, texts, sparse matrices and objects are skipped. Source: "MAT-File Format", The MathWorks, R2023a; chapter 2 for
+version 4.
 """
 
 from __future__ import annotations
@@ -22,29 +23,30 @@ if TYPE_CHECKING:
 
 __all__ = ["arrays"]
 
-# miINT8 … miUINT64: how numbers lie in the file.
+# miINT8 … miUINT64: types of numbers as stored in the file.
 STORED = {
     1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
 }  # fmt: skip
 MATRIX, COMPRESSED = 14, 15
-# mxDOUBLE … mxUINT64: what they are.
+# mxDOUBLE … mxUINT64: types of the arrays in MATLAB.
 CLASSES = {
     6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8",
 }  # fmt: skip
 STRUCT = 2
-DEEPEST = 16  # structures within structures
+#: Maximum depth of nested structures that are read.
+MAX_DEPTH = 16
 VERSION_4 = {0: "f8", 1: "f4", 2: "i4", 3: "i2", 4: "u2", 5: "u1"}
 
 Named = tuple[str, "NDArray[Any]"]
 
 
 def arrays(content: bytes) -> Iterator[Named]:
-    """Names and numeric arrays, those of structures as ``structure.field``.
+    """Yield the name and values of each numeric array; a field of a structure is named ``structure.field``.
 
     Raises
     ------
     ValueError
-        A length that the file does not have, or what no writer of MATLAB files writes.
+        The file is damaged.
     """
     if len(content) >= 128 and content[126:128] in (b"IM", b"MI"):
         order = "<" if content[126:128] == b"IM" else ">"
@@ -54,24 +56,26 @@ def arrays(content: bytes) -> Iterator[Named]:
 
 
 class _Reader:
-    """Data elements one after another."""
+    """Reads data elements one after another."""
 
     def __init__(self, content: memoryview, order: str) -> None:
         self.content, self.order, self.at = content, order, 0
 
     def more(self) -> bool:
+        """True if another element follows."""
         return self.at + 8 <= len(self.content)
 
     def take(self, count: int) -> memoryview:
+        """The next `count` bytes."""
         if count < 0 or self.at + count > len(self.content):
-            raise ValueError(f"{count} bytes are not there")
+            raise ValueError(f"{count} bytes are missing")
         self.at += count
         return self.content[self.at - count : self.at]
 
     def element(self) -> tuple[int, memoryview]:
         """Type and contents of the next element."""
         first, size = struct.unpack(f"{self.order}II", self.take(8))
-        if first >> 16:  # a small one: up to four bytes beside its tag
+        if first >> 16:  # a small element: up to four bytes in its tag
             kind, size = first & 0xFFFF, first >> 16
             if size > 4:
                 raise ValueError("a small element of more than 4 bytes")
@@ -91,6 +95,7 @@ class _Reader:
 
 
 def _elements(content: memoryview, order: str) -> Iterator[Named]:
+    """Yield the numeric arrays of a file of version 5 to 7.2."""
     reader = _Reader(content, order)
     while reader.more():
         kind, data = reader.element()
@@ -102,12 +107,12 @@ def _elements(content: memoryview, order: str) -> Iterator[Named]:
 
 
 def _unpacked(data: memoryview, order: str) -> memoryview:
-    """Decompressed, the size first looked at in its tag."""
+    """The decompressed element. Its size in the tag is checked before memory is allocated."""
     unpacker = zlib.decompressobj()
     try:
         head = unpacker.decompress(data, 8)
         size = max(struct.unpack(f"{order}II", head)[1], 8) if len(head) == 8 else 8
-        size = min(size, 1032 * len(data))  # nothing is packed closer
+        size = min(size, 1032 * len(data))  # zlib cannot compress by a larger factor
         require_memory(2.0 * size, "a packed array")
         return memoryview(head + unpacker.decompress(unpacker.unconsumed_tail, size))
     except zlib.error as error:
@@ -115,6 +120,7 @@ def _unpacked(data: memoryview, order: str) -> memoryview:
 
 
 def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Iterator[Named]:
+    """Yield the numeric array of a matrix element, or the arrays in its fields."""
     if len(data) == 0:
         return
     reader = _Reader(data, order)
@@ -127,7 +133,7 @@ def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Itera
         raise ValueError(f"an array of shape {shape[:4]}")
     own = bytes(reader.element()[1]).decode("utf-8", "replace")
     name = own if name is None else name
-    if kind == STRUCT and math.prod(shape) == 1 and depth < DEEPEST:
+    if kind == STRUCT and math.prod(shape) == 1 and depth < MAX_DEPTH:
         yield from _fields(reader, name, depth)
     elif kind in CLASSES and not is_complex:
         found = reader.numbers()
@@ -138,6 +144,7 @@ def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Itera
 
 
 def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
+    """Yield the numeric arrays in the fields of a structure."""
     length = reader.numbers()
     names = bytes(reader.element()[1])
     each = int(length[0]) if length.size == 1 else 0
@@ -147,11 +154,12 @@ def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
         field = names[at : at + each].split(b"\0")[0].decode("utf-8", "replace")
         kind, data = reader.element()
         if kind != MATRIX:
-            raise ValueError("a field that is no array")
+            raise ValueError("a field is not an array")
         yield from _matrix(data, reader.order, f"{name}.{field}", depth + 1)
 
 
 def _version_4(content: memoryview) -> Iterator[Named]:
+    """Yield the numeric arrays of a file of version 4."""
     order = "<"
     if len(content) >= 4 and not 0 <= struct.unpack("<i", content[:4])[0] < 5000:
         order = ">"

@@ -1,4 +1,4 @@
-"""HDF5 and netCDF 4 by h5py, netCDF 3 by scipy: arrays of one length, units as their attributes say."""
+"""Read HDF5 and netCDF 4 with h5py and netCDF 3 with scipy: the arrays of one length, with units from attributes."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _SINCE = {
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the numeric arrays of the longest common length; groups are walked into.
+    """Read the numeric arrays of the largest length, also in groups.
 
-    An attribute ``units`` is the unit; an attribute or scalar called rate, fs, … the sampling rate.
+    An attribute ``units`` is the unit. An attribute or scalar named rate, fs, … is the sampling rate.
 
     Raises
     ------
     InputError
-        A damaged file, or no numeric array in it.
+        The file is damaged, or has no numeric array.
     """
     with path.open("rb") as stream:
         classic = stream.read(3) == b"CDF"
@@ -61,6 +61,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+    """Arrays and attributes of an HDF5 file, by name."""
     import h5py
 
     found: dict[str, NDArray[Any]] = {}
@@ -81,7 +82,7 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
             values = numbers(item)
             if values.dtype.names is None:
                 found[key] = np.squeeze(values)
-            elif values.ndim == 1:  # a table: its fields are columns
+            elif values.ndim == 1:  # a table, whose fields are columns
                 found |= {
                     f"{key}.{f}": values[f] for f in values.dtype.names if values[f].ndim == 1
                 }
@@ -89,6 +90,7 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
 
 
 def _classic(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+    """Arrays and attributes of a netCDF 3 file, by name."""
     from scipy.io import netcdf_file
 
     with refused_as("a netCDF file"), netcdf_file(str(path), "r", mmap=False) as file:

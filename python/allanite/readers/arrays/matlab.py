@@ -1,4 +1,4 @@
-"""MATLAB files: up to version 7.2 by `_mat5`, version 7.3 (HDF5) by h5py."""
+"""Read MATLAB files: up to version 7.2 with `_mat5`, version 7.3 (HDF5) with h5py."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["assemble", "read"]
 
+#: Names of scalars that are the sampling rate, in lower case.
 RATES = (
     "fs",
     "rate",
@@ -39,15 +40,15 @@ RATES = (
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """Read the numeric arrays of the longest common length, each a column or several.
+    """Read the numeric arrays of the largest length, also in structures; each array is one or several columns.
 
-    Structures are walked into; a scalar called Fs, rate, … is the sampling rate. An array of three
-    columns called omega gives omega_x, omega_y and omega_z.
+    A scalar named Fs, rate, … is the sampling rate. An array of three columns named omega gives omega_x, omega_y and
+    omega_z.
 
     Raises
     ------
     InputError
-        A damaged file, or no numeric array in it.
+        The file is damaged, or has no numeric array.
     """
     with path.open("rb") as stream:
         begin = stream.read(1024)
@@ -57,19 +58,19 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
-    """Make a table of the arrays of the longest common length, each a column or several.
+    """Table of the arrays of the largest length; each array is one or several columns.
 
     Parameters
     ----------
     found : mapping of str to ndarray
-        Arrays by name; a scalar called Fs, rate, … is the sampling rate.
+        Arrays by name. A scalar named Fs, rate, … is the sampling rate.
     units : mapping of str to str, optional
-        Units of the arrays that have one.
+        Units of arrays, by name.
 
     Raises
     ------
     InputError
-        No array of numbers.
+        There is no numeric array.
     """
     rate = next(
         (
@@ -101,33 +102,35 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
 
 
 def _unique(name: str, columns: Mapping[str, Any]) -> bool:
+    """True if the last part of a name occurs in no other name."""
     last = name.split(".")[-1]
     return sum(other.split(".")[-1] == last for other in columns) == 1
 
 
 def _tall(array: NDArray[Any]) -> NDArray[Any]:
-    """Turn row vectors and (3, n) arrays, so that samples run down the rows."""
+    """The array with one sample per row; row vectors and (3, n) arrays are transposed."""
     a = array.reshape(-1, 1) if array.ndim < 2 else array
     return a.T if a.shape[0] < a.shape[1] else a
 
 
 def _is_hdf5(path: Path) -> bool:
-    """HDF5's signature, at the start or behind MATLAB's 512-byte header."""
+    """True if a file has the signature of HDF5 at its start or after MATLAB's header of 512 bytes."""
     with path.open("rb") as stream:
         head = stream.read(520)
     return head.startswith(b"\x89HDF") or head[512:516] == b"\x89HDF"
 
 
 def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield the numeric arrays of a file up to version 7.2, by name."""
     size = path.stat().st_size
     require_memory(2.0 * size, f"a file of {shown_bytes(size)}")
     try:
-        # A file that became shorter since then is damaged, not an error of the system.
+        # A file that became shorter in the meantime counts as damaged.
         found, unpacked = [], 0
         for name, a in arrays(path.read_bytes()):
             unpacked += a.nbytes
-            # Each array is checked before it is unpacked, and here all of them together.
-            require_memory(size + unpacked, "it unpacked")
+            # `arrays` checks each array before it is unpacked; here all arrays together are checked.
+            require_memory(size + unpacked, "the unpacked file")
             if not name.startswith("__"):
                 found.append((name, a))
     except (ValueError, struct.error) as error:
@@ -143,7 +146,7 @@ def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at ha
     import h5py
 
     with refused_as("a MATLAB 7.3 file"), h5py.File(path, "r") as file:
-        # HDF5 stores MATLAB's columns as rows. What cells refer to lies in #refs#.
+        # HDF5 stores MATLAB's columns as rows. The contents of cells are in #refs#.
         found = {
             name.replace("/", "."): np.squeeze(numbers(item)).T
             for name, item in datasets(file)

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["read"]
 
-MAPPED = 1 << 26  # bytes above which a file is mapped, not read
+#: Size above which a file is memory-mapped instead of read, bytes.
+MAPPED = 1 << 26
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
@@ -50,7 +51,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     """Shape and dtype of the array that follows in the file."""
     version = np.lib.format.read_magic(stream)
-    # Version 3 is for names of fields, which an array of numbers has none of.
+    # Version 3 is only needed for field names, which an array of numbers does not have.
     readers = {
         (1, 0): np.lib.format.read_array_header_1_0,
         (2, 0): np.lib.format.read_array_header_2_0,
@@ -62,7 +63,7 @@ def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
 
 
 def _check(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
-    """Compare a header with the bytes that follow it, before memory is taken for what it promises."""
+    """Raise an error if a header promises more bytes than the file has, before memory is allocated."""
     if len(shape) not in (1, 2) or dtype.kind not in "iufb":
         pickled = (
             ": pickled objects are never loaded, save a plain array" if dtype.hasobject else ""

@@ -1,4 +1,4 @@
-"""NPZ with the keys data, rate_hz, channels, unit and optionally t; what `simulate` writes too."""
+"""Read NPZ with the keys data, rate_hz, channels, unit and optionally t, as `simulate` writes it."""
 
 from __future__ import annotations
 
@@ -26,13 +26,12 @@ KEYS = ("data", "rate_hz", "channels", "unit", "t")
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the array ``data`` (n,) or (n, channels) with what stands beside it.
+    """Read the array ``data`` of shape (n,) or (n, channels), with rate, names, units and time from other keys.
 
     Raises
     ------
     InputError
-        A truncated or damaged file, pickled objects (never loaded), no key ``data``, lengths that
-        differ.
+        The file is damaged or truncated, holds pickled objects (never loaded), has no key ``data``, or lengths differ.
     """
     found = _load(path)
     if "data" not in found:
@@ -68,16 +67,17 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _load(path: Path) -> dict[str, NDArray[Any]]:
+    """Arrays of an NPZ file by key; keys that are not needed have empty arrays."""
     key = ""
     try:
         # Opened here, because numpy leaves a damaged file open.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             found = {}
             wanted = [i for i in archive.zip.infolist() if i.filename.removesuffix(".npy") in KEYS]
-            # A packed file can be a thousandth of what it holds.
-            require_memory(sum(i.file_size for i in wanted), "it unpacked")
+            # Unpacking can enlarge a file by a factor of 1000.
+            require_memory(sum(i.file_size for i in wanted), "the unpacked file")
             for key in archive.files:
-                # Only what is read here is loaded: a foreign key cannot do harm or cost memory.
+                # Only the needed keys are loaded, so that a foreign key costs no memory.
                 if key in KEYS:
                     found[key] = archive[key]
                 else:
@@ -96,7 +96,7 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
-    """Texts of a key, one a channel; a single one serves every channel."""
+    """Texts of a key, one per channel; a single text is used for every channel."""
     if key not in found:
         return None
     if found[key].dtype.kind not in "US":

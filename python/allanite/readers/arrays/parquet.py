@@ -1,4 +1,4 @@
-"""Parquet and Arrow (Feather) files, by pyarrow."""
+"""Read Parquet and Arrow (Feather) files with pyarrow."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ __all__ = ["read"]
 
 @isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the numeric columns; one of date-times is the time. Columns of text and of lists are not read.
+    """Read the numeric columns; a column of date-times is the time. Columns of text and of lists are not read.
 
     Raises
     ------
     InputError
-        A damaged or truncated file, or no numeric column in it.
+        The file is damaged or truncated, or has no numeric column.
     """
     import pyarrow as pa
 
@@ -45,7 +45,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _wanted(schema: Any) -> list[int]:
-    """Places of the columns that are numbers, truth values or times, or text that is called a time.
+    """Indices of columns of numbers, booleans or times, and of text columns whose name is that of a time.
 
     Raises
     ------
@@ -71,18 +71,19 @@ def _wanted(schema: Any) -> list[int]:
 
 
 def _is_text(kind: Any) -> bool:
+    """True if an Arrow type is text."""
     import pyarrow as pa
 
     return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
 
 
 def _require(schema: Any, rows: int) -> None:
-    """Refuse columns that are larger than the memory once they are unpacked."""
-    require_memory(rows * sum(_bytes(field.type) for field in schema), "it unpacked")
+    """Raise an error if the unpacked columns need more memory than the budget."""
+    require_memory(rows * sum(_bytes(field.type) for field in schema), "the unpacked file")
 
 
 def _bytes(kind: Any) -> float:
-    """Bytes of a value; of text those of its offset."""
+    """Bytes per value; for text, the bytes of its offset."""
     try:
         return float(kind.bit_width) / 8.0
     except ValueError:
@@ -90,7 +91,7 @@ def _bytes(kind: Any) -> float:
 
 
 def _parquet(path: Path) -> Any:
-    """Read the wanted columns. A packed file can be a thousandth of what it holds: its rows are counted first."""
+    """Read the wanted columns of a Parquet file, after the number of rows was compared with the memory budget."""
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -108,7 +109,7 @@ def _parquet(path: Path) -> Any:
 
 
 def _arrow(path: Path) -> Any:
-    """Read the wanted columns one batch after the other: none says how large it is before it is unpacked."""
+    """Read the wanted columns of an Arrow file batch by batch, because sizes are only known after unpacking."""
     import pyarrow as pa
 
     size, batches = 0, []
@@ -119,12 +120,12 @@ def _arrow(path: Path) -> Any:
         for number in range(file.num_record_batches):
             batches.append(file.get_batch(number))
             size += batches[-1].nbytes
-            require_memory(size, "it unpacked")
+            require_memory(size, "the unpacked file")
         return pa.Table.from_batches(batches, file.schema)
 
 
 def _feather(path: Path) -> Any:
-    """Read the first version of the format, which packs nothing."""
+    """Read a file of Feather version 1, which is not compressed."""
     from pyarrow import feather
 
     return feather.read_table(str(path), use_threads=False)

@@ -1,4 +1,4 @@
-"""RINEX CLK: the offsets of satellite and receiver clocks at epochs."""
+"""Read RINEX clock files: offsets of satellite and receiver clocks."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ __all__ = ["read"]
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the clock offsets, s, one column a clock; where a clock lacks an epoch, the sample is missing.
+    """Read the clock offsets in s, one column per clock; epochs without a value are missing samples.
 
     Raises
     ------
     InputError
-        A bad record, named by its line, or none at all.
+        A record is invalid, or there is no record.
 
     Notes
     -----
@@ -56,7 +56,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 offsets.append(offset)
     if not clocks:
         raise InputError(
-            "no clock in it (records AS and AR after END OF HEADER): damaged, or not RINEX CLK"
+            "no clock record (AS or AR after END OF HEADER): damaged, or not a RINEX clock file"
         )
     times = np.unique(np.concatenate([epochs for epochs, _ in clocks.values()]))
     check_shape((times.size, len(clocks)))
@@ -64,7 +64,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     columns = []
     for epochs, offsets in clocks.values():
         column = np.full(times.size, math.nan)
-        # Of a repeated epoch the last offset stays.
+        # For a repeated epoch, the last offset counts.
         column[np.searchsorted(times, epochs)] = offsets
         columns.append(column)
     return Table(

@@ -1,4 +1,4 @@
-"""Stable32's text files: phase in s or fractional frequency, the interval in a header or in comments."""
+"""Read text files of Stable32: phase in s or fractional frequency, with the interval in a header or comments."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ _END = re.compile(r"^[#\s]*header\s+end\b", re.IGNORECASE | re.MULTILINE)
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the end of such a header stands in the first lines."""
+    """True if the first lines contain the end of a Stable32 header."""
     return _END.search(head.decode("latin-1")) is not None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """Read one column of values, or time tags in days (MJD) before them.
+    """Read one column of values, or two columns with time tags in days (MJD) and values.
 
-    A line such as ``# Tau: 1.0`` gives the interval, s; else `rate` does. The type of the values is that of the header,
-    else that of the suffix.
+    A line such as ``# Tau: 1.0`` states the interval in s. Without it, the caller must give the rate. The header, or else
+    the suffix, states whether the values are phases or frequencies.
     """
     with path.open(encoding="latin-1") as stream:
         head = stream.read(8192)
@@ -59,7 +59,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
 
 def _commented(path: Path, lines: int) -> Iterator[str]:
-    """The log with its header as comments."""
+    """Lines of the log, with the header turned into comments."""
     with path.open(encoding="latin-1") as stream:
         for number, line in enumerate(stream):
             yield f"# {line.rstrip()}" if number < lines else line.rstrip()

@@ -1,4 +1,4 @@
-"""TimeLab's text files (.tim): time errors in a block ``TIC rows columns``, what was measured before it."""
+"""Read text files of TimeLab (.tim): time errors in a block ``TIC rows columns``, after a description."""
 
 from __future__ import annotations
 
@@ -21,36 +21,36 @@ if TYPE_CHECKING:
 
 __all__ = ["read"]
 
-#: Bytes in which the block of time errors begins; what TimeLab writes before it are some hundred lines.
+#: Number of first bytes in which the block of time errors must begin. TimeLab writes about a hundred lines before it.
 HEAD = 1 << 20
-#: Bytes read at a time, and the longest text of one number.
-BLOCK, LONGEST_NUMBER = 1 << 22, 400
+#: Number of bytes per read, and maximum length of the text of one number.
+BLOCK, MAX_NUMBER_LENGTH = 1 << 22, 400
 
 _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the time errors, s, one column a channel. The interval is not in the block: `rate` says it.
+    """Read the time errors in s, one column per channel. The file does not state the rate.
 
     Raises
     ------
     InputError
-        No such block, or one that ends before its last row.
+        The block is missing or incomplete.
     """
     with path.open("rb") as stream:
         head = stream.read(HEAD)
         found = _BLOCK.search(head)
         if found is None:
             raise InputError(
-                "no block of time errors (TIC) in it: not a TimeLab file, or one of another version;"
-                " export ASCII phase data in TimeLab and read that"
+                "no block of time errors (TIC): not a TimeLab file, or of another version; export ASCII phase data in"
+                " TimeLab and read that file"
             )
         rows, columns = int(found[1]), int(found[2])
         stream.seek(found.end())
         values = _numbers(stream, rows * columns)
     if columns < 1 or values.size < rows * columns:
         raise InputError(
-            f"the block of time errors ends after {values.size} of {rows} × {columns} numbers: cut off"
+            f"truncated: the block of time errors ends after {values.size} of {rows} × {columns} numbers"
         )
     check_shape((rows, columns))
     values = values.reshape(rows, columns)
@@ -59,28 +59,29 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
-    """The next numbers of an open text file, `count` or as many as there are."""
+    """The next `count` numbers of an open text file, or fewer if the file ends."""
     found: list[NDArray[np.float64]] = []
     missing, rest = count, b""
     while missing > 0 and (block := stream.read(BLOCK)):
-        # The last cell may go on in the next block; a line end is its end in the last one.
+        # The last cell may continue in the next block. In the last block, a line end shows that the cell is complete.
         cells = (rest + block).split()
         rest = b"" if block[-1:].isspace() else cells.pop() if cells else b""
-        if len(rest) > LONGEST_NUMBER:
+        if len(rest) > MAX_NUMBER_LENGTH:
             raise InputError("the block of time errors holds text, or binary data")
         missing -= _append(found, cells[:missing])
-    # A last cell without a line end is whole only if nothing else is missing.
+    # A last cell without a line end only counts if no other number is missing.
     if missing == 1 and rest:
         _append(found, [rest])
     return np.concatenate(found) if found else np.empty(0)
 
 
 def _append(found: list[NDArray[np.float64]], cells: list[bytes]) -> int:
+    """Append the numbers of some cells to a list; return how many."""
     try:
         found.append(np.array(cells, dtype=np.float64))
     except ValueError as error:
         raise InputError(f"the block of time errors holds text ({error})") from None
-    # Once in blocks, and once as a whole.
+    # The numbers are held twice: in blocks and as one array.
     require_memory(2.0 * sum(block.nbytes for block in found), "the time errors")
     return len(cells)
 

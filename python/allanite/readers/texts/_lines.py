@@ -32,14 +32,14 @@ __all__ = [
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
-#: Seconds of a day: the clock of a terminal begins anew at midnight.
+#: Seconds per day. The clock of a terminal restarts at midnight.
 DAY = 86_400.0
 # Source: docs.arduino.cc, "Serial Monitor": IDE 1.8 and 2 with "Show timestamp".
 STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
 
 
 def first_lines(head: bytes) -> list[str]:
-    """Return the whole lines of the first bytes of a log, without blank lines."""
+    """Complete lines in the first bytes of a log, without blank lines."""
     text = head.decode("utf-8", "replace").lstrip("\ufeff")
     lines = text.splitlines()
     if len(lines) > 1 and not text.endswith(("\n", "\r")):
@@ -48,7 +48,7 @@ def first_lines(head: bytes) -> list[str]:
 
 
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
-    """Return seconds since an epoch as date-times, whose unit no reader has to guess: shape (n,)."""
+    """Seconds since 1970 as date-times of shape (n,), so that their unit is unambiguous."""
     found = np.asarray(list(seconds), dtype=np.float64)
     whole = np.floor(found)
     ns = whole.astype(np.int64) * 10**9 + np.rint((found - whole) * 1e9).astype(np.int64)
@@ -56,15 +56,15 @@ def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
 
 
 def seconds_of_day(clock: str) -> float:
-    """Return the seconds since midnight of a stamp of the terminal: ``12:00:00.000``."""
+    """Seconds since midnight of a time stamp of the terminal: ``12:00:00.000``."""
     hour, minute, second = clock.split(":")
     return 3600.0 * int(hour) + 60.0 * int(minute) + float(second)
 
 
 def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
-    """Return a remark on the spacing of the lines of a time server, if they are not all as far apart.
+    """A remark on the intervals between the lines of a time server, if they vary; otherwise empty.
 
-    A server writes a line when a packet arrives.
+    A server writes a line when a packet arrives, so that the intervals may vary.
     """
     steps = np.diff(seconds)
     if steps.size == 0 or steps.min() == steps.max():
@@ -77,7 +77,7 @@ def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
 
 
 def is_utf16(path: Path) -> bool:
-    """Whether a text begins with the mark of UTF-16, as Excel's "Unicode text" and PowerShell's ``>`` write it."""
+    """True if a text begins with the byte order mark of UTF-16, as Excel's "Unicode text" and PowerShell write it."""
     with path.open("rb") as stream:
         begin = stream.read(4)
     return begin[:2] in (b"\xff\xfe", b"\xfe\xff") and begin != b"\xff\xfe\0\0"
@@ -92,7 +92,7 @@ def utf16_lines(path: Path) -> Iterator[str]:
 
 @contextmanager
 def rewritten(path: Path, lines: Iterable[str]) -> Iterator[Path]:
-    """Give the path of a temporary text log with these lines; errors name the original file.
+    """Context with the path of a temporary text log with these lines; errors name the original file.
 
     Row numbers in errors are right if each line stands for one line of the original.
     """

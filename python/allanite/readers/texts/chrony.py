@@ -1,4 +1,4 @@
-"""Logs of chronyd: tracking.log, statistics.log and measurements.log."""
+"""Read logs of chronyd: tracking.log, statistics.log and measurements.log."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["read", "recognizes"]
 
 # Source: chrony.conf(5), "log"; reference.c, sourcestats.c and ntp_core.c print a banner of three lines every 32 rows.
-# Each kind: words of its banner that the others lack, and (name, unit, field) of the numbers that are read.
+# Kind of log → words that only its banner has, and (name, unit, field) of the numbers that are read.
 _KINDS: dict[str, tuple[bytes, tuple[tuple[str, str, int], ...]]] = {
     "tracking": (
         b"Offset L Co",
@@ -35,25 +35,26 @@ _ROW = re.compile(r"^\d{4}-\d\d-\d\d$")
 
 
 def _kind(head: bytes) -> str | None:
+    """Kind of a log of chronyd from its first bytes, or None."""
     if b"Date (UTC) Time" not in head:
         return None
     return next((kind for kind, (words, _) in _KINDS.items() if words in head), None)
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the banner of such a log stands among the first lines."""
+    """True if the first lines contain the banner of such a log."""
     return _kind(head) is not None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the offset of the local clock, s, with what is known beside it.
+    """Read the offset of the local clock in s, and further numbers of the log.
 
-    Of several sources the one with most rows is read, and the others are told.
+    If there are several sources, the one with most rows is read; a note names the others.
 
     Raises
     ------
     InputError
-        A row with too few fields or with text where a number belongs, or no row at all.
+        A row has too few fields or text instead of a number, or there is no row.
     """
     with path.open("rb") as stream:
         kind = _kind(stream.read(8192))
@@ -69,13 +70,15 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 moment = np.datetime64(f"{cells[0]}T{cells[1]}", "ns")
                 values = [float(cells[at]) for _, _, at in fields]
             except (IndexError, ValueError):
-                raise InputError(f"row {number} is no whole row of chrony's {kind}.log") from None
+                raise InputError(
+                    f"row {number} is not a complete row of chrony's {kind}.log"
+                ) from None
             rows.setdefault(cells[2], []).append((moment, values))
     if not rows:
         raise InputError(f"no row in this {kind}.log of chrony")
     counts = Counter({source: len(found) for source, found in rows.items()})
     if kind == "tracking":
-        # The local clock is one; its source may change on the way.
+        # All rows are about the local clock, although its source may change.
         found = sorted((row for of in rows.values() for row in of), key=lambda row: row[0])
         notes = ["the offset is the phase of the local clock against its source"]
         if len(counts) > 1:

@@ -1,4 +1,4 @@
-"""What ``rostopic echo`` and ``ros2 topic echo`` print for people: refused, with the forms that hold the same."""
+"""Refuse the text that ``rostopic echo`` and ``ros2 topic echo`` print for people, and name formats that can be read."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _MESSAGE = re.compile(rb"^(?:\xef\xbb\xbf)?(?:---\s*)?header:\s*\n\s+(?:seq|stam
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the text begins with the header of a message."""
+    """True if the text begins with the header of a message."""
     return _MESSAGE.match(head.replace(b"\r\n", b"\n")) is not None
 
 
 def read(path: Path, pick: Picker) -> NoReturn:  # noqa: ARG001 - nothing is read
-    """Refuse the text.
+    """Raise an error that names formats with the same data.
 
     Raises
     ------
@@ -41,5 +41,5 @@ FORMAT = LogFormat(
     "text of `rostopic echo` and `ros2 topic echo`",
     read,
     recognizes=recognizes,
-    reads="nothing: refused, with the forms that hold the same",
+    reads="nothing: refused with a hint at formats that hold the same data",
 )

@@ -1,4 +1,4 @@
-"""Series of Hector and other geodetic programs (.mom): Modified Julian Dates and observations."""
+"""Read series of Hector and other geodetic programs (.mom): Modified Julian Dates and observations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PERIOD = re.compile(rb"^#\s*sampling\s+period\s+[0-9.]+", re.IGNORECASE | re.MU
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether a comment states the sampling period in days."""
+    """True if a comment states the sampling period in days."""
     return _PERIOD.search(head) is not None
 
 
@@ -36,12 +36,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
     Raises
     ------
     InputError
-        Not two or three columns.
+        The file does not have two or three columns.
     """
     table = text.read(path, text.all_numbers)
     if table.named or not 2 <= len(table.columns) <= 3 or table.texts:
         raise InputError(
-            f"{len(table.columns)} columns, where a file of Hector has the date (MJD), the observation and a model"
+            f"{len(table.columns)} columns, but a file of Hector has two or three: date (MJD), observation, model"
         )
     return replace(
         table,
@@ -58,7 +58,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
 
 
 def offsets_of(path: Path) -> list[str]:
-    """Return the dates of the lines ``# offset MJD`` of a series of Hector; none of any other file."""
+    """Dates in the lines ``# offset MJD`` of a series of Hector; empty for any other file."""
     found: list[str] = []
     with suppress(OSError), path.open("rb") as stream:
         head = stream.read(8192)

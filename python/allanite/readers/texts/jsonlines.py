@@ -1,4 +1,4 @@
-"""JSON lines: one object a line, its numbers the columns."""
+"""Read JSON lines: one object per line, whose numbers are the columns."""
 
 from __future__ import annotations
 
@@ -26,28 +26,29 @@ if TYPE_CHECKING:
 __all__ = ["read", "recognizes"]
 
 # Source: jsonlines.org: UTF-8, one JSON value a line; a line that is not an object is no row of a log.
-#: Share of the lines that may lack a key of the others: more of them are lines of another kind.
-LACKING = 0.05
+#: Maximum fraction of lines that may lack a key. Above, the lines are of different kinds. Chosen by judgment; not measured.
+MAX_LACKING = 0.05
 _MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]")
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the first lines are JSON objects."""
+    """True if the first lines are JSON objects."""
     lines = first_lines(head)[:3]
     return bool(lines) and all(_object(line) is not None for line in lines)
 
 
 def _object(line: str) -> dict[str, Any] | None:
+    """The JSON object in a line, or None."""
     try:
         found = json.loads(line)
     except (ValueError, RecursionError):
         return None
-    # A model file on one line is an object with a schema.
+    # An object with a schema is a model file on one line.
     return found if isinstance(found, dict) and found and "schema" not in found else None
 
 
 def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
-    """Every value that is no container, with its path; three numbers in a list are x, y and z."""
+    """Yield the path and value of every text or number; the values in a list of three are named x, y and z."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _flat(inner, f"{path}_{key}" if path else str(key))
@@ -60,12 +61,12 @@ def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the numbers of the objects; values of nested objects are named by their path.
+    """Read the numbers of the objects; numbers in nested objects are named by their path.
 
     Raises
     ------
     InputError
-        A line that is no object, lines of different kinds, or text where the other lines have a number.
+        A line is no object, or the lines are of different kinds.
     """
     rows: list[dict[str, object]] = []
     numbers: list[int] = []
@@ -81,7 +82,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     keys = list(dict.fromkeys(key for row in rows for key in row))
     lacking = {key: sum(key not in row for row in rows) for key in keys}
     worst = max(keys, key=lambda key: lacking[key])
-    if lacking[worst] > LACKING * len(rows):
+    if lacking[worst] > MAX_LACKING * len(rows):
         raise InputError(
             f"the lines hold different kinds of objects: {lacking[worst]} of {len(rows)} lack {plain(worst)};"
             " write the lines of one kind into a file of their own"
@@ -112,7 +113,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         infinite = np.flatnonzero(np.isinf(column))
         if infinite.size:
             where = f"row {numbers[infinite[0]]}, {plain(keys[at])}"
-            raise InputError(f"{where}: infinite: write null for a missing sample")
+            raise InputError(f"{where}: the number is infinite; write null for a missing sample")
     return Table(
         tuple(names[at] for at in kept),
         tuple(columns[at] for at in kept),
@@ -123,7 +124,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _number(value: object) -> float | None:
-    """The number of a JSON value, NaN of null; None of text."""
+    """The number of a JSON value; NaN for null, None for text."""
     if value is None:
         return float("nan")
     try:

@@ -1,4 +1,4 @@
-"""LabVIEW's measurement files (.lvm): a head of keys and values, then names, then rows."""
+"""Read LabVIEW measurement files (.lvm): a header of keys and values, then names, then rows."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ __all__ = ["read", "recognizes"]
 # both ended by ***End_of_Header***; then a line of names, and the rows.
 _FIRST = b"LabVIEW Measurement"
 _END = "***End_of_Header***"
-#: Lines within which both heads end.
+#: Number of first lines in which both headers must end.
 HEAD_LINES = 200
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the first line is that of such a file."""
+    """True if the first line is that of such a file."""
     return head.removeprefix(b"\xef\xbb\xbf").startswith(_FIRST)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """Read the channels of the first segment; the X values are the time if the head says so.
+    """Read the channels of the first segment; the X values are the time if the header says so.
 
     Raises
     ------
     InputError
-        A file without rows, or with a head for every segment.
+        The file has no rows, or a header for every segment.
     """
     separator, comma, keys, names, first = _head(path)
     if keys.get("Multi_Headings", [""])[0].lower() == "yes":
         raise InputError(
-            "a head for every segment (Multi_Headings Yes): save the file with one head only"
+            "a header for every segment (Multi_Headings Yes): save the file with one header only"
         )
     is_time = keys.get("X_Dimension", ["Time"])[0].lower() == "time"
 
@@ -61,7 +61,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     with rewritten(path, rows()) as target:
         table = text.read(target, text.all_numbers)
     if len(table.columns) != len(names):
-        raise InputError(f"{len(table.columns)} columns, and names of {len(names)}")
+        raise InputError(f"{len(table.columns)} columns, but {len(names)} names")
     labels = iter(keys.get("Y_Unit_Label", []))
     units = ["s" if is_time else None] * len(names)
     for i, name in enumerate(names):
@@ -76,16 +76,17 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
 
 def _is_positive(cell: str) -> bool:
+    """True if a cell holds a positive number."""
     return re.fullmatch(r"\d+\.?\d*(?:[eE][-+]?\d+)?", cell) is not None and float(cell) > 0
 
 
 def _head(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
-    """Separator, decimal comma, values by key, names of the columns, and number of the first row."""
+    """Separator, whether commas are decimal, values by key, column names, and number of the first row."""
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.rstrip("\r\n") for _, line in zip(range(HEAD_LINES), stream, strict=False)]
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]
     if not ends or ends[-1] + 1 >= len(lines):
-        raise InputError(f"no {_END} with names and rows behind it")
+        raise InputError(f"no {_END} followed by names and rows")
     said = dict(
         re.split(r"[\t,]", line, maxsplit=1)
         for line in lines[: ends[0]]
@@ -99,7 +100,7 @@ def _head(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
     while names and names[-1] in ("Comment", ""):
         names.pop()
     if not names:
-        raise InputError(f"no names of columns behind {_END}")
+        raise InputError(f"no column names after {_END}")
     return separator, comma, keys, names, ends[-1] + 2
 
 

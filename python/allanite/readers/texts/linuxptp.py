@@ -1,4 +1,4 @@
-"""Logs of linuxptp: ptp4l, phc2sys and ts2phc, as they print them or as syslog and journald keep them."""
+"""Read logs of linuxptp (ptp4l, phc2sys and ts2phc), as printed or as stored by syslog and journald."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ _SAMPLE = re.compile(
 )
 _SECONDS = re.compile(r"\[(\d+\.\d+)\]")
 _SUMMARY = re.compile(r"\brms\s+\d+\s+max\s+\d+\s+freq\b")
-#: States of the servo: 0 unlocked, 1 the clock is stepped, 2 locked, 3 locked and stable.
+#: Smallest state of a locked servo. 0: unlocked, 1: the clock is stepped, 2: locked, 3: locked and stable.
 LOCKED = 2
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether lines of linuxptp stand among the first lines."""
+    """True if the first lines contain lines of linuxptp."""
     lines = [line for line in first_lines(head) if _PROGRAM.search(line)]
     return any(
         _SAMPLE.search(line) or _SUMMARY.search(line) or _SECONDS.search(line) for line in lines
@@ -46,15 +46,15 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the offset of the clock, s, with the frequency and the delay beside it.
+    """Read the offset of the clock in s, with frequency and delay.
 
-    Of several clocks the one with most lines is read. Samples before the servo locks are left out: its step would be
-    a step of the clock. Both are told.
+    If there are several clocks, the one with most lines is read. Samples before the servo locks are excluded, because the
+    servo steps the clock there. Notes report both.
 
     Raises
     ------
     InputError
-        No line with an offset; lines without a time; only lines of summaries.
+        No line has an offset, lines have no time, or there are only summaries.
     """
     rows: dict[tuple[str, str], list[tuple[str, ...]]] = {}
     summaries = 0
@@ -72,7 +72,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 raise InputError(
                     f"row {number} has an offset without the seconds in brackets ([1234.567]) that linuxptp prints"
                 )
-            # What stands between the program and the offset, without numbers and names in brackets.
+            # The name of the clock is the text between program and offset, without text in brackets.
             between = re.sub(r"\[[^\]]*\]|:(?=\s|$)", " ", line[program.end() : found.start()])
             clock = " ".join(between.split())
             numbers = (found[k] for k in ("offset", "state", "freq", "delay"))
@@ -80,8 +80,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             rows.setdefault((program["program"], clock), []).append(sample)
     if not rows and summaries:
         raise InputError(
-            f"only summaries (rms, max) in {summaries} lines, no offsets: log with summary_interval 0 in ptp4l,"
-            " or -u 0 in phc2sys"
+            f"{summaries} lines with summaries (rms, max), but no offsets: set summary_interval to 0 in ptp4l, or use"
+            " -u 0 in phc2sys"
         )
     if not rows:
         raise InputError("no line with an offset in this log of linuxptp")
@@ -97,7 +97,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     locked = values[:, 2] >= LOCKED
     first = int(np.argmax(locked)) if locked.any() else 0
     if first:
-        notes.append(f"{first} samples before the servo locked (s0, s1) are left out")
+        notes.append(f"{first} samples before the servo locked (s0, s1) are excluded")
         values, locked = values[first:], locked[first:]
     if locked.any() and not locked.all():
         notes.append(f"the servo was not locked at {np.count_nonzero(~locked)} later samples")

@@ -1,4 +1,4 @@
-"""Statistics of ntpd: loopstats and peerstats."""
+"""Read statistics of ntpd: loopstats and peerstats."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ _PEER = re.compile(
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether all of the first lines are such statistics."""
+    """True if all first lines are such statistics."""
     lines = first_lines(head)
     return bool(lines) and any(all(map(form.match, lines)) for form in (_LOOP, _PEER))
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the offset, s, and the frequency or the delay beside it; of several peers the one with most rows.
+    """Read the offset in s, and the frequency or the delay. If there are several peers, the one with most rows is read.
 
     Raises
     ------
     InputError
-        A row that is none of such a file.
+        A row has another format.
     """
     rows: dict[str, list[tuple[float, float, float]]] = {}
     with path.open(encoding="utf-8", errors="replace") as lines:
@@ -61,7 +61,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 continue
             found = form.match(text)
             if found is None:
-                raise InputError(f"row {number} is no row of ntpd's statistics: {plain(text, 60)}")
+                raise InputError(
+                    f"row {number} is not a row of ntpd's statistics: {plain(text, 60)}"
+                )
             seconds = 86400.0 * (int(found["day"]) - MJD_OF_1970) + float(found["second"])
             beside = float(found["frequency" if form is _LOOP else "delay"])
             peer = "" if form is _LOOP else found["peer"]

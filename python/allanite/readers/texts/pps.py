@@ -1,4 +1,4 @@
-"""Captured edges of a pulse per second: times of the edges, which become the phase of the clock."""
+"""Read captured edges of a pulse per second. The times of the edges give the phase of the clock."""
 
 from __future__ import annotations
 
@@ -34,24 +34,24 @@ _FORMS = (
     re.compile(rf"^{_TIME}\s+(?P<channel>ch[A-D])\b"),
     re.compile(rf"^{_TIME}$"),
 )
-#: Edges in the first lines from which a column of times is recognized.
-FEWEST = 8
-#: Largest distance of the edges' interval from a round period, relative: no clock that has a pulse is so far off.
-OFF = 1e-3
+#: Minimum number of edges in the first lines with which a column of times is recognized. Chosen by judgment; not measured.
+MIN_EDGES = 8
+#: Maximum relative difference between the interval of the edges and a round period. Clocks with a pulse are more accurate.
+MAX_PERIOD_ERROR = 1e-3
 PICOSECOND = 10**12
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the first lines are times of edges, at intervals that are a round period."""
+    """True if the first lines are times of edges with a round period."""
     lines = first_lines(head)
     form = _form(lines)
     if form is None:
         return False
     if form is not _FORMS[-1]:
         return True
-    # A bare column may be anything; edges rise by one period each, but not by exactly the same, as an index does.
+    # A single column of numbers may be anything. Edges rise by nearly one period each, an index by exactly 1.
     found = [m for line in lines if (m := form.match(line))]
-    if len(found) < FEWEST or len(found) < len(lines) - 1:
+    if len(found) < MIN_EDGES or len(found) < len(lines) - 1:
         return False
     times = [_picoseconds(m) for m in found]
     steps = np.diff([float(t - times[0]) for t in times]) / PICOSECOND
@@ -65,37 +65,40 @@ def recognizes(head: bytes) -> bool:
 
 
 def _on_grid(steps: NDArray[np.float64], period: float) -> bool:
-    """Whether all steps are whole numbers of periods, but for what a clock is off."""
+    """True if all steps are whole numbers of periods, within the error of a clock."""
     periods = np.rint(steps / period)
-    return bool(np.all(np.abs(steps / period - periods) <= OFF * np.maximum(periods, 1)))
+    error = np.abs(steps / period - periods)
+    return bool(np.all(error <= MAX_PERIOD_ERROR * np.maximum(periods, 1)))
 
 
 def _form(lines: list[str]) -> re.Pattern[str] | None:
+    """Pattern of the format of the lines, or None."""
     return next(
         (form for form in _FORMS if sum(bool(form.search(line)) for line in lines) >= 2), None
     )
 
 
 def _picoseconds(found: re.Match[str]) -> int:
+    """Time of an edge in ps."""
     return int(found["seconds"]) * PICOSECOND + int(found["fraction"].ljust(12, "0"))
 
 
 def _round_period(step: float) -> float | None:
-    """The nearest 1, 2 or 5 times a power of ten, s, where it is near."""
+    """The nearest period of 1, 2 or 5 times a power of ten, s; None if it is too far."""
     if not step > 0:
         return None
     power = 10.0 ** np.floor(np.log10(step))
     nearest = min((factor * power for factor in (1, 2, 5, 10)), key=lambda p: abs(step / p - 1))
-    return float(nearest) if abs(step / nearest - 1) <= OFF else None
+    return float(nearest) if abs(step / nearest - 1) <= MAX_PERIOD_ERROR else None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the phase, s: the time of each edge less the whole periods since the first.
+    """Read the phase in s: the time of each edge minus the whole periods since the first edge.
 
     Raises
     ------
     InputError
-        Edges at no round period, two in one period, or text among the times.
+        The period is not round, a period has two edges, or there is text among the times.
     """
     with path.open("rb") as stream:
         lines = first_lines(stream.read(8192))
@@ -113,15 +116,15 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             elif (
                 form is _FORMS[-1] and edges and line.strip() and not line.lstrip().startswith("#")
             ):
-                raise InputError(f"row {row} is no time of an edge: {plain(line.strip(), 40)}")
+                raise InputError(f"row {row} is not the time of an edge: {plain(line.strip(), 40)}")
     phases, notes = [], []
     for channel, times in edges.items():
         of = f" of {channel}" if channel else ""
         phase, period = _phase(np.array(times, dtype=object), rows[channel], of)
         phases.append((channel, phase, period))
-        notes.append(f"the phase{of} is the time of each edge less whole periods of {period:g} s")
+        notes.append(f"the phase{of} is the time of each edge minus whole periods of {period:g} s")
     if len({period for _, _, period in phases}) > 1:
-        raise InputError("the channels have different periods: write each into a file of its own")
+        raise InputError("the channels have different periods: write one file per channel")
     length = max(len(phase) for _, phase, _ in phases)
     columns = tuple(
         np.concatenate((phase, np.full(length - len(phase), np.nan))) for _, phase, _ in phases
@@ -133,24 +136,24 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _phase(
     times: NDArray[np.object_], rows: list[int], of: str
 ) -> tuple[NDArray[np.float64], float]:
-    """Phase of every period, s, NaN where an edge is missing, and the period, s."""
+    """Phase of every period in s, NaN if an edge is missing; and the period in s."""
     if times.size < 2:
-        raise InputError(f"{times.size} edge{of}: a phase needs two")
-    # Integers of any length: doubles resolve no more than 0.2 µs of seconds since 1970.
+        raise InputError(f"only {times.size} edge{of}: a phase needs at least two edges")
+    # Python integers are exact. Doubles resolve seconds since 1970 only to 0.2 µs.
     since = times - times[0]
     step = float(np.median(np.diff(since).astype(np.float64))) / PICOSECOND
     period = _round_period(step)
     if period is None:
         raise InputError(
-            f"the edges{of} are {step:.6g} s apart, which is no round period: not a pulse of a clock"
+            f"the edges{of} are {step:.6g} s apart, which is not a round period: not the pulse of a clock"
         )
     whole = round(period * PICOSECOND)
-    # The nearest period of each step, so that a clock that is off does not gain one over a long record.
+    # Periods are counted step by step, so that a clock with a frequency offset does not gain a period over a long record.
     steps = np.rint(np.diff(since).astype(np.float64) / whole).astype(np.int64)
     double = np.flatnonzero(steps < 1)
     if double.size:
         raise InputError(
-            f"row {rows[int(double[0]) + 1]}: an edge{of} within the period of the one before, {double.size} such in all:"
+            f"row {rows[int(double[0]) + 1]}: a second edge{of} within one period ({double.size} such edges in all):"
             " remove the false edges"
         )
     number = np.concatenate(([0], np.cumsum(steps)))

@@ -1,4 +1,4 @@
-"""CSV of ``rostopic echo -p`` (ROS 1): one message a row, fields by their path."""
+"""Read CSV of ``rostopic echo -p`` (ROS 1): one message per row, fields named by their path."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _VECTOR = re.compile(r"^(.*?)([^.]+)\.([xyz])$")
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the first line names such fields."""
+    """True if the first line names such fields."""
     return _HEADER.match(head) is not None
 
 
@@ -44,19 +44,19 @@ def _shown(field: str) -> tuple[str, str | None]:
 
 
 def _is_kept(field: str) -> bool:
-    """Whether a field can be a sample or a time: no part of the header, no covariance, no orientation."""
+    """True if a field can be a sample or a time: not part of the header, a covariance or an orientation."""
     if field in (_RECEIVED, _STAMP):
         return True
     return not re.search(r"\.header\.|_?covariance|orientation|frame_id|\.seq$", field)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says which fields are samples
-    """Read the fields that can be samples, stamped by the header of each message if it is filled in.
+    """Read the fields that can be samples. The time is the stamp in the header of each message if it is filled in.
 
     Raises
     ------
     InputError
-        A cell that is no number.
+        A cell is no number.
     """
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         fields = stream.readline().strip().lstrip("%").split(",")
@@ -70,9 +70,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says w
     left = [i for i in left if _is_kept(table.names[i])]
     shown, units = zip(*(_shown(table.names[i]) for i in left), strict=True)
     note = (
-        "the stamps of the headers are the time"
+        "the time is the stamp in each header"
         if stamped
-        else "the headers have no stamps: the time of receipt (%time) is the time"
+        else "the headers have no stamps; the time is that of receipt (%time)"
     )
     return replace(
         table,

@@ -1,4 +1,4 @@
-"""CSV of MicroStrain's SensorConnect: a preamble of keys and values, names with the serial number in front."""
+"""Read CSV of MicroStrain's SensorConnect: a preamble of keys and values, channel names with the serial number first."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ _UNITS = {"scaledAccel": "g", "scaledGyro": "rad/s"}
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether channels with a serial number are named in the first lines."""
+    """True if the first lines contain channel names with a serial number."""
     return _CHANNEL.search(head) is not None
 
 
 def _shown(name: str, unit: str | None) -> tuple[str, str | None]:
-    """Name of a channel without the serial number of its sensor, and the unit that the vendor gives it."""
+    """Name of a channel without its serial number, and its unit as documented by the vendor."""
     channel = _SERIAL.sub("", name)
     known = next((u for start, u in _UNITS.items() if re.match(rf"{start}[XYZ]$", channel)), None)
     return channel, unit or known
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - every channel is a number
-    """Read the channels of the log; those of several sensors keep their serial numbers."""
+    """Read the channels of the log. If there are several sensors, the names keep the serial numbers."""
     table = text.read(path, text.all_numbers)
     shown = [_shown(*one) for one in zip(table.names, table.units, strict=True)]
     units = tuple(unit for _, unit in shown)
     serials = {m[0] for name in table.names if (m := _SERIAL.match(name))}
-    # Two sensors in one log have the same channels: there the serial number is part of the name.
+    # Several sensors have the same channels, so that the serial number must stay in the name.
     names = table.names if len(serials) > 1 else tuple(name for name, _ in shown)
     return replace(table, names=names, units=units)
 

@@ -1,4 +1,4 @@
-"""Logs of sentences: ``$VN…`` of VectorNav, ``%RAWIMUSA`` and its relatives of NovAtel, each line with a checksum."""
+"""Read logs of sentences with checksums: ``$VN…`` of VectorNav, ``%RAWIMUSA`` and similar ones of NovAtel."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _FIRST = re.compile(
     rb"|[#%](?:RAWIMUS?X?|CORRIMUDATAS?|IMURATECORRIMUS?)A,)",
     re.MULTILINE,
 )
-#: Bytes of memory for each byte of a log while its fields are held (measured: 6 for VectorNav, 7 for NovAtel).
+#: Bytes of memory per byte of a log while its fields are held (measured: 6 for VectorNav, 7 for NovAtel).
 MEMORY_PER_BYTE = 8.0
-#: Share of damaged lines above which a log is not used.
-DAMAGED = 0.05
+#: Maximum fraction of damaged lines in a usable log. Chosen by judgment; not measured.
+MAX_DAMAGED = 0.05
 
 _MAG, _ACC, _GYR = (
     [(f"{name}{axis}", unit) for axis in "XYZ"]
@@ -51,11 +51,11 @@ VECTORNAV: dict[str, list[tuple[str, str]]] = {
     "GYR": _GYR,
     "ACC": _ACC,
 }
-#: Of these there are columns; heading, magnetometer and pressure are no sensors of ours.
+#: Beginnings of the fields that become columns. Heading, magnetometer and pressure are not analyzed.
 _KEPT = ("Accel", "Gyro", "Temp")
 
 _FOOT, _DEGREE, _ARCSECOND, _MG = 0.3048, math.pi / 180, math.pi / 648000, 9.80665e-3
-#: By NovAtel's number of the IMU: rad and m/s of a count (OEM7 manual, raw IMU scale factors).
+#: NovAtel's number of an IMU → size of a count in rad and m/s (OEM7 manual, raw IMU scale factors).
 INCREMENTS = {
     **dict.fromkeys((1, 5, 11, 20, 27, 28), (2.0**-33, 2.0**-27 * _FOOT)),
     **dict.fromkeys((4, 12), (2.0**-33, 2.0**-26 * _FOOT)),
@@ -66,7 +66,7 @@ INCREMENTS = {
     **dict.fromkeys((32, 56), (2.0**-21 * _DEGREE, 2.0**-22)),
     **dict.fromkeys((58, 68, 69), (2.0**-33, 2.0**-29)),
 }
-#: The same of those that count rad/s and m/s².
+#: NovAtel's number of an IMU → size of a count in rad/s and m/s², for IMUs that count rates.
 RATES = {
     **dict.fromkeys((41, 62), (0.008 / 65536 * _DEGREE, 0.2 / 65536 * _MG)),
     61: (0.0151515 / 65536 * _DEGREE, 0.4 / 65536 * _MG),
@@ -75,30 +75,30 @@ _AXES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether a text begins with such a sentence, or has one in its first kilobytes."""
+    """True if the first kilobytes of a text contain such a sentence."""
     return _FIRST.search(head) is not None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the sentences of the kind that comes first; other sentences are passed over.
+    """Read the sentences of the first kind in the log; other sentences are skipped.
 
-    A line whose checksum is wrong is a missing sample.
+    A line with a wrong checksum is a missing sample.
 
     Raises
     ------
     InputError
-        More than one line in twenty is damaged, or none is whole.
+        More than 5 % of the lines are damaged, or there is no sentence.
     """
     with path.open("rb") as stream:
         first = _FIRST.search(stream.read(8192))
     if first is None:
-        raise InputError("no sentence of an IMU in it")
+        raise InputError("the log has no sentence of an IMU")
     start = first.group().strip()
     whole = _vectornav if start.startswith(b"$") else _novatel
     rows, damaged, at = _rows(path, start, whole)
-    if not rows or damaged > DAMAGED * len(rows):
+    if not rows or damaged > MAX_DAMAGED * len(rows):
         raise InputError(
-            f"{damaged} of {len(rows)} sentences {start.decode()}… are damaged or cut off, first in line {at}"
+            f"{damaged} of {len(rows)} sentences {start.decode()}… are damaged or truncated, the first in line {at}"
         )
     note = (f"{damaged} damaged sentences are missing samples, first in line {at}",) * bool(damaged)
     return (_of_vectornav if start.startswith(b"$") else _of_novatel)(start, rows, note)
@@ -107,7 +107,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _rows(
     path: Path, start: bytes, whole: Callable[[bytes], list[bytes] | None]
 ) -> tuple[list[list[bytes] | None], int, int]:
-    """Fields of each sentence, None of a damaged one; how many are, and the line of the first."""
+    """Fields of each sentence (None if damaged), the number of damaged sentences, and the line of the first one."""
     rows: list[list[bytes] | None] = []
     damaged = at = 0
     width = None
@@ -128,7 +128,7 @@ def _rows(
 
 
 def _vectornav(line: bytes) -> list[bytes] | None:
-    """Fields behind the name, where the exclusive or of all bytes is what the line says."""
+    """Fields after the name of a sentence of VectorNav; None if the checksum (XOR of all bytes) is wrong."""
     body, _, check = line[1:].partition(b"*")
     if check != b"XX" and check.upper() != b"%02X" % reduce(xor, body, 0):
         return None
@@ -136,7 +136,7 @@ def _vectornav(line: bytes) -> list[bytes] | None:
 
 
 def _novatel(line: bytes) -> list[bytes] | None:
-    """Fields behind the header, where the CRC of all bytes is what the line says."""
+    """Fields after the header of a sentence of NovAtel; None if the CRC is wrong."""
     body, _, check = line[1:].partition(b"*")
     crc = zlib.crc32(body, 0xFFFFFFFF) ^ 0xFFFFFFFF
     if check.lower() != b"%08x" % crc:
@@ -145,7 +145,7 @@ def _novatel(line: bytes) -> list[bytes] | None:
 
 
 def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float64]:
-    """Fields of every row as numbers, NaN of the damaged ones, shape (n, fields)."""
+    """Fields of every row as numbers, NaN for damaged rows, shape (n, fields)."""
     good = [row[fields] for row in rows if row is not None]
     try:
         values = np.array(good, dtype=np.float64)
@@ -157,6 +157,7 @@ def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float6
 
 
 def _of_vectornav(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
+    """Table of the sentences of VectorNav."""
     fields = VECTORNAV[start[3:6].decode()]
     values = _numbers(rows, slice(len(fields)))
     if values.shape[1] < len(fields):
@@ -169,6 +170,7 @@ def _of_vectornav(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table
 
 
 def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
+    """Table of the sentences of NovAtel."""
     kind = start[1:].rstrip(b"A,").removesuffix(b"S")
     extended = kind.endswith(b"X")
     raw = kind.startswith(b"RAWIMU")
@@ -180,10 +182,11 @@ def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
     place = 2 if extended else 0
     stamps = _numbers(rows, slice(place, place + 2))
     there = np.isfinite(stamps[:, 0])
-    # A damaged line is a hole in the stamps, which says so itself.
+    # A damaged line leaves a gap in the stamps, which is filled later.
     values, stamps = values[there], stamps[there]
     time = stamps[:, 0] * 604800.0 + stamps[:, 1]
-    # Raw are Z, −Y, X of the accelerometers, then of the gyroscopes; corrected are pitch (about x), roll, yaw first.
+    # Raw sentences hold Z, −Y, X of the accelerometers, then of the gyroscopes. Corrected ones begin with pitch (about x),
+    # roll and yaw.
     columns = values[:, ::-1] * [1, -1, 1, 1, -1, 1] if raw else values
     scale, units = _scale(rows if extended else [], raw, read_stamps(time, "s").rate)
     if scale is None:
@@ -195,7 +198,7 @@ def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
 def _scale(
     rows: list[Any], raw: bool, rate: float
 ) -> tuple[NDArray[np.float64] | None, tuple[str | None, ...]]:
-    """What a count is, in rad/s and m/s², and the units."""
+    """Size of a count of each axis in rad/s and m/s² (None if unknown), and the units."""
     units: tuple[str | None, ...] = ("rad/s",) * 3 + ("m/s^2",) * 3
     if not raw:
         return np.full(6, rate), units

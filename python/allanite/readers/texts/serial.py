@@ -1,4 +1,4 @@
-"""What a serial terminal shows: Arduino's serial monitor with time stamps, its plotter with labels."""
+"""Read the output of a serial terminal: Arduino's serial monitor with time stamps, or its plotter with labels."""
 
 from __future__ import annotations
 
@@ -41,29 +41,29 @@ _SEPARATORS = " \t,;"
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether most of the first lines have such a stamp, or are nothing but labels with values."""
+    """True if most of the first lines have such a time stamp, or consist of labels with values."""
     lines = first_lines(head)
     special = sum(STAMP.match(line) is not None or _pairs(line) is not None for line in lines)
     return special > 0 and 2 * special > len(lines) and not sketch.recognizes(head)
 
 
 def _pairs(line: str) -> list[tuple[str, str]] | None:
-    """Labels and values of a line of nothing else, or None."""
+    """Labels and values of a line that holds nothing else, or None."""
     found = [(m["label"], m["value"]) for m in _PAIR.finditer(line)]
     rest = _PAIR.sub("", line).strip(_SEPARATORS)
     return found if found and not rest else None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """Read the values behind the stamps, or behind their labels.
+    """Read the values after the time stamps or after their labels.
 
-    Lines of text before the first values are passed over. The stamp of the terminal is the time, unless a column of
-    the log is; it says when the line arrived.
+    Lines of text before the first values are skipped. The time stamp of the terminal is the time, unless a column of the
+    log is the time. It states when the line arrived.
 
     Raises
     ------
     InputError
-        A line of text among those of values; a value without its label, or another label than before.
+        There is text among the values, or a line has other labels than the lines before.
     """
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.strip() for line in stream]
@@ -77,7 +77,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         plain_lines = bare
     first = next((i for i, line in enumerate(plain_lines) if _is_row(line)), len(plain_lines))
 
-    # Lines of a sketch that starts ("MPU6050 found") are comments; names of columns stay.
+    # Messages of a starting sketch ("MPU6050 found") become comments. A line with the names of the columns is kept.
     def shown() -> Iterator[str]:
         for i, line in enumerate(plain_lines):
             is_names = i < first and labels is None and _is_header(line, plain_lines[first:])
@@ -93,7 +93,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     if not stamped or any(m is None for m in stamped) or (table.named and "time" in roles):
         return table
     if len(stamped) != table.n:
-        raise InputError(f"{len(stamped)} lines have a stamp, {table.n} rows have values")
+        raise InputError(f"{len(stamped)} lines have a time stamp, but {table.n} rows have values")
     seconds = np.array([seconds_of_day(m["clock"]) for m in stamped if m])
     seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
     note = "the time is that at which the terminal received each line"
@@ -103,13 +103,15 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 def _unlabelled(
     lines: Sequence[str], labelled: Sequence[list[tuple[str, str]] | None]
 ) -> tuple[list[str], list[str]]:
-    """Labels, and the values alone of each line."""
+    """Labels, and each line with only its values."""
     labels: list[str] = []
     values: list[str] = []
     for number, (line, pairs) in enumerate(zip(lines, labelled, strict=True), start=1):
         if pairs is None:
             if labels and line:
-                raise InputError(f"row {number} is not of labels and values: {plain(line, 60)}")
+                raise InputError(
+                    f"row {number} does not consist of labels and values: {plain(line, 60)}"
+                )
             values.append(line)
             continue
         own = [label for label, _ in pairs]
@@ -123,17 +125,18 @@ def _unlabelled(
 
 
 def _cells(line: str) -> list[str]:
-    """Cells of a line, whichever of comma, semicolon, tab and blank separates them."""
+    """Cells of a line, separated by comma, semicolon, tab or blank."""
     return [cell for cell in re.split(r"[\s,;]+", line.strip(_SEPARATORS)) if cell]
 
 
 def _is_row(line: str) -> bool:
+    """True if a line consists of numbers."""
     cells = _cells(line)
     return bool(cells) and all(re.fullmatch(_VALUE, cell, re.IGNORECASE) for cell in cells)
 
 
 def _is_header(line: str, rows: Sequence[str]) -> bool:
-    """Whether a line of text has a name for each of the values below it."""
+    """True if a line of text has as many names as the rows have values."""
     separated = re.split(r"[\t,;]", line.strip(_SEPARATORS))
     width = len(_cells(rows[0])) if rows else 0
     return width > 0 and width in (len(separated), len(_cells(line)))

@@ -1,4 +1,4 @@
-"""Prints of a sketch with a line for each sensor: ``Rotation X: 0.01, Y: -0.02, Z: 0.00 rad/s``."""
+"""Read the output of Arduino sketches with one line per sensor: ``Rotation X: 0.01, Y: -0.02, Z: 0.00 rad/s``."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _SINGLE = re.compile(
     rf"^\s*(?P<name>Temp(?:erature)?)\s*[:=]?\s*(?P<x>{_NUMBER})\s*(?P<unit>[^\d\s:=][^:=]*?)?\s*$",
     re.IGNORECASE,
 )
-#: Words of these sketches → names that say what the sensor is.
+#: Words in these sketches → column names that state the kind of sensor.
 _NAMES = {"rotation": "gyro", "acceleration": "acc", "accel": "acc"}
-#: What the sketches print for a unit.
+#: Spellings of units in the sketches → units.
 _UNITS = {
     "radians/s": "rad/s",
     "rads/s": "rad/s",
@@ -46,7 +46,7 @@ _UNITS = {
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether two of the first lines have three axes behind the name of a sensor."""
+    """True if at least two of the first lines have the name of a sensor and three axes."""
     lines = [STAMP.sub("", line) for line in first_lines(head)]
     found = [
         m["name"].strip().lower()
@@ -57,18 +57,19 @@ def recognizes(head: bytes) -> bool:
 
 
 def _matched(line: str) -> re.Match[str] | None:
+    """Match of a line with three axes or a temperature, or None."""
     return _LINE.match(line) or _SINGLE.match(line)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read one sample from each group of lines; a group begins with the name of the first line.
+    """Read one sample from each group of lines; every group begins with the sensor of the first line.
 
-    The stamp of the terminal in front of a line is the time: it says when the line arrived.
+    The time stamp of the terminal at the beginning of a line is the time. It states when the line arrived.
 
     Raises
     ------
     InputError
-        A group without one of its lines.
+        A group lacks one of its lines.
     """
     samples: list[dict[str, float]] = []
     units: dict[str, str | None] = {}
@@ -89,7 +90,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             for column, value, unit in _values(match):
                 if column in samples[-1]:
                     raise InputError(
-                        f"row {number} has another {column} of the sample that begins in row {at}"
+                        f"row {number} repeats {column} of the sample that begins in row {at}"
                     )
                 samples[-1][column] = value
                 units.setdefault(column, unit)
@@ -116,10 +117,12 @@ def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
 
 
 def _number(text: str) -> float:
+    """The number in a text; NaN for the overflow mark ``ovf``."""
     return float("nan") if text.lower() == "ovf" else float(text)
 
 
 def _whole(samples: list[dict[str, float]], units: dict[str, str | None], line: int) -> None:
+    """Raise an error if the last sample lacks a column."""
     if samples and samples[-1].keys() != units.keys():
         lacking = ", ".join(units.keys() - samples[-1].keys())
         raise InputError(f"the sample that begins in row {line} has no {lacking}")
@@ -129,5 +132,5 @@ FORMAT = LogFormat(
     "prints of a sketch (`Rotation X: 0.1, Y: 0.2, Z: 0.3 rad/s`)",
     read,
     recognizes=recognizes,
-    reads="a sample from each group of lines, with the units that stand there",
+    reads="one sample from each group of lines, with the printed units",
 )

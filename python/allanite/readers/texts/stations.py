@@ -1,4 +1,4 @@
-"""Daily positions of a GNSS station: ``.tenv`` and ``.tenv3`` of the Nevada Geodetic Laboratory (UNR)."""
+"""Read daily positions of a GNSS station: ``.tenv`` and ``.tenv3`` of the Nevada Geodetic Laboratory (UNR)."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _ROW = re.compile(
     r"^\S{4} +\d\d[A-Z]{3}\d\d +\d{4}\.\d+ +(?P<day>\d{5}(?:\.\d+)?) +\d+ +\d +(?P<rest>.+)$"
 )
 _HEADER = re.compile(r"^site +YYMMMDD +yyyy\.yyyy +__MJD ")
-#: Fields of a row behind the day of the week: at least these.
+#: Minimum number of fields after the day of the week.
 TENV, TENV3 = 10, 13
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the first lines are such rows."""
+    """True if the first line is such a row or header."""
     lines = first_lines(head)
     return bool(lines) and (_HEADER.match(lines[0]) is not None or _ROW.match(lines[0]) is not None)
 
@@ -44,7 +44,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     Raises
     ------
     InputError
-        A row that is none, or of another length.
+        A row has another format or another length, or belongs to another station.
     """
     days: list[float] = []
     values: list[list[float]] = []
@@ -64,13 +64,13 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 or len(cells) < (TENV3 if whole else TENV)
                 or len(cells) != (width or len(cells))
             ):
-                raise InputError(f"row {number} is no row of a tenv file: {plain(text, 60)}")
+                raise InputError(f"row {number} is not a row of a tenv file: {plain(text, 60)}")
             width = len(cells)
             name = text[:4]
             if station is not None and name != station:
                 raise InputError(
-                    f"row {number} is of the station {plain(name)}, the rows before of {plain(station)}:"
-                    " one file a station"
+                    f"row {number} belongs to station {plain(name)}, earlier rows to {plain(station)}: write one file"
+                    " per station"
                 )
             station = name
             days.append(float(found["day"]))
@@ -82,7 +82,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 ) from None
             values.append(numbers)
     if not values:
-        raise InputError("no row in this tenv file")
+        raise InputError("the tenv file has no rows")
     table = np.array(values)
     columns = (
         [table[:, 1 + 2 * k] + table[:, 2 + 2 * k] for k in range(3)]
@@ -94,7 +94,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         tuple(columns),
         (None,) * 3,
         time=date_times(86400.0 * (np.array(days) - MJD_OF_1970)),
-        notes=(f"positions of the station {plain(station or '')}: one unit of the values is 1 m",),
+        notes=(f"positions of the station {plain(station or '')} are in m",),
     )
 
 

@@ -1,4 +1,4 @@
-"""Rows of several sensors in turn, each with the name of its sensor in front: ``ACCE;…``, ``GYRO;…``."""
+"""Read logs with rows of several sensors that each begin with the name of the sensor: ``ACCE;…``, ``GYRO;…``."""
 
 from __future__ import annotations
 
@@ -22,39 +22,40 @@ if TYPE_CHECKING:
 
 __all__ = ["read", "recognizes"]
 
-#: A row that begins with a word, then numbers. Comments begin with %, # or /.
+#: A row that begins with a word, followed by numbers. Comments begin with %, # or /.
 _ROW = re.compile(r"^\"?(?P<tag>[A-Za-z][A-Za-z_]{1,23}\d?)\"?[;,\t]\s*-?[\d.]")
 _SEPARATOR = r"[;,\t]"
 _CELL = re.compile(rf"^[^;,\t]*{_SEPARATOR}")
-#: Rows and changes of the word, from which on the rows are those of several sensors in turn.
-FEWEST_ROWS, FEWEST_CHANGES = 8, 4
-#: Most words: more of them are labels of the rows.
-MOST_TAGS = 12
+#: Minimum number of rows, and of changes of the word between rows, with which the format is recognized. Chosen by
+#: judgment; not measured.
+MIN_ROWS, MIN_CHANGES = 8, 4
+#: Maximum number of different words. More words are labels of rows. Chosen by judgment; not measured.
+MAX_TAGS = 12
 #: Names of gyroscopes and accelerometers, in the order in which one is read by default.
 _KINDS = (re.compile("gyr", re.IGNORECASE), re.compile("acc", re.IGNORECASE))
 
 
 def recognizes(head: bytes) -> bool:
-    """Whether the rows begin with a few words in turn, one of which is the name of an inertial sensor."""
+    """True if the rows begin with one of a few words, one of which is the name of an inertial sensor."""
     lines = [line for line in first_lines(head) if line[0] not in "%#/"]
     rows = [m["tag"] for line in lines if (m := _ROW.match(line))]
-    if len(rows) < max(FEWEST_ROWS, 0.8 * len(lines)):
+    if len(rows) < max(MIN_ROWS, 0.8 * len(lines)):
         return False
     changes = sum(a != b for a, b in pairwise(rows))
     return (
-        changes >= FEWEST_CHANGES
-        and 2 <= len(set(rows)) <= MOST_TAGS
+        changes >= MIN_CHANGES
+        and 2 <= len(set(rows)) <= MAX_TAGS
         and any(kind.search(tag) for tag in set(rows) for kind in _KINDS)
     )
 
 
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - roles need all
-    """Read the rows of one sensor: of the gyroscope, and the accelerometer beside it, or of the topic.
+    """Read the rows of one sensor: of the topic, or else of the gyroscope, or else of the accelerometer.
 
     Raises
     ------
     InputError
-        A topic that no row has.
+        No row belongs to the topic.
     """
     tags: Counter[str] = Counter()
     last, header = "", None
@@ -66,13 +67,13 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
                     header = number - 1
                 tags[match["tag"]] += 1
             last = line
-    found = [tag for tag in tags if tags[tag] >= FEWEST_ROWS // 2]
+    found = [tag for tag in tags if tags[tag] >= MIN_ROWS // 2]
     sensors = [next((tag for tag in found if kind.search(tag)), None) for kind in _KINDS]
     chosen = [tag for tag in sensors if tag is not None]
     if topics:
         if len(topics) > 1 or topics[0] not in tags:
             raise InputError(
-                f"no rows of {plain(', '.join(topics), 60)}, but of {plain(', '.join(found), 120)}",
+                f"no rows of {plain(', '.join(topics), 60)}, only of {plain(', '.join(found), 120)}",
                 missing="topic",
                 remedy="; choose one with {topic}",
             )
@@ -83,7 +84,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         with path.open(encoding="utf-8-sig", errors="replace") as stream:
             for number, line in enumerate(stream):
                 match = _ROW.match(line)
-                # Other rows become comments: row numbers in errors stay right.
+                # Other rows become comments, so that row numbers in errors are right.
                 is_own = number == header or (match is not None and match["tag"] == own)
                 yield _CELL.sub("", line.rstrip()) if is_own else f"# {line.rstrip()}"
 

@@ -1,4 +1,4 @@
-"""Foreign libraries print what they stumble over; a command's streams hold its own words alone."""
+"""Silence foreign libraries that print warnings, so that the output of a command only holds its own text."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["quiet"]
 
 @contextmanager
 def quiet(module: Any) -> Iterator[None]:
-    """Let a module of a foreign library print nothing; streams are shared with other threads, and stay as they are.
+    """Context in which a module prints nothing. Streams are not redirected, because other threads share them.
 
     Parameters
     ----------
     module : module
-        The one whose functions call ``print``.
+        Module whose functions call ``print``.
     """
     names = vars(module)
     names["print"] = lambda *_, **__: None
     try:
         yield
     finally:
-        names.pop("print", None)  # another thread may have been quicker
+        names.pop("print", None)  # another thread may have removed it already

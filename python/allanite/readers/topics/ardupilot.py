@@ -1,4 +1,4 @@
-"""ArduPilot's DataFlash logs (.bin), by pymavlink: one kind of message, one instance."""
+"""Read ArduPilot DataFlash logs (.bin) with pymavlink: one kind of message, one instance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["read"]
 
 #: Messages with inertial samples, best first.
 TOPICS = ("IMU", "GYR", "ACC", "IMU2", "IMU3")
-#: Names of the fields, and ours with their units, as ArduPilot documents its log messages.
+#: Field → column name and unit, from ArduPilot's documentation of its log messages.
 FIELDS = {f"Gyr{axis.upper()}": (f"gyro_{axis}", "rad/s") for axis in "xyz"}
 FIELDS |= {f"Acc{axis.upper()}": (f"acc_{axis}", "m/s^2") for axis in "xyz"}
 FIELDS |= {"T": ("temperature", "degC")}
@@ -31,18 +31,18 @@ FIELDS |= {"T": ("temperature", "degC")}
 
 @isolated("pymavlink", 1.4, ["pymavlink.DFReader"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """Read ``IMU`` messages of the first instance, or those asked for; ``IMU.1`` is the second instance.
+    """Read the messages of the topic, or ``IMU`` messages of the first instance; ``IMU.1`` is the second instance.
 
     Raises
     ------
     InputError
-        No DataFlash log, or no inertial message in it; the messages are listed.
+        The file is no DataFlash log, or has no inertial message.
     """
     with path.open("rb") as stream:
         if stream.read(2) != b"\xa3\x95":
             raise InputError("not an ArduPilot log: no message at its start")
     if len(topics) > 1:
-        raise InputError("messages have rates of their own: give one")
+        raise InputError("kinds of messages have different rates: give only one topic")
     from pymavlink import DFReader
 
     rows: dict[tuple[str, int], list[tuple[float, ...]]] = {}
@@ -66,17 +66,17 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     chosen = _chosen(rows, topics)
     if chosen is None:
         what = f"no message {topics[0]}" if topics else "no inertial message"
-        raise InputError(f"{what} among {', '.join(sorted(known)) or 'none at all'}")
+        raise InputError(f"{what} among {', '.join(sorted(known)) or 'no messages'}")
     data = np.array(rows[chosen])
     fields = names[chosen[0]]
     stamp = next((i for i, f in enumerate(fields) if f in ("SampleUS", "TimeUS")), None)
     if "SampleUS" in fields:
         stamp = fields.index("SampleUS")
     if stamp is None:
-        raise InputError(f"messages {chosen[0]} have no time: its fields are {', '.join(fields)}")
+        raise InputError(f"messages {chosen[0]} have no time; their fields are {', '.join(fields)}")
     kept = [i for i, field in enumerate(fields) if field in FIELDS or (topics and i != stamp)]
     shown = [FIELDS.get(fields[i], (fields[i], None)) for i in kept]
-    # Raw samples of gyroscope and accelerometer are messages of their own, each at its own rate.
+    # Raw samples of gyroscope and accelerometer are separate messages with different rates.
     mate = ("ACC", chosen[1])
     apart = ("ACC." + str(chosen[1]),) if not topics and chosen[0] == "GYR" and mate in rows else ()
     others = sorted(
@@ -87,44 +87,48 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         tuple(np.ascontiguousarray(data[:, i]) for i in kept),
         tuple(unit for _, unit in shown),
         time=data[:, stamp].astype(np.int64).astype("datetime64[us]"),
-        notes=(f"messages not read: {', '.join(others)} (naming one reads it)",) if others else (),
+        notes=(f"messages not read: {', '.join(others)} (name one as the topic)",)
+        if others
+        else (),
         others=apart,
     )
 
 
 def _forward(reader: type[Any]) -> type[Any]:
-    """The reader, with an error for a format of no length, at whose messages it would stay for ever."""
+    """Subclass of the reader that raises an error for a message of length 0, which would cause an infinite loop."""
 
     class Forward(reader):  # type: ignore[misc]
         def __init__(self, *arguments: Any, **options: Any) -> None:
             try:
                 super().__init__(*arguments, **options)
             except Exception:
-                with suppress(AttributeError):  # it was not opened
+                with suppress(AttributeError):  # the file was not opened
                     self.close()
                 raise
 
         def init_arrays_fast(self, progress_callback: Any = None) -> None:
-            # The compiled index writes to the process's own stderr, past every guard of Python's.
+            # The compiled indexer would write to standard error, bypassing Python.
             self.init_arrays(progress_callback=progress_callback)
 
         def _parse_next(self) -> Any:
             before = self.offset
             message = super()._parse_next()
             if message is not None and self.offset <= before:
-                raise ValueError(f"a message of no length at byte {before}")
+                raise ValueError(f"a message of length 0 at byte {before}")
             return message
 
     return Forward
 
 
 def _number(value: Any) -> float:
+    """The value as a float; NaN if it is no number."""
     return float(value) if isinstance(value, int | float) else float("nan")
 
 
 def _chosen(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
+    """Kind and instance of the messages to read, or None."""
     if topics:
         kind, _, at = topics[0].partition(".")
         found = (kind, int(at) if at.isdigit() else 0)

@@ -1,4 +1,4 @@
-"""ROS 1 and ROS 2 bags and MCAP, by rosbags: one topic's messages, with a temperature beside them."""
+"""Read ROS 1 and ROS 2 bags and MCAP with rosbags: the messages of one topic, and a temperature."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["read"]
 
 IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
-#: Fields of sensor_msgs/Imu; REP 103 fixes the units.
+#: Column → field, axis and unit of sensor_msgs/Imu (units as in REP 103).
 AXES = {
     f"{sensor}_{axis}": (field, axis, unit)
     for sensor, field, unit in (
@@ -37,15 +37,14 @@ AXES = {
 
 @isolated("rosbags", 0.07, ["rosbags.highlevel", "rosbags.typesys"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """Read a topic, stamped by its headers: the first of type ``sensor_msgs/msg/Imu``, or those asked for.
+    """Read the given topics, or the first topic of type ``sensor_msgs/msg/Imu``. Stamps in headers are the time.
 
-    Of other messages every number is a column. A topic of temperatures is joined to the others' times.
+    For other types of messages, every number is a column. Temperatures are interpolated to the times of the samples.
 
     Raises
     ------
     InputError
-        A damaged bag, no Imu topic or not the one asked for (the topics are listed), topics of
-        different rates.
+        The bag is damaged, a topic is missing, or topics have different rates.
     """
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -54,7 +53,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         path.parent if path.suffix in (".db3", ".mcap") and _has_metadata(path.parent) else path
     )
     if folder.is_dir() and not all(file.is_file() or file.is_dir() for file in folder.iterdir()):
-        raise InputError("a pipe or a device lies in the folder of the bag: remove it")
+        raise InputError("the folder of the bag contains a pipe or a device: remove it")
     with (
         refused_as("a ROS bag"),
         AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag,
@@ -63,10 +62,12 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _has_metadata(folder: Path) -> bool:
+    """True if a folder is a ROS 2 bag."""
     return (folder / "metadata.yaml").exists()
 
 
 def _table(bag: Any, asked: Sequence[str]) -> Table:
+    """Table of the topics `asked` of an open bag, or of its first IMU."""
     types = {c.topic: c.msgtype for c in bag.connections}
     listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
     imus = [topic for topic, kind in types.items() if kind == IMU]
@@ -99,7 +100,7 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
             columns.append(values if stamps is time else values[nearest])
             units.append(unit)
     assert time is not None
-    # RealSense and others give the accelerometer a topic of its own, mostly at another rate.
+    # RealSense and others publish the accelerometer on a separate topic, usually with another rate.
     apart: list[str] = []
     if not asked:
         for topic in imus[1:]:
@@ -130,7 +131,7 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
                 columns.append(np.interp(time - time[0], stamps - time[0], values))
                 units.append("degC")
     others = tuple(
-        f"topic {topic} is not read: naming it reads it"
+        f"topic {topic} is not read (name it as the topic)"
         for topic in imus
         if topic not in (*main, *apart)
     )
@@ -145,19 +146,19 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
 
 
 def _sensors(names: Iterable[str]) -> set[str]:
-    """Which sensors columns are of: ``gyro``, ``acc``."""
+    """Sensors to which columns belong: ``gyro``, ``acc``."""
     return {name.partition("_")[0] for name in names} & {"gyro", "acc"}
 
 
 def _is_same_rate(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
-    """Whether two topics have as many messages, but for the ends of the bag and a thousandth that was lost."""
+    """True if two topics have equally many messages, up to 1 at the ends of the bag and 0.1 % that were lost."""
     return abs(one.size - other.size) <= 0.001 * other.size + 1
 
 
 def _topic(
     bag: Any, topic: str, kind: str
 ) -> tuple[NDArray[np.int64], dict[str, tuple[NDArray[Any], str | None]]]:
-    """Stamps, ns, and the columns of a topic with their units."""
+    """Stamps of a topic in ns, and its columns with units."""
     rows: list[tuple[float, ...]] = []
     stamps: list[int] = []
     names: tuple[str, ...] = tuple(AXES)
@@ -166,7 +167,7 @@ def _topic(
         stamp = 0
         with contextlib.suppress(AttributeError):
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-        # Some drivers leave the header empty; the time of receipt is the next best.
+        # Some drivers leave the header empty. Then the time of receipt is used.
         stamps.append(stamp or received)
         if kind == IMU:
             rows.append(
@@ -183,14 +184,14 @@ def _topic(
     found = {
         name: (data[:, i], unit)
         for i, (name, unit) in enumerate(zip(names, units, strict=True))
-        # A gyroscope and an accelerometer on topics of their own leave the other's fields at 0.
+        # A topic with only one of gyroscope and accelerometer has zeros in the fields of the other.
         if kind != IMU or data[:, i - i % 3 : i - i % 3 + 3].any()
     }
     return np.array(stamps, dtype=np.int64), found
 
 
 def _numbers(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
-    """Every number in a message by its path; headers, arrays and constants left out."""
+    """Yield path and value of every number in a message, except headers, arrays and constants."""
     for field in fields(message):
         value = getattr(message, field.name)
         if field.name == "header" or field.name.startswith("__"):

@@ -1,4 +1,4 @@
-"""PX4's ULog, by pyulog: one sensor topic becomes one log."""
+"""Read PX4 ULog files with pyulog: one sensor topic."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["read"]
 
-# Topics with inertial samples, best first: raw FIFO-decimated samples before combined ones.
+# Topics with inertial samples, in order of preference.
 TOPICS = ("sensor_combined", "sensor_gyro", "sensor_accel", "sensor_gyro_fifo", "vehicle_imu")
 FIELDS = {
     "gyro_rad": ("gyro", "rad/s"),
@@ -32,15 +32,15 @@ FIELDS = {
 
 @isolated("pyulog", 0.1, ["pyulog.core"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """Read one topic: ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, …, or that asked for.
+    """Read the given topic, or ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, ….
 
-    ``sensor_gyro.1`` is the second instance. The temperature of ``sensor_gyro`` or ``sensor_accel`` is
-    joined to ``sensor_combined``, which has none.
+    ``sensor_gyro.1`` is the second instance. ``sensor_combined`` has no temperature, and gets that of ``sensor_gyro`` or
+    ``sensor_accel``.
 
     Raises
     ------
     InputError
-        A damaged file, or no inertial topic in it; the topics are listed.
+        The file is damaged, or has no inertial topic.
     """
     from pyulog import core
 
@@ -48,9 +48,9 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     with refused_as("a ULog file"), path.open("rb") as stream, quiet(core):
         log = core.ULog(stream)
     found = {f"{data.name}.{data.multi_id}": data.data for data in log.data_list}
-    shown = ", ".join(sorted(name.removesuffix(".0") for name in found)) or "none at all"
+    shown = ", ".join(sorted(name.removesuffix(".0") for name in found)) or "no topics"
     if len(topics) > 1:
-        raise InputError("topics of a ULog have rates of their own: give one")
+        raise InputError("topics of a ULog have different rates: give only one topic")
     wanted = [f"{t}.0" if not t[-1:].isdigit() or "." not in t else t for t in topics]
     name = next((topic for topic in wanted or [f"{t}.0" for t in TOPICS] if topic in found), None)
     if name is None:
@@ -62,7 +62,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     for field, values in data.items():
         column, unit = _column(name, field)
         if column is None and topics and not field.startswith("timestamp"):
-            column = field  # of another topic every field is a column
+            column = field  # every field of another topic is a column
         if column is not None:
             columns[column] = values
             units.append(unit)
@@ -75,15 +75,17 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
                 units.append("degC")
                 break
     others = [t.removesuffix(".0") for t in found if t.split(".")[0] in TOPICS and t != name]
-    # Gyroscope and accelerometer are topics of their own where no topic has both.
+    # Without a combined topic, gyroscope and accelerometer are separate topics.
     apart = [] if topics or name != "sensor_gyro.0" else [t for t in others if t == "sensor_accel"]
     others = [t for t in others if t not in apart]
-    notes = f"topics not read: {', '.join(sorted(others))} (naming one reads it)" if others else ""
+    notes = (
+        f"topics not read: {', '.join(sorted(others))} (name one as the topic)" if others else ""
+    )
     return Table(
         tuple(columns),
         tuple(columns.values()),
         tuple(units),
-        # Microseconds since boot; as date-times their unit cannot be mistaken.
+        # Microseconds since boot, as date-times, so that their unit is unambiguous.
         time=time.astype("datetime64[us]"),
         notes=(notes,) if notes else (),
         others=tuple(apart),
@@ -91,7 +93,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _stamps(data: dict[str, Any]) -> NDArray[np.int64]:
-    """Time of the samples, where it is kept, else of the message, µs."""
+    """Times of the samples in µs if the log has them, otherwise times of the messages."""
     sampled = "timestamp_sample" in data and np.any(data["timestamp_sample"])
     return data["timestamp_sample" if sampled else "timestamp"].astype(np.int64)
 
