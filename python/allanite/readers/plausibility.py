@@ -200,7 +200,10 @@ def without_wrong_units(
             continue
         if _unit_of_values(mean, stated) == parse_unit(wanted).name:
             names = named([table.names[at] for at in own])
-            found = f"{names} are read in {wanted} as given, although the log says {stated}: their mean is gravity in {wanted}"
+            found = (
+                f"{names} are read in {wanted} as given, although the log says {stated}: their mean is gravity in"
+                f" {wanted}"
+            )
             told.append(Finding("unit_doubt", "info", found, values={"mean": mean}))
             for at in own:
                 units[at] = None

@@ -188,7 +188,7 @@ def test_inspect_tells_of_a_start_in_the_hand_with_what_to_give(tmp_path):
     for header in ("gyro_x,acc_x", "gyro_x [deg/s],acc_x [m/s^2]"):
         np.savetxt(path, in_the_hand(60.0), "%.6f", ",", header=header, comments="")
         (told,) = [f for f in al.inspect(path, rate=50).findings if f.kind == "motion"]
-        assert told.message.startswith("if in deg/s,m/s^2: ") == ("[" not in header)
+        assert told.message.startswith("if the unit is deg/s,m/s^2: ") == ("[" not in header)
         words = told.worded(WORDS)
         start = float(words.split("--trim ")[1].split(":")[0])
         assert 60.0 <= start < 75.0

@@ -76,7 +76,7 @@ ROWS = [
         dict.fromkeys(["gx", "gy", "gz"]),
         50.0,
         ("--rate", "50"),
-        says=("give --unit deg/s",),
+        says=("add --unit deg/s",),
     ),
     Row("lines.jsonl", dict.fromkeys(["gx", "gy", "gz"]), 50.0, time="t"),
     Row(
@@ -95,7 +95,7 @@ ROWS = [
         "station_tenv.txt",
         dict.fromkeys(["east", "north", "up"]),
         1 / 86_400,
-        says=("one unit of the values is 1 m", "gaps in the time column"),
+        says=("are in m", "gaps in the time column"),
     ),
     Row(
         "phyphox_rest.csv",
@@ -239,7 +239,7 @@ def test_what_is_not_used_is_one_line_on_stderr(tmp_path, capsys):
         main(["fit", str(path), "--model", "N", "--unit", "deg/s"])
     said = [line for line in capsys.readouterr().err.splitlines() if "not used" in line]
     assert len(said) == 1
-    assert "ax (an accelerometer, and deg/s is no unit of it)" in said[0]
+    assert "ax (an accelerometer, but deg/s is no unit of an accelerometer)" in said[0]
     assert "mag (uT is no unit of a sensor)" in said[0]
     assert "packet (a counter)" in said[0]
     with pytest.raises(SystemExit):
@@ -300,7 +300,7 @@ def test_a_rate_that_contradicts_the_stamps_is_refused(tmp_path, capsys):
     assert al.read(path, rate=99.7).rate == 99.7
     with pytest.raises(InputError, match=r"rate='100!'"):
         al.read(path, rate=100)
-    with pytest.raises(InputError, match="is no number of Hz"):
+    with pytest.raises(InputError, match="is not a number in Hz"):
         al.read(path, rate="fast")
 
 
@@ -364,7 +364,7 @@ def test_a_filter_file_of_a_short_record_says_so(data, capsys, tmp_path):
     assert stop.value.code == 0
     first = capsys.readouterr().out.splitlines()[0]
     assert "Record too short for B, K of omega_x, omega_y, omega_z, alpha_x" in first
-    assert "2.41 s show tau up to 0.241 s" in first
+    assert "2.41 s shows tau up to 0.241 s" in first
 
 
 @pytest.mark.data

@@ -82,9 +82,9 @@ def test_archives_that_are_no_archives(tmp_path):
 
 def test_arrays_of_the_wrong_kind(tmp_path):
     path = tmp_path / "x.npz"
-    refused(npz(path, data=np.empty((0, 3))), "no row")
+    refused(npz(path, data=np.empty((0, 3))), "no samples")
     np.save(tmp_path / "x.npy", np.empty((0, 3)))
-    refused(tmp_path / "x.npy", "no row")
+    refused(tmp_path / "x.npy", "no samples")
     refused(npz(path, data=X, t=np.array(["a"] * 200)), "'t'", rate=None)
     refused(npz(path, data=X, t=np.arange(200).astype("m8[s]")), "'t'", rate=None)
     refused(npz(path, data=X, t=np.arange(200) + 1j), "'t'", rate=None)

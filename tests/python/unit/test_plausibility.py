@@ -363,7 +363,7 @@ def test_motion_of_gyroscopes_without_a_unit_is_refused(capsys, tmp_path, comman
     more = {"report": ("-o", tmp_path / "r.html"), "accept": ("--sheet", tmp_path / "sheet.toml")}
     code, out, err = run(capsys, command, log, "--rate", 100, *more.get(command, ()))
     assert (code, out, err.count("\n")) == (2, "", 1)
-    for words in ("if in deg/s: not at rest", "--anyway", "--unit"):
+    for words in ("if the unit is deg/s: not at rest", "--anyway", "--unit"):
         assert words in err
     code, _, err = run(capsys, "inspect", log, "--rate", 100)
     assert code == 0

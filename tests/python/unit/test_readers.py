@@ -77,7 +77,7 @@ def test_a_short_tail_is_a_gap_and_a_long_one_another_rate(tmp_path):
     data = np.random.default_rng(0).standard_normal((300, 2))
     data[150:, 1] = np.nan
     with pytest.raises(
-        InputError, match="x1 ends after 150 rows, others have 300: of another rate"
+        InputError, match="x1 ends after 150 rows, others have 300: it has another rate"
     ):
         read(npz(tmp_path, data=data, rate_hz=50.0))
     # A time that goes on beyond the samples: no column of samples is longer than the others.
@@ -104,7 +104,7 @@ def test_a_column_without_values_explains_nothing(tmp_path):
     r = read(write(tmp_path, "\n".join(["gx,temperature", *rows])), rate=1)
     assert not r.covariates
     assert [f.found for f in r.told if f.kind == "no_values"] == [
-        "left out, as it has 0 values in 200 rows: temperature"
+        "column temperature is not used: only 0 values in 200 rows"
     ]
 
 
@@ -287,8 +287,8 @@ def test_decimal_commas_of_a_single_column(tmp_path):
         ("x\n1\n2\n", {"covariate": "temp"}, InputError, "unknown column 'temp'"),
         ("x\n1\n2\n", {"time_column": "t"}, InputError, "unknown column 't'"),
         ("time\n1\n2\n", {}, InputError, "no sensor column"),
-        ("x [deg/s]\n1\n2\n", {"unit": "rad/s"}, InputError, "deg/s by the file, rad/s by unit="),
-        ("x [deg/s]\n1\n2\n", {"unit": "mg"}, InputError, "deg/s by the file, mg by unit="),
+        ("x [deg/s]\n1\n2\n", {"unit": "rad/s"}, InputError, "column x is in deg/s, but rad/s is given by unit="),
+        ("x [deg/s]\n1\n2\n", {"unit": "mg"}, InputError, "column x is in deg/s, but mg is given by unit="),
     ],
 )
 def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, words):
@@ -303,7 +303,7 @@ def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, wo
     ("make", "words"),
     [
         (lambda d: d / "absent.csv", "no such file"),
-        (lambda d: d, "is a directory"),
+        (lambda d: d, "a directory without a known log"),
         (lambda d: write(d, b"\x00\x01\x02" * 100), r"binary data.*known: .*\.npy .*\.tim"),
         (lambda d: write(d, b"PK\x03\x04 broken", "x.npz"), "damaged or truncated|never loaded"),
         (lambda d: npz(d, samples=np.arange(3.0)), "no key 'data' among samples"),
@@ -369,7 +369,7 @@ def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
     r = read(path)
     assert r.columns == ("gyro",)
     assert [f.found for f in r.told if f.kind == "not_used"] == [
-        'not used: label (text, as "at rest")'
+        'not used: label (text, such as "at rest")'
     ]
 
 

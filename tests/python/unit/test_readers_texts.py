@@ -169,7 +169,7 @@ def test_linuxptp_of_several_clocks_and_summaries(log):
         f"ptp4l[{k}.123]: rms    6 max   14 freq -11576 +/-   8 delay   272 +/-   0"
         for k in range(N)
     ]
-    with pytest.raises(InputError, match=r"only summaries .* summary_interval 0"):
+    with pytest.raises(InputError, match=r"summaries .* no offsets: set summary_interval to 0"):
         al.read(log(rows))
 
 
@@ -252,7 +252,7 @@ def test_edges_that_are_missing_or_doubled(log):
     rows = [edge(k) for k in range(N)]
     r = al.read(log(rows[:100] + rows[103:]))
     assert np.flatnonzero(np.isnan(r.samples)).tolist() == [100, 101, 102]
-    with pytest.raises(InputError, match="row 101: an edge within the period"):
+    with pytest.raises(InputError, match="row 101: a second edge within one period"):
         al.read(log([*rows[:100], rows[99][:-3] + "999", *rows[100:]]))
 
 
@@ -309,7 +309,7 @@ def test_daily_positions_of_a_station(log, kind):
     assert (r.n, r.gaps) == (N, 1)
     whole = [-3552, 4417023, 976] if kind == "tenv3" else 0
     np.testing.assert_allclose(r.samples[60] - whole, X[60, :3], atol=1e-6)
-    assert "one unit of the values is 1 m" in said(r)
+    assert "are in m" in said(r)
 
 
 @pytest.mark.parametrize("stamped", [True, False])
@@ -334,7 +334,7 @@ def test_rostopic(log, stamped):
     assert r.columns == ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
     assert r.units == ("rad/s",) * 3 + ("m/s^2",) * 3
     assert r.rate == pytest.approx(100, rel=1e-6 if stamped else 1e-3)
-    assert ("stamps of the headers" in said(r)) == stamped
+    assert ("stamp in each header" in said(r)) == stamped
     np.testing.assert_allclose(r.samples, X, rtol=1e-12)
 
 

@@ -67,7 +67,7 @@ def test_a_ramp_is_the_time_whatever_its_name(tmp_path, name):
     r = al.read(csv(tmp_path, f"{name},a,b", np.arange(N) / 50, X[:, 0], X[:, 1]))
     assert (r.columns, r.rate) == (("a", "b"), pytest.approx(50))
     if name == "Zeitachse":  # which no name gave away
-        assert "Zeitachse rises as time does: taken as the time" in said(r)
+        assert "Zeitachse rises steadily and is used as the time" in said(r)
 
 
 def test_the_time_row_of_a_matlab_matrix(tmp_path):
@@ -116,7 +116,7 @@ def test_inspect_in_python_and_in_the_shell(tmp_path, capsys):
     found = al.inspect(path)
     assert [c.role for c in found.columns] == ["time", "sensor", "temperature", "other", "other"]
     assert [c.used for c in found.columns] == [True, True, True, False, False]
-    assert [c.reason for c in found.columns[3:]] == ['text, as "idle"', "a counter"]
+    assert [c.reason for c in found.columns[3:]] == ['text, such as "idle"', "a counter"]
     assert found.columns[0].rate == found.rate == pytest.approx(50)
     assert found.columns[1].unit == "deg/s"
     with pytest.raises(SystemExit) as stop:
@@ -149,7 +149,7 @@ def test_inspect_words_what_is_lacking_for_the_command_line(tmp_path, capsys):
     assert [
         line
         for line in said
-        if "no unit in the log for gx, gy, ax: give --unit deg/s,m/s^2" in line
+        if "no unit in the log for gx, gy, ax: add --unit deg/s,m/s^2" in line
     ]
     assert "no sampling rate: give --rate HZ or a time column" in said[-1]
 
@@ -161,7 +161,7 @@ def test_inspect_says_that_it_does_not_trim(tmp_path, capsys):
     assert stop.value.code == 0
     said = capsys.readouterr()
     assert f"{N} rows" in said.out
-    assert "this is of the whole log: --trim is for what computes" in said.err
+    assert "--trim ignored: inspect shows the whole log" in said.err
 
 
 def test_one_unit_leaves_the_other_kind_out_and_says_so(tmp_path):
@@ -169,7 +169,7 @@ def test_one_unit_leaves_the_other_kind_out_and_says_so(tmp_path):
     r = al.read(path, rate=50, unit="deg/s")
     assert r.columns == ("gx", "gy")
     (told,) = [f for f in r.audit if f.kind == "not_used"]
-    assert "ax (an accelerometer, and deg/s is no unit of it); two units" in told.message
+    assert "ax (an accelerometer, but deg/s is no unit of an accelerometer); two units" in told.message
     seen = al.inspect(path, rate=50, unit="deg/s")
     assert [(c.unit, c.used) for c in seen.columns] == [("deg/s", True)] * 2 + [(None, False)]
     asked = al.read(path, rate=50, unit="deg/s", column="gx")
@@ -181,12 +181,12 @@ def test_two_units_are_those_of_two_kinds_of_sensor(tmp_path):
     for unit in ("deg/s,m/s^2", "m/s^2, deg/s"):
         assert al.read(path, rate=50, unit=unit).units == ("deg/s", "deg/s", "m/s^2")
     stated = csv(tmp_path, "gx [rad/s],ax", *X[:, :2].T)
-    with pytest.raises(InputError, match=r"gx is in rad/s by the file, deg/s by unit="):
+    with pytest.raises(InputError, match=r"column gx is in rad/s, but deg/s is given by unit="):
         al.read(stated, rate=50, unit="deg/s,g")
     assert al.read(stated, rate=50, unit="rad/s,g").units == ("rad/s", "g")
     with pytest.raises(InputError, match="two units of one kind"):
         al.read(path, rate=50, unit="deg/s,rad/s")
-    with pytest.raises(InputError, match="does not say which of deg/s,g it is in"):
+    with pytest.raises(InputError, match="does not show which of deg/s,g is its unit"):
         al.read(csv(tmp_path, "one,two", *X[:, :2].T), rate=50, unit="deg/s,g")
 
 
@@ -363,7 +363,7 @@ def test_no_unit_is_said_with_what_to_give(tmp_path):
     (told,) = [f for f in al.read(path, rate=100).audit if f.kind == "no_unit"]
     assert told.severity == "warning"
     assert "unit='deg/s,m/s^2'" in told.message
-    assert "give --unit deg/s,m/s^2" in al.inspect(path, rate=100).worded(WORDS)
+    assert "add --unit deg/s,m/s^2" in al.inspect(path, rate=100).worded(WORDS)
     path.write_text("x,y,z\n" + rows)
     (told,) = [f for f in al.read(path, rate=100).audit if f.kind == "no_unit"]
     assert told.severity == "info"

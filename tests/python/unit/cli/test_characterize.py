@@ -147,7 +147,7 @@ def test_columns_without_a_unit_are_refused_before_anything_is_computed(run, tmp
     path.write_text("time [s],GyrX,GyrY,AccX\n" + rows)
     output = tmp_path if target == "all" else tmp_path / "imu.yaml"
     given = run("characterize", path, "--export", target, "--output", output)
-    refused(given, 2, "GyrX, GyrY, AccX have no unit", "give --unit deg/s,m/s^2")
+    refused(given, 2, "GyrX, GyrY, AccX have no unit", "add --unit deg/s,m/s^2")
 
 
 def test_what_a_target_has_no_place_for_is_refused_at_once(run, log, tmp_path):

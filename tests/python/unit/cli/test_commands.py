@@ -240,8 +240,8 @@ def test_sensors_without_a_unit_are_no_clocks(run, tmp_path):
     path.write_text("gyro_x,acc_x\n" + "".join(f"{a:.6f},{b:.6f}\n" for a, b in x))
     code, out, err = run("fit", path, "--rate", 100, "--model", "N")
     assert code == 0
-    assert "no unit given for gyro_x, acc_x: values are shown as dimensionless" in err
-    assert "give --unit deg/s,m/s^2" in err
+    assert "no unit given for gyro_x, acc_x: values are treated as dimensionless" in err
+    assert "add --unit deg/s,m/s^2" in err
     assert "angle random walk" in out
     assert "velocity random walk" in out
     assert "white FM" not in out
