@@ -89,7 +89,7 @@ def test_what_reads_another_file_is_refused(tmp_path, forked, monkeypatch, featu
     hdf5_log(tmp_path / "other.h5")
     (tmp_path / "raw.bin").write_bytes(X.tobytes())
     add, words = FEATURES[feature]
-    refused(hdf5_log(tmp_path / f"log{suffix}", add), f"{words}, which reads another file")
+    refused(hdf5_log(tmp_path / f"log{suffix}", add), f"{words} and would read another file")
 
 
 def test_links_inside_the_file_are_no_reason_to_refuse_it(tmp_path, forked):
@@ -133,10 +133,10 @@ def npy(path, shape, content=b"", hole=0):
 
 def test_arrays_without_samples_and_with_more_columns_than_samples(tmp_path):
     empty = npy(tmp_path / "empty.npy", (0, 10**12))
-    refused(empty, "no row in it")
+    refused(empty, "the log has no rows")
     with zipfile.ZipFile(tmp_path / "empty.npz", "w") as archive:
         archive.write(empty, "data.npy")
-    refused(tmp_path / "empty.npz", "no row in it")
+    refused(tmp_path / "empty.npz", "no samples")
     refused(npy(tmp_path / "wide.npy", (3, 10**8), hole=24 * 10**8), "transpose it")
     refused(npy(tmp_path / "cut.npy", (10**10,), bytes(80)), "needs 80000000000 bytes")
 
@@ -203,14 +203,14 @@ def test_columns_of_text_and_lists_are_not_read(tmp_path, forked, monkeypatch, k
     assert recording.columns == ("gx",)
     np.testing.assert_array_equal(recording.samples, X)
     write(pa.table({"gx": np.zeros(10_000_000)}), str(path), compression="zstd")
-    refused(path, "it unpacked needs")
+    refused(path, "unpacked file needs")
 
 
 def test_arrays_of_matlab_that_are_too_large_together(tmp_path, monkeypatch):
     savemat = pytest.importorskip("scipy.io").savemat
     savemat(tmp_path / "x.mat", {f"a{k}": np.zeros(10**6) for k in range(9)}, do_compression=True)
     monkeypatch.setenv(VARIABLE, "40M")
-    refused(tmp_path / "x.mat", "it unpacked needs")
+    refused(tmp_path / "x.mat", "unpacked file needs")
 
 
 # -- readers that never end ---------------------------------------------------------------------------
