@@ -31,6 +31,7 @@ def allan_of_lags(covariance: Array, m: int) -> float:
     """
 
     def total(width: int) -> float:
+        """Variance V of a sum of `width` samples."""
         lags = np.arange(min(width, covariance.size))
         weights = np.where(lags == 0, 1.0, 2.0) * (width - lags)
         return float(weights @ covariance[: lags.size])
@@ -105,6 +106,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     s0, s1 = np.cumsum(g), np.cumsum(h * g)
 
     def exact(k: NDArray[np.int64]) -> Array:
+        """Exact Allan variance at integer factors."""
         return np.asarray(
             (2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1]))
             / (2.0 * k**2)
@@ -119,6 +121,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     scaled_top = exact(top) * top ** (1.0 + exponent)
 
     def bent(k: Array) -> Array:
+        """The second power of m, or its logarithm."""
         # If both powers are equal, the second one gets a logarithm (flicker PM).
         return np.log(k) if second == 0.0 else k**second
 

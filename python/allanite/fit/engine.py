@@ -81,6 +81,7 @@ def solve(
     model = _with_white(model)
 
     def fit(tried: Model) -> Solution:
+        """Fit a model with the given options and without limits."""
         return _fit(data, tried, start, like, polish, settled, rounds)
 
     return within_limits(model, fit)
@@ -256,7 +257,7 @@ class _ResidualOrdinates:
             now.append(effect)
             near += [effect] if local and (old is None or was_near) else []
         parts += [(e, -e.amplitudes(), _is_among(e, self.near)) for e in before]
-        left = data.exchanged(self.ordinates, [(e, a) for e, a, local in parts if not local])
+        left = data.with_exchanged(self.ordinates, [(e, a) for e, a, local in parts if not local])
         for effect, amplitudes, local in parts:
             if local:
                 j = design.ordinates

@@ -244,6 +244,7 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
     """An interval widened by `factor` in ln(value), at most to e^±`MAX_LOG_HALF_WIDTH` times the value."""
 
     def times(ratio: float) -> float:
+        """A ratio to the power `factor`, limited to e^±`MAX_LOG_HALF_WIDTH`."""
         return float(
             np.exp(np.clip(factor * np.log(ratio), -MAX_LOG_HALF_WIDTH, MAX_LOG_HALF_WIDTH))
         )

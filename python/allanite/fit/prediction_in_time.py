@@ -48,6 +48,7 @@ def function_costs(data: Data, solution: Solution) -> Array:
     noise = solution.noise(data)
 
     def unstable(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
+        """Loss of each block for functions with these regressors at ordinates j."""
         rows = matrix[np.searchsorted(solution.seen, j)]
         values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
         return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))

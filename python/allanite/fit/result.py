@@ -224,6 +224,7 @@ class Fit:
 
     @cached_property
     def _alternatives(self) -> dict[int, tuple[Alternative, ...]]:
+        """Cache of `alternatives` by index of the effect."""
         return {}
 
     def together(self, place: int) -> tuple[Pair, ...]:
@@ -236,6 +237,7 @@ class Fit:
 
     @cached_property
     def _together(self) -> dict[int, tuple[Pair, ...]]:
+        """Cache of `together` by index of the effect."""
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:
@@ -400,6 +402,7 @@ class Fit:
         return f"Fit({self.recording.columns[0]}, {self.method}: {self.model})"
 
     def _repr_html_(self) -> str:
+        """HTML table for notebooks."""
         from allanite.common.showing import html_list, html_table
         from allanite.fit.table import misfit_line, parameter_rows
 

@@ -169,7 +169,7 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
     """Fit of a model to expected bin powers; shapes start from their values."""
     count = data.bins.count
 
-    part = RandomPart(data, power, count, true=True)
+    part = RandomPart(data, power, count, is_expected=True)
     model, best = fit_shapes(model, part)
     matrix = columns(model, model.stochastic, data)
     model = with_coefficients(model, best.theta)

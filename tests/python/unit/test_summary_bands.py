@@ -81,7 +81,7 @@ def test_the_cells_of_sections_are_those_of_the_record():
     made, recording = _both(_white(3)[1])
     fits = [al.fit_model(one, "N") for one in (made, recording)]
     for fit in fits:
-        number = fit.data.most_sections((17.0, 18.0), 16, 8.0)
+        number = fit.data.resolved_sections((17.0, 18.0), 16, 8.0)
         assert number == 16
         cells = fit.data.sections(Model(()), number).cells((16.0, 20.0), 0.05)
         ratio = cells.power / cells.expected(fit.data.terms(fit.model))
@@ -99,11 +99,11 @@ def test_neither_where_nothing_is_kept_nor_where_much_is_missing():
     data = al.fit_model(_both(x)[0], "N").data
     # 36 tiles of the top level; below 1.9 Hz samples are kept, above 30 Hz no map.
     assert [
-        data.most_sections(band, 64, 8.0) for band in ((17.0, 18.0), (1.0, 1.1), (40.0, 41.0))
+        data.resolved_sections(band, 64, 8.0) for band in ((17.0, 18.0), (1.0, 1.1), (40.0, 41.0))
     ] == [16, 0, 0]
     x[: LENGTH // 4] = np.nan
     data = al.fit_model(_both(x)[0], "N").data
-    assert data.most_sections((17.0, 18.0), 64, 8.0) == 0
+    assert data.resolved_sections((17.0, 18.0), 64, 8.0) == 0
 
 
 @pytest.mark.slow

@@ -99,10 +99,12 @@ def interval(
         )
 
     def search(inside: float, outside: float, probability: float) -> float:
+        """The square between `inside` and `outside` at which `below` has a probability."""
         # As normal score against the square root, the curve is nearly straight.
         level = float(ndtri(probability))
 
         def over(root: float) -> float:
+            """Normal score of `below` at a coefficient, relative to the wanted one."""
             score = float(ndtri(below(root**2, bounded=outside > inside)))
             return float(np.clip(score, -9.0, 9.0)) - level
 

@@ -169,6 +169,7 @@ def _read(
     name, slope, where = line.name, line.slope, line.read_at
 
     def absent(reason: str) -> LineReading:
+        """Reading of a line that is not present."""
         return LineReading(name, slope, where, present=False, reason=reason)
 
     expected, covariance = _kernels.allan_covariance([(line.scatter, [1.0])], n, m)
@@ -327,6 +328,7 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
     slopes = np.diff(np.log10(sigma)) / np.diff(np.log10(tau))
 
     def read(slope: float, at: float) -> tuple[float, float]:
+        """Deviation read at `at` seconds on the line through the point with the nearest slope, and the τ of that point."""
         k = int(np.argmin(np.abs(slopes - slope)))
         return float(10.0 ** (np.log10(sigma[k]) + slope * np.log10(at / tau[k]))), float(tau[k])
 

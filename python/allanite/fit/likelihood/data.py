@@ -104,7 +104,7 @@ class Data:
         return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
     @property
-    def ends_out(self) -> bool:
+    def ends_missing(self) -> bool:
         """True if the first and the last sample are missing; the ends then add no leakage to the ordinates."""
         return self.missing is not None and bool(self.missing[0] and self.missing[-1])
 
@@ -120,15 +120,15 @@ class Data:
 
     def terms(self, model: Model) -> tuple[Term, ...]:
         """Primitive spectral terms of a model with values, for this record."""
-        return self._seen(model.terms(self.rate, self.span))
+        return self._without_end_leakage(model.terms(self.rate, self.span))
 
     def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
         """Primitive spectral terms of one effect at coefficient 1, for this record."""
-        return self._seen(model.unit_terms(effect, self.rate, self.span))
+        return self._without_end_leakage(model.unit_terms(effect, self.rate, self.span))
 
-    def _seen(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    def _without_end_leakage(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
         """Terms without the leakage of the record's ends, if both ends are missing."""
-        return tuple(term.inside for term in terms) if self.ends_out else terms
+        return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def octaves(
         self,
@@ -141,11 +141,11 @@ class Data:
         """
         return []
 
-    def as_seen(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
+    def at_octave_resolution(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
         """Power over time at the resolution that the octave from ordinate `first` has; unchanged for recordings."""
         return power
 
-    def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
         """Largest number of equal sections, at `most`, in which a band still has enough ordinates.
 
         The number is `most` divided by a power of two so that the band, Hz, times the section's duration is at least
@@ -214,9 +214,11 @@ class Data:
 
     def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
         """Ordinates of the record minus those of known functions of time, shape (n,)."""
-        return self.exchanged(self.ordinates, [(effect, effect.amplitudes()) for effect in effects])
+        return self.with_exchanged(
+            self.ordinates, [(effect, effect.amplitudes()) for effect in effects]
+        )
 
-    def exchanged(
+    def with_exchanged(
         self,
         ordinates: NDArray[np.float64],
         parts: Sequence[tuple[Deterministic, NDArray[np.float64]]],
@@ -257,6 +259,7 @@ class Data:
         """Cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
 
         def made() -> NDArray[np.float64]:
+            """The ordinates, computed."""
             series = effect.regressors(self.time, self.covariates).T
             return np.array([self.transform(s) for s in series])
 

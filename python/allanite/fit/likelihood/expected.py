@@ -104,16 +104,16 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float6
     return _column_with_modifiers(effect, model.modifiers if effect.white else model.filters, data)
 
 
-def means(model: Model, data: Data, ends_out: bool = False) -> NDArray[np.float64]:
+def means(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.float64]:
     """Expected power in each bin from a model with values, without missing samples, shape (bins,).
 
-    With `ends_out`, the first and the last sample are missing, and the ends add no leakage.
+    With `ends_missing`, the first and the last sample are missing, and the ends add no leakage.
     """
     total = np.zeros(data.bins.count.size)
     for effect in model.stochastic:
         acting = model.modifiers if effect.white else model.filters
         own = _complete_column(
-            _without_coefficient(effect), acting, data.rate, data.span, data.n, ends_out
+            _without_coefficient(effect), acting, data.rate, data.span, data.n, ends_missing
         )
         total += getattr(effect, effect.coefficient) ** 2 * own
     return total
@@ -127,7 +127,8 @@ def _column_with_modifiers(
     opened, mixing = _without_coefficient(effect), data.mixing
 
     def own() -> NDArray[np.float64]:
-        return _complete_column(opened, acting, data.rate, data.span, data.n, data.ends_out)
+        """The column without mixing by missing samples."""
+        return _complete_column(opened, acting, data.rate, data.span, data.n, data.ends_missing)
 
     return own() if mixing is None else data.mixed.get((opened, acting), lambda: mixing @ own())
 
@@ -147,11 +148,11 @@ def _complete_column(
     rate: float,
     span: tuple[float, float],
     n: int,
-    ends_out: bool,
+    ends_missing: bool,
 ) -> NDArray[np.float64]:
     """Expected bin power of one effect with modifiers, in a record without missing samples, shape (bins,); cached."""
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
-    if ends_out:
+    if ends_missing:
         inside = tuple(term.inside for term in terms)
         if inside == terms:
             return _complete_column(effect, acting, rate, span, n, False)

@@ -63,14 +63,14 @@ class RandomPart:
     data : Data
     power, count : ndarray, shape (bins,)
         Mean squared ordinate, U² per sample, and its degrees of freedom.
-    true : bool
+    is_expected : bool
         True if the power is computed from the model instead of measured; the discrepancy is then 0.
     """
 
     data: Data
     power: Array
     count: Array
-    true: bool = False
+    is_expected: bool = False
 
     __repr__ = brief
 
@@ -96,7 +96,7 @@ class RandomPart:
         linear = self.linear(model)
         free = linear.matrix[:, linear.free]
         offset = linear.offset if linear.fixed.any() else None
-        if self.true:
+        if self.is_expected:
             start_theta = np.ones(free.shape[1])
             return linear.whole(climb(self.power, self.count, free, start_theta, None, offset))
         if start is not None:

@@ -151,7 +151,9 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
         if own >= MIN_WHITE_SHARE and low in by_octave:
             bands.append(by_octave[low])
         else:
-            expected = data.as_seen(expected_level(solution.model, data, power.size), low)
+            expected = data.at_octave_resolution(
+                expected_level(solution.model, data, power.size), low
+            )
             bands.append((low, high, power / (1.0 + own * (expected - 1.0)), each))
     return Whitened(samples, tuple(bands), whitened.step)
 

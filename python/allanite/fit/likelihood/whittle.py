@@ -160,6 +160,7 @@ def maximize(
     """
 
     def plainly(votes: Array) -> Maximum:
+        """Maximum with δ = 0 and these degrees of freedom."""
         first = first_guess(power, votes, columns, offset)
         return climb(power, votes, columns, first, None, offset)
 
@@ -208,10 +209,12 @@ def profile_interval(
     rest = np.delete(best.theta, index)
 
     def drop(theta: float) -> float:
+        """Fall of logL if the coefficient has this squared value."""
         found = climb(power, count, others, rest, best.scale, column * theta)
         return logl_scale * (best.log_likelihood - found.log_likelihood)
 
     def search(inside: float, outside: float, level: float) -> float:
+        """The squared value between `inside` and `outside` at which logL has fallen by `level`."""
         # Bisection in the square root, where the profile is nearly a parabola.
         a, b = np.sqrt(inside), np.sqrt(outside)
         for _ in range(14):

@@ -150,6 +150,7 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
     waves = np.fft.rfft(np.concatenate([precision, [0.0], precision[:0:-1]])).real / (2 * n)
 
     def of(lag: NDArray[np.int64]) -> Array:
+        """Covariance of the precision at a lag, by symmetry of the transform."""
         return np.asarray(waves[np.minimum(lag, 2 * n - lag)])
 
     matrix = of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1)

@@ -30,11 +30,11 @@ MAX_ADDED_VARIANCE = 0.1
 
 def without_ends(data: Data, solution: Solution) -> Data | None:
     """The record with its first and last sample masked if the leakage of the ends matters under the model, else None."""
-    if data.ends_out or data.ordinates.size != data.n:
+    if data.ends_missing or data.ordinates.size != data.n:
         return None
     if all(term.inside is term for term in data.terms(solution.model)):
         return None
-    whole, inside = (means(solution.model, data, ends_out) for ends_out in (False, True))
+    whole, inside = (means(solution.model, data, ends_missing) for ends_missing in (False, True))
     share = 1.0 - inside / np.maximum(whole, 1e-300)
     if 0.5 * float(data.bins.count @ share**2) <= MAX_ADDED_VARIANCE:
         return None

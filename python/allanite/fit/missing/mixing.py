@@ -48,6 +48,7 @@ def _squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
     both = np.cumsum(np.cumsum(np.concatenate([squared[n - 1 : 0 : -1], squared])))
 
     def corner(at: NDArray[np.int64]) -> Array:
+        """Values of the double sum, 0 before its start."""
         return np.where(at < 0, 0.0, both[np.maximum(at, 0)])
 
     low, high = edges[:-1], edges[1:]

@@ -141,7 +141,7 @@ class _PairSearch:
         for one in processes:
             first = one.model.effects[-1]
             for gain, other in self._slow(one).values():
-                if self._reads(first, other):
+                if self._has_rival(first, other):
                     cost = other.numbers * parameter_cost(2.0 * gain)
                     found.append((evidence(one) + gain - cost, one.model + other))
         for one in [*starts, *processes]:
@@ -149,13 +149,13 @@ class _PairSearch:
             # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
             hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
             for cls in self._kinds():
-                if cls.kind != first.kind and self._reads(first, cls):
+                if cls.kind != first.kind and self._has_rival(first, cls):
                     both = self._process(cls, one, hopeless)
                     if both is not None:
                         found.append((evidence(both), both.model))
         return found
 
-    def _reads(self, *pair: Effect | type[Effect]) -> bool:
+    def _has_rival(self, *pair: Effect | type[Effect]) -> bool:
         """True if one of a pair is a declared alternative of the removed effect."""
         return any(one.may_be(self.out) for one in pair)
 
@@ -194,9 +194,9 @@ class _PairSearch:
 
     def _slow(self, base: Solution) -> dict[str, tuple[float, Deterministic]]:
         """Best grid point of each kind of slow function added to a base fit, with its ΔlogL."""
-        return best_slow(base, self.data, self._another)
+        return best_slow(base, self.data, self._may_be_paired)
 
-    def _another(self, blank: Deterministic) -> bool:
+    def _may_be_paired(self, blank: Deterministic) -> bool:
         """True if a slow function may be part of a pair."""
         # Refined forms are considered only as extensions of the plain form.
         return blank.kind != self.out.kind and not blank.refined
@@ -209,11 +209,11 @@ class _PairSearch:
         base = self.base
         j = filter_ordinates(self.data)
         target = base.ordinates[j] / np.sqrt(base.noise(self.data).variance(j))
-        scans = slow_scans(base, self.data, self._another)
+        scans = slow_scans(base, self.data, self._may_be_paired)
         blocks = [(points, unit, unit @ target) for points, _, unit in scans]
         found = []
         for (ones, u, z), (others, v, w) in combinations(blocks, 2):
-            if ones[0].kind == others[0].kind or not self._reads(ones[0], others[0]):
+            if ones[0].kind == others[0].kind or not self._has_rival(ones[0], others[0]):
                 continue
             shared = u @ v.T
             free = np.maximum(1.0 - shared**2, MIN_ORTHOGONAL_ENERGY)

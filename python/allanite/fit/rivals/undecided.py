@@ -210,6 +210,7 @@ def _interval(
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0
 
     def end(share: float) -> float:
+        """Quantile of the mixture."""
         low, high = least, 4.0 * reach
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)

@@ -250,6 +250,7 @@ def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
     best = climb(s.power, s.count, s.columns, s.theta, s.scale)
 
     def loss(square: float) -> float:
+        """Loss of logL if the squared coefficient has this value."""
         fixed = np.maximum(s.columns[:, place] * square, 1e-300)
         found = climb(s.power, s.count, others, rest, s.scale, fixed)
         return max(0.0, best.log_likelihood - found.log_likelihood)
@@ -267,6 +268,7 @@ def _pooled_by_likelihood(
     losses = [_loss_function(fit, place) for fit in fits]
 
     def total(root: float) -> float:
+        """Total loss of logL of all fits with a common coefficient."""
         return sum(loss(root * root) for loss in losses)
 
     values = np.array([float(e) for e in estimates])
@@ -283,6 +285,7 @@ def _pooled_by_likelihood(
     p_value = float(chdtrc(len(fits) - 1, max(2.0 * least, 0.0)))
 
     def over(root: float) -> float:
+        """Total loss above that at the ends of the 95 % interval."""
         return total(root) - least - PROFILE_DROP
 
     outside = 2.0 * top
@@ -316,6 +319,7 @@ def _spread(estimates: list[Estimate]) -> float | None:
     y, error = logs
 
     def excess(variance: float) -> float:
+        """Weighted sum of squares minus its expectation for a variance between recordings."""
         weights = 1.0 / (error**2 + variance)
         mean = float(weights @ y / weights.sum())
         return float(weights @ (y - mean) ** 2) - (y.size - 1)

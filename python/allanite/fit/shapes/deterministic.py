@@ -110,6 +110,7 @@ def line_ordinates(
     first = 2.0 * np.pi * np.asarray(frequency)[..., None] * data.start - w / 2.0  # phase at k = −½
 
     def total(theta: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sums Σ_k sin and Σ_k cos of θ(k+½) plus the phase at k = −½."""
         half = theta / 2.0
         below = np.sin(half)
         small = np.abs(below) < 1e-12

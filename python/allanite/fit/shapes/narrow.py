@@ -96,38 +96,41 @@ class Window:
         return effect
 
     @property
-    def hertz(self) -> float:
+    def hertz_per_ordinate(self) -> float:
         """Distance between two ordinates, Hz."""
         return self.data.rate / (2.0 * self.data.n)
 
     @property
-    def more(self) -> tuple[str, ...]:
+    def companion_shapes(self) -> tuple[str, ...]:
         """Names of the free shapes that describe companions of the band."""
         return tuple(n for n in self.own.free_shapes if n in self.own.companions)
 
     def effect(self, x: Array) -> Stochastic:
         """The band at these coordinates."""
         half = float(np.exp(x[2]))
-        made = self.own.banded(float(x[1] - half) * self.hertz, float(x[1] + half) * self.hertz)
+        made = self.own.banded(
+            float(x[1] - half) * self.hertz_per_ordinate,
+            float(x[1] + half) * self.hertz_per_ordinate,
+        )
         assert made is not None
-        shapes = dict(zip(self.more, np.exp(x[4:]).tolist(), strict=True))
+        shapes = dict(zip(self.companion_shapes, np.exp(x[4:]).tolist(), strict=True))
         return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))}, **shapes)
 
     def start(self) -> Array:
         """Coordinates of the band with the model's present values."""
         own = self.own
         assert own.occupies is not None
-        low, high = np.array(own.occupies) / self.hertz
+        low, high = np.array(own.occupies) / self.hertz_per_ordinate
         power = np.log(max(own.values[own.coefficient] ** 2, 1e-300))
-        shapes = [np.log(own.values[name]) for name in self.more]
+        shapes = [np.log(own.values[name]) for name in self.companion_shapes]
         return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
 
     def scales(self, x: Array) -> Array:
         """Change of each coordinate that changes the spectrum substantially, e.g. the middle by the half-width."""
         half = float(np.exp(x[2]))
-        units = [self.own.parameter(name).unit for name in self.more]
+        units = [self.own.parameter(name).unit for name in self.companion_shapes]
         shapes = [
-            half * self.hertz / float(np.exp(v)) if unit == "Hz" else 1.0
+            half * self.hertz_per_ordinate / float(np.exp(v)) if unit == "Hz" else 1.0
             for unit, v in zip(units, x[4:], strict=True)
         ]
         return np.array([1.0, half, 1.0, 0.5, *shapes])
@@ -143,31 +146,31 @@ class Window:
     def log_likelihood(self, x: Array) -> float:
         """Whittle logL of the ordinates with the band at coordinates x."""
         stop_if_unwanted()
-        return self._judged(self.spectrum(x))
+        return self._log_likelihood_of(self.spectrum(x))
 
-    def _judged(self, expected: Array) -> float:
+    def _log_likelihood_of(self, expected: Array) -> float:
         """Whittle logL of the ordinates for expected squares, shape (k,)."""
         return -0.5 * float(np.sum(np.log(expected) + self.power / expected))
 
     @property
-    def widest(self) -> float:
+    def max_log_half_width(self) -> float:
         """Ln of the maximum half-width of a narrow band here, in ordinates."""
         return float(np.log(0.5 * MAX_NARROW_WIDTH * np.mean(self.j)))
 
-    def inside(self, x: Array) -> bool:
+    def is_admissible(self, x: Array) -> bool:
         """True if coordinates describe an admissible narrow band in this window."""
         return bool(
-            np.log(MIN_HALF_WIDTH) <= x[2] <= self.widest + 0.7
+            np.log(MIN_HALF_WIDTH) <= x[2] <= self.max_log_half_width + 0.7
             and self.j[0] < x[1] < self.j[-1]
             and abs(x[3]) < 2.0
-            and self._apart(x)
+            and self._has_separate_peaks(x)
         )
 
-    def _apart(self, x: Array) -> bool:
+    def _has_separate_peaks(self, x: Array) -> bool:
         """True if the shapes of companions are in their ranges and no two peaks overlap."""
-        if not self.more:
+        if not self.companion_shapes:
             return True
-        declared = [self.own.parameter(name) for name in self.more]
+        declared = [self.own.parameter(name) for name in self.companion_shapes]
         if not all(p.low < np.exp(v) < p.high for p, v in zip(declared, x[4:], strict=True)):
             return False
         low, high = np.sort(np.array(self.effect(x).peaks).T)
@@ -175,15 +178,15 @@ class Window:
             low[0] > 0.0 and (low[1:] > high[:-1]).all() and high[-1] < 0.5 * self.data.rate
         )
 
-    def scanned(self) -> Array:
+    def best_of_widths(self) -> Array:
         """Coordinates of the best band of several widths, each placed at the largest excess over its width."""
         if not np.all(self.rest > 0.0):  # without other noise, no excess is defined
             return self.start()
         excess = self.power / self.rest
         total = np.concatenate([[0.0], np.cumsum(excess - np.median(excess) / 0.4549)])
         best, half = self.start(), MIN_HALF_WIDTH
-        highest = self.log_likelihood(best) if self.inside(best) else -np.inf
-        while np.log(half) <= self.widest:
+        highest = self.log_likelihood(best) if self.is_admissible(best) else -np.inf
+        while np.log(half) <= self.max_log_half_width:
             width = max(2, round(2.0 * half))
             if width < self.j.size // 2:
                 sums = total[width:] - total[:-width]
@@ -199,11 +202,11 @@ class Window:
             half *= HALF_WIDTH_RATIO
         return best
 
-    def climbed(self, x: Array) -> Array:
+    def optimized(self, x: Array) -> Array:
         """Coordinates of the local maximum of logL, by Fisher scoring from x."""
         for _ in range(MAX_STEPS):
             slopes, now = self._slopes(x)
-            value = self._judged(now)
+            value = self._log_likelihood_of(now)
             gradient = 0.5 * slopes.T @ (self.power / now - 1.0)
             step = _inverse(slopes) @ gradient
             if float(gradient @ step) < 2.0 * MIN_SHAPE_DELTA_LOGL:
@@ -213,7 +216,7 @@ class Window:
             share = 1.0
             while share > 1e-3:
                 tried = x + share * step
-                found = self.log_likelihood(tried) if self.inside(tried) else -np.inf
+                found = self.log_likelihood(tried) if self.is_admissible(tried) else -np.inf
                 if found > value:
                     break
                 share *= 0.4
@@ -329,7 +332,7 @@ def is_flat_near(model: Model, place: int, data: Data) -> bool:
 
 def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> Array:
     """Mean density of the bin of each ordinate, for all ordinates of the bins `near`."""
-    return np.repeat(means(model, data, data.ends_out)[near], _sizes(near, data))
+    return np.repeat(means(model, data, data.ends_missing)[near], _sizes(near, data))
 
 
 def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
@@ -387,8 +390,12 @@ def fit_narrow_bands(
         window = Window.of(model, place, data, ordinates)
         start = window.start()
         # If the bins placed the band, its frequency and width are only rough.
-        at = window.scanned() if start[2] > window.widest - MAX_DISTANCE_TO_WIDEST else start
-        x = window.climbed(at)
+        at = (
+            window.best_of_widths()
+            if start[2] > window.max_log_half_width - MAX_DISTANCE_TO_WIDEST
+            else start
+        )
+        x = window.optimized(at)
         if x is start:
             continue
         # The strength comes from the bins, or is held.

@@ -133,7 +133,7 @@ def polish(
     shapes = _Shapes.of(model, places, part)
     ends = [_climb(shapes, shapes.start(), best, part, roughly)]
     point, found = ends[0]
-    if part.true:
+    if part.is_expected:
         pass
     elif found.scale is None:
         scale, value = best_scale(part.power, part.count, found.spectrum)

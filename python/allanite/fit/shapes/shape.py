@@ -308,6 +308,7 @@ def _optimize_slow(
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
+            """Negative rise of logL for a value of the shape."""
             tried = base.with_values(**{name: value})
             rows = orthogonal_to(basis, regressor_ordinates([tried], j, data) * root)
             return -regress(rows.T, target, np.ones(j.size)).gain

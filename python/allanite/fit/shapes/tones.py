@@ -151,6 +151,7 @@ def _optimized(
     sums = np.interp(knots, places, total)
 
     def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
+        """Negative gain at scaled changes of frequency, start and end."""
         f, a, b = origin + scale * x
         a, b = max(float(a), knots[0]), min(float(b), knots[-1])
         if not MIN_BURST_VALUES / band.series.size <= b - a <= MAX_BURST_FRACTION:

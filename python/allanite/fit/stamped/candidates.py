@@ -107,7 +107,7 @@ class FittedNoise:
         return self._at(place)
 
     @cached_property
-    def beside(self) -> list[tuple[Regressed, Regressed]]:
+    def neighbors(self) -> list[tuple[Regressed, Regressed]]:
         """Regressions one `CURVATURE_STEP` below and above the fit, for each noise parameter."""
         return [
             (
@@ -122,7 +122,7 @@ class FittedNoise:
         """Covariance of the log-variances and the exponent, from the inverse curvature of logL."""
         k = self._place.size
         middle = self.regressed.log_likelihood
-        sides = [sum(r.log_likelihood for r in pair) for pair in self.beside]
+        sides = [sum(r.log_likelihood for r in pair) for pair in self.neighbors]
         curvature = np.diag([2.0 * middle - both for both in sides])
         for i in range(k):
             for j in range(i):
@@ -172,11 +172,13 @@ def fit_noise(
     weights = [1.0 / _scatter(part, length) for part in fixed]
 
     def last(exponent: float) -> StampedNoise:
+        """The last effect with a given exponent, normalized by its scatter."""
         effect: Any = candidate.effects[-1].with_values(exponent=float(exponent))
         part = added([form(term, rate, n) for term in effect.unit_terms(rate)])
         return part.scaled(1.0 / _scatter(part, length))
 
     def at(place: Array) -> StampedNoise:
+        """Noise at log-variances (and an exponent)."""
         parts = [
             part.scaled(weight * float(np.exp(v)))
             for part, weight, v in zip(fixed, weights, place, strict=False)
@@ -186,9 +188,11 @@ def fit_noise(
         return added(parts)
 
     def whole(free: Array) -> Array:
+        """All log-variances from those relative to the first."""
         return np.concatenate([[0.0], free])
 
     def loss(free: Array) -> float:
+        """Negative profiled log-likelihood at relative log-variances (and an exponent)."""
         stop_if_unwanted()
         return -series.regressed(at(whole(np.asarray(free, dtype=float)))).profiled
 

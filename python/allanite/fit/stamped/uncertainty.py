@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 
 def with_noise(best: FittedNoise) -> tuple[Array, Array]:
     """Standard errors of the amplitudes, and their degrees of freedom, shape (k,) each."""
-    beside = [(low.amplitudes, low.covariance.diagonal()) for pair in best.beside for low in pair]
+    beside = [
+        (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
+    ]
     return _combined(best, beside, best.regressed.covariance.diagonal())
 
 
@@ -37,7 +39,7 @@ def predicted_with_noise(
     """
     mean, variance = series.predicted(best.noise, best.regressed, times, design)
     beside = []
-    for i, pair in enumerate(best.beside):
+    for i, pair in enumerate(best.neighbors):
         for sign, regressed in zip((-1.0, 1.0), pair, strict=True):
             beside.append(series.predicted(best.noise_at(i, sign), regressed, times, design))
     std, freedom = _combined(best, beside, variance)

@@ -178,13 +178,13 @@ class SummaryData(Data):
         """First ordinate of the octave with this level."""
         return round(LOW * self.n / (SEGMENT << level))
 
-    def as_seen(self, power: Array, first: int) -> Array:
+    def at_octave_resolution(self, power: Array, first: int) -> Array:
         """Power in time cells at the resolution of the octave from ordinate `first`; unchanged for other ordinates."""
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
-        return power if level is None else self.maps.as_seen(power, level)
+        return power if level is None else self.maps.at_octave_resolution(power, level)
 
-    def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
         """Number of equal sections, at `most`, in which a band can be followed; 0 if the summary cannot resolve the band.
 
         The band, Hz, must lie in the stored frequencies and contain `resolved` ordinates and two frequency cells.

@@ -63,7 +63,7 @@ class Maps:
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
         return np.asarray(edges.clip(0.0, self.n))
 
-    def as_seen(self, power: Array, level: int) -> Array:
+    def at_octave_resolution(self, power: Array, level: int) -> Array:
         """Power in time cells averaged to the resolution of an octave's blocks, shape (CELLS,)."""
         edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
         # Incomplete blocks at the ends are joined with their neighbor.

@@ -91,7 +91,7 @@ def _movable(effect: Stochastic) -> bool:
 
 def _section_count(band: Stochastic, data: Data) -> int:
     """Largest number of sections of the record that resolve the band."""
-    return data.most_sections(
+    return data.resolved_sections(
         band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES_PER_HALF_WIDTH
     )
 
