@@ -287,8 +287,18 @@ def test_decimal_commas_of_a_single_column(tmp_path):
         ("x\n1\n2\n", {"covariate": "temp"}, InputError, "unknown column 'temp'"),
         ("x\n1\n2\n", {"time_column": "t"}, InputError, "unknown column 't'"),
         ("time\n1\n2\n", {}, InputError, "no sensor column"),
-        ("x [deg/s]\n1\n2\n", {"unit": "rad/s"}, InputError, "column x is in deg/s, but rad/s is given by unit="),
-        ("x [deg/s]\n1\n2\n", {"unit": "mg"}, InputError, "column x is in deg/s, but mg is given by unit="),
+        (
+            "x [deg/s]\n1\n2\n",
+            {"unit": "rad/s"},
+            InputError,
+            "column x is in deg/s, but rad/s is given by unit=",
+        ),
+        (
+            "x [deg/s]\n1\n2\n",
+            {"unit": "mg"},
+            InputError,
+            "column x is in deg/s, but mg is given by unit=",
+        ),
     ],
 )
 def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, words):

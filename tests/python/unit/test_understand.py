@@ -147,9 +147,7 @@ def test_inspect_words_what_is_lacking_for_the_command_line(tmp_path, capsys):
         main(["inspect", str(path)])
     said = capsys.readouterr().out.splitlines()
     assert [
-        line
-        for line in said
-        if "no unit in the log for gx, gy, ax: add --unit deg/s,m/s^2" in line
+        line for line in said if "no unit in the log for gx, gy, ax: add --unit deg/s,m/s^2" in line
     ]
     assert "no sampling rate: give --rate HZ or a time column" in said[-1]
 
@@ -169,7 +167,9 @@ def test_one_unit_leaves_the_other_kind_out_and_says_so(tmp_path):
     r = al.read(path, rate=50, unit="deg/s")
     assert r.columns == ("gx", "gy")
     (told,) = [f for f in r.audit if f.kind == "not_used"]
-    assert "ax (an accelerometer, but deg/s is no unit of an accelerometer); two units" in told.message
+    assert (
+        "ax (an accelerometer, but deg/s is no unit of an accelerometer); two units" in told.message
+    )
     seen = al.inspect(path, rate=50, unit="deg/s")
     assert [(c.unit, c.used) for c in seen.columns] == [("deg/s", True)] * 2 + [(None, False)]
     asked = al.read(path, rate=50, unit="deg/s", column="gx")

@@ -155,7 +155,12 @@ def test_a_decimal_comma_between_commas_is_asked_for(run, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time,gx,gy\n" + "".join(f"{k},0,{k % 7},1,{k % 5}\n" for k in range(99)))
     for command in ("inspect", "fit"):
-        refused(run(command, path), 2, "log.csv: row 2 has 5 columns", "for decimal commas, separate the columns")
+        refused(
+            run(command, path),
+            2,
+            "log.csv: row 2 has 5 columns",
+            "for decimal commas, separate the columns",
+        )
 
 
 def test_a_column_that_is_nearly_one_is_asked_for(run, tmp_path, rows):
