@@ -1,7 +1,9 @@
 """Claim: an acceptance test gives at most 5 % wrong "meets" and at most 5 % wrong "does not meet".
 
-`acceptance.py [--records 500] [--samples 6000]`: records of N+B+K from NumPy alone. Their true figures are 0.8, 1.0 and
-1.25 times the limit of the data sheet. A part at 0.8 or 1.0 times the limit meets the sheet, one at 1.25 times does not.
+    python benches/claims/acceptance.py [--records 500] [--samples 6000]
+
+Simulated records of N+B+K, made without the package, have true figures of 0.8, 1.0 and 1.25 times the limit of the data
+sheet. A unit at 0.8 or 1.0 times the limit meets the sheet, one at 1.25 times does not.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ import allanite as al
 import generators as g
 
 RATE = 10.0
-#: deg/s, /s^0.5, /s^-0.5: white noise, flicker and random walk of a MEMS gyroscope.
+#: White noise, flicker noise and random walk of a MEMS gyroscope (based on deg/s).
 N, B, K = 0.005, 0.002, 1e-4
 RATIOS = (0.8, 1.0, 1.25)
 
@@ -41,7 +43,7 @@ def true_figures() -> dict[str, tuple[float, str]]:
 
 
 def count(records: int, samples: int, seed: int = 0) -> dict[tuple[str, float], dict[str, int]]:
-    """Verdicts by figure and by ratio of the truth to the limit."""
+    """Count the verdicts by figure and by ratio of the true value to the limit."""
     truth = true_figures()
     found: dict[tuple[str, float], dict[str, int]] = {}
     for number in range(records):
@@ -56,7 +58,7 @@ def count(records: int, samples: int, seed: int = 0) -> dict[tuple[str, float], 
 
 
 def wrong(found: dict[tuple[str, float], dict[str, int]]) -> dict[str, tuple[int, int]]:
-    """Wrong verdicts and records in which each could have been wrong, over all figures."""
+    """Count the wrong verdicts of each kind, and the records in which that verdict would be wrong, over all figures."""
     meets = [row for (_, ratio), row in found.items() if ratio > 1.0]
     not_meets = [row for (_, ratio), row in found.items() if ratio <= 1.0]
     return {
@@ -69,10 +71,10 @@ def wrong(found: dict[tuple[str, float], dict[str, int]]) -> dict[str, tuple[int
 
 
 def main() -> None:
-    """Count and print."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--records", type=int, default=30)
-    parser.add_argument("--samples", type=int, default=6000)
+    """Print the counts of all verdicts and the share of wrong ones."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--records", type=int, default=30, help="simulated records in all")
+    parser.add_argument("--samples", type=int, default=6000, help="samples of a record")
     given = parser.parse_args()
     found = count(given.records, given.samples)
     for (name, ratio), row in sorted(found.items()):

@@ -1,6 +1,7 @@
-"""How often the Allan error of a true model exceeds twice its expected scatter.
+"""Claim: the Allan error of a true model rarely exceeds twice its expected scatter.
 
-`Study.adequate` refuses such a model. The samples come from tests/python/generators.py, which know nothing of the package.
+`Study.adequate` is false for a model that exceeds it. The samples come from tests/python/generators.py, which does not use
+the package.
 
     python benches/claims/allan_scatter.py [--records 200]
 """
@@ -23,7 +24,7 @@ MODELS = ("N", "N+B", "N+K", "N+B+K")
 
 
 def ratios(name: str, seeds: range) -> np.ndarray:
-    """Allan error over its expected scatter, one for each record of the model."""
+    """Return the ratio of the Allan error to its expected scatter for one record per seed."""
     start, make = NULLS[name]
     errors = [al.fit_model(make(seed), start).error for seed in seeds]
     return np.array([e.adev_rms_percent / e.chance_rms_percent for e in errors])
@@ -31,8 +32,8 @@ def ratios(name: str, seeds: range) -> np.ndarray:
 
 def main() -> None:
     """Print quantiles of the ratio and how many exceed 2."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--records", type=int, default=200)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--records", type=int, default=200, help="records of each model")
     asked = parser.parse_args()
     for name in MODELS:
         found = ratios(name, range(1000, 1000 + asked.records))

@@ -1,8 +1,7 @@
-"""A vibration that is there, or louder, for a while: is it named as that alone? And how often where nothing changes?
+"""Claim: a vibration whose level changes is found as resonance and level change, and a constant one never is.
 
-Noise of a sensor (N+B+K) for half an hour at 50 Hz with a resonance at 12 Hz, which is on for a third of the record or
-doubles for a sixth; and checks of true models of nine kinds, of which none has a level that changes. The samples come from
-tests/python/generators.py.
+Hidden: N+B+K of half an hour at 50 Hz and a resonance at 12 Hz, which is present for a third of the record or doubles for
+a sixth. Nulls: checks of nine true models without a level that changes. The samples come from tests/python/generators.py.
 
     python benches/claims/band_levels.py [--seeds 8] [--null 60] [--samples 20000]
 """
@@ -49,12 +48,12 @@ NULLS = {
 
 
 def sensor(rng, n):
-    """White noise, flicker and a random walk."""
+    """Return n samples of N+B+K in deg/s."""
     return g.white(rng, n, RATE, 0.01) + g.flicker(rng, n, RATE, 0.003) + g.walk(rng, n, RATE, 2e-4)
 
 
 def hidden(name, seed):
-    """The study of a record with a vibration that changes."""
+    """Build a model step by step for a record with a vibration whose level changes."""
     rng = np.random.default_rng(seed)
     x = sensor(rng, LENGTH)
     x += HIDDEN[name](np.arange(LENGTH) / RATE) * g.resonance(
@@ -64,20 +63,22 @@ def hidden(name, seed):
 
 
 def main() -> None:
-    """Print what was found."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=8)
-    parser.add_argument("--null", type=int, default=60)
-    parser.add_argument("--samples", type=int, default=20_000)
+    """Print the counts of correct results and of false alarms."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=8, help="records of each hidden change")
+    parser.add_argument("--null", type=int, default=60, help="records of each true model")
+    parser.add_argument(
+        "--samples", type=int, default=20_000, help="samples of a record of a true model"
+    )
     asked = parser.parse_args()
     for name in HIDDEN:
         right = 0
         for seed in range(asked.seeds):
             study = hidden(name, seed)
-            added = [rung.added.kind for rung in study.ladder[1:]]
+            added = [step.added.kind for step in study.ladder[1:]]
             right += study.adequate and added == ["resonance", "band_level_change"]
-            told = [str(effect) for effect in study.fit.model][3:]
-            print(f"{name}, {seed}: {study.stopped_because}, {told}", flush=True)
+            effects = [str(effect) for effect in study.fit.model][3:]
+            print(f"{name}, {seed}: {study.stopped_because}, {effects}", flush=True)
         print(f"{name}: {right} of {asked.seeds} the resonance and its level alone", flush=True)
     for name, (start, samples) in NULLS.items():
         kinds: Counter[str] = Counter()

@@ -1,9 +1,9 @@
-"""Simulated groups of units: do gains and weights match the truth, and is the deviating unit named?
+"""Claim: weights and gain of a group of sensors match the true ones, and the deviating unit is named.
 
-Groups of four, an hour at 20 Hz: equal; unequal (N of 1, 1.5, 2 and 3); correlated (two that share as much noise as they
-have of their own). Then groups of five whose N and K spread by 5 %, without a deviating unit, and with
-one of twice the N, or of five or ten times the K (at least 95 % for twice the N and ten times the K: an hour
-shows little of a walk). The samples know nothing of the package.
+Groups of four, an hour at 20 Hz: equal; unequal (N of 1, 1.5, 2 and 3); correlated (two units share as much noise as each
+has of its own). Groups of five whose N and K spread by 5 %: without a deviating unit, and with one of twice the N, or of
+five or ten times the K. At least 95 % must be named for twice the N and ten times the K; five times the K is hard to detect
+in an hour. The samples are made without the package.
 
     python benches/claims/combination.py [--seeds 40]
 """
@@ -21,13 +21,13 @@ N, K = 0.01, 1e-4
 
 
 def noise(rng, n=N, k=K):
-    """Samples of white noise and a random walk."""
+    """Return samples of white noise and a random walk."""
     white = rng.normal(0.0, n * np.sqrt(RATE), LENGTH)
     return white + np.cumsum(rng.normal(0.0, k / np.sqrt(RATE), LENGTH))
 
 
 def group(kind, rng):
-    """Samples of four units, and the covariance of their white noise in units of one."""
+    """Return samples of four units and the covariance of their white noise relative to one unit's variance."""
     if kind == "equal":
         return np.column_stack([noise(rng) for _ in range(4)]), np.eye(4)
     if kind == "unequal":
@@ -41,19 +41,19 @@ def group(kind, rng):
 
 
 def truth(covariance):
-    """Weights and gain; N and K are alike, so that they hold at each τ."""
+    """Return the true weights and gain. N and K have the same covariance, so both hold at every τ."""
     row = np.linalg.solve(covariance, np.ones(len(covariance)))
     return row / row.sum(), float(np.sqrt(np.diag(covariance).min() * row.sum()))
 
 
 def combined(x, model="N+K"):
-    """The units of one board."""
+    """Combine the units of one board."""
     names = [f"gyro{k}_x" for k in range(x.shape[1])]
     return al.combine(al.Recording(x, rate=RATE, unit="deg/s", columns=names), model)
 
 
 def spread_group(rng, odd=None, factor=(1.0, 1.0), units=5):
-    """Units whose coefficients spread by 5 %, one of them with other ones."""
+    """Return samples of units whose coefficients spread by 5 %; those of unit `odd` are also multiplied by `factor`."""
     out = []
     for k in range(units):
         n, walk = N * np.exp(rng.normal(0.0, 0.05)), K * np.exp(rng.normal(0.0, 0.05))
@@ -64,8 +64,9 @@ def spread_group(rng, odd=None, factor=(1.0, 1.0), units=5):
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=40)
+    """Print weights, gains and named units beside the true ones."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=40, help="groups of each case")
     given = parser.parse_args()
     for kind in ("equal", "unequal", "correlated"):
         weights, gains, measured = [], [], []
@@ -73,7 +74,7 @@ def main() -> None:
             x, covariance = group(kind, np.random.default_rng([seed, len(kind)]))
             found = combined(x)
             weights.append(found.weights)
-            # Of a unit that is best in truth: the best of the estimates is the luckiest, too.
+            # Compare with the unit that is truly best: the one with the best estimate is selected by chance too.
             gains.append(found.single[:, np.argmin(np.diag(covariance))] / found.combined)
             measured.append(found.measured / found.combined)
         right, gain = truth(covariance)

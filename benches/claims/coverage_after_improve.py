@@ -1,9 +1,9 @@
-"""Coverage of 95 % intervals of the model that a ladder from N ends with: what choosing the model does to them.
+"""Claim: 95 % intervals of the final model of a stepwise model building from N cover the truth.
 
     python benches/claims/coverage_after_improve.py [--records 500] [--samples 20000] [--only N+K]
 
-Counted are records in which the ladder ends with the kinds of the truth; the others are named by what they end with. The
-samples come from tests/python/generators.py, which know nothing of the package.
+Coverage is counted over the records whose final model has exactly the true kinds of effects; for the others the final
+models are printed. The samples come from tests/python/generators.py, which does not use the package.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ B, K, Q_C, TIME, CUTOFF = 0.008, 1e-3, 0.01, 4.0, 8.0
 
 
 def filtered(rng, n):
-    """White noise behind a digital Butterworth filter of order 2."""
+    """Return white noise after a digital Butterworth filter of order 2."""
     b, a = signal.butter(2, CUTOFF / (RATE / 2.0))
     return signal.lfilter(b, a, g.white(rng, n + 4096, RATE, N))[4096:]
 
 
-#: Samples of each truth, and the value of each of its numbers by effect's symbol and name.
+#: Name of each truth → its samples and the true values by parameter key.
 TRUTHS = {
     "N+GM": (
         lambda rng, n: g.white(rng, n, RATE, N) + g.gauss_markov(rng, n, RATE, Q_C, TIME),
@@ -53,11 +53,11 @@ TRUTHS = {
 
 
 def main() -> None:
-    """Print a line a number of each truth."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--records", type=int, default=500)
-    parser.add_argument("--samples", type=int, default=20_000)
-    parser.add_argument("--only", choices=TRUTHS)
+    """Print the coverage of each parameter of each truth."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--records", type=int, default=500, help="records of each truth")
+    parser.add_argument("--samples", type=int, default=20_000, help="samples of a record")
+    parser.add_argument("--only", choices=TRUTHS, help="run this truth alone")
     asked = parser.parse_args()
     for name, (samples, values) in TRUTHS.items():
         if asked.only not in {None, name}:
@@ -75,10 +75,12 @@ def main() -> None:
                 low, high = fit[number].interval
                 inside[number] += low <= value <= high
         right = ends["+".join(sorted(name.split("+")))]
-        print(f"{name}: {right} of {asked.records} ladders end with it; others {dict(ends)}")
+        print(
+            f"{name}: {right} of {asked.records} searches end with it; all final models {dict(ends)}"
+        )
         for number in values:
             share = inside[number] / max(right, 1)
-            # Standard error of a share of 95 %.
+            # Binomial standard error of a coverage of 95 %.
             print(
                 f"   {number}: {100 * share:.1f} % ± {100 * np.sqrt(0.05 * 0.95 / max(right, 1)):.1f}",
                 flush=True,

@@ -1,7 +1,8 @@
-"""Summaries by Dask have the bits of those without it: processes and threads, chunks of 10⁴ to 10⁶, a worker killed.
+"""Claim: a summary by Dask is bit-identical to one without Dask, for any chunks and also if a worker is killed.
 
-Samples are whole numbers, for which the Allan curve is exact too. In every fourth run by processes one worker is killed at
-a random moment of the run; Dask starts another one and computes again what was lost.
+Runs alternate between processes and threads, with chunks of 10⁴ to 10⁶ samples. The samples are integers, for which the
+Allan curve is exact too. In every fourth run by processes one worker is killed at a random time; Dask starts another one
+and recomputes what was lost.
 
     python benches/claims/dask_bits.py [--runs 20] [--samples 2000000]
 """
@@ -24,7 +25,7 @@ RATE = 1000.0
 
 
 def bits(value):
-    """The same with every array as its bytes."""
+    """Return the value with each array replaced by its bytes."""
     if isinstance(value, np.ndarray):
         return value.tobytes()
     if isinstance(value, dict):
@@ -33,7 +34,7 @@ def bits(value):
 
 
 def kept(summary):
-    """What a fit uses of a summary."""
+    """Return the parts of a summary that a fit uses, as bytes."""
     reading = summary.reading()
     octaves = [
         (octave.power.value, octave.blocks.sums.value, octave.sections.sums.value)
@@ -43,7 +44,7 @@ def kept(summary):
 
 
 def kill(client, after):
-    """Kill a worker that is at work so many seconds later."""
+    """Kill one worker `after` seconds from now."""
 
     def end():
         with suppress(OSError):
@@ -67,13 +68,16 @@ def both_workers(cluster, client):
 
 
 def main():
+    """Print how many runs are bit-identical."""
     import dask
     import dask.array as da
     from dask.distributed import Client, LocalCluster
 
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--runs", type=int, default=20)
-    parser.add_argument("--samples", type=int, default=2_000_000)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--runs", type=int, default=20, help="runs in all, half of them by processes"
+    )
+    parser.add_argument("--samples", type=int, default=2_000_000, help="samples of the record")
     asked = parser.parse_args()
     dask.config.set({"distributed.scheduler.allowed-failures": 10})
     rng = np.random.default_rng(1)

@@ -1,8 +1,8 @@
-"""Someone moves the sensor for a while: is that stretch named, where does it begin and end, and how often is one made up?
+"""Claim: a segment in which the sensor was moved is found with its start and end, and false segments are rare.
 
-Records of an hour at 50 Hz, checked with N+B+K. Those without a disturbance hold one effect that this model does not know,
-since what swells, wanders, jumps or has heavy tails is what may be taken for one. The others were carried, knocked or
-driven for a time. tests/python/generators.py and the functions here know nothing of the package.
+Records of an hour at 50 Hz, checked with N+B+K. Records without a disturbance contain one effect that is missing in this
+model and may be mistaken for a disturbance: levels that change, lines that wander, steps, heavy tails. In the others the
+sensor was carried, knocked or driven for a while. All samples are made without the package.
 
     python benches/claims/disturbances.py [--records 100] [--only wanders]
 """
@@ -28,7 +28,7 @@ TIME = np.arange(LENGTH) / RATE
 
 
 def noise(rng):
-    """What the model under test knows."""
+    """Return samples of N+B+K, the model that is checked."""
     return (
         g.white(rng, LENGTH, RATE, N)
         + g.flicker(rng, LENGTH, RATE, B)
@@ -37,18 +37,18 @@ def noise(rng):
 
 
 def wanders(rng):
-    """A line whose frequency is a random walk of 0.05 Hz in a minute."""
+    """Return noise and a line whose frequency is a random walk of 0.05 Hz per √min."""
     phase = 2 * np.pi * np.cumsum(12.0 + g.walk(rng, LENGTH, RATE, 0.05 / np.sqrt(60.0))) / RATE
     return noise(rng) + 0.05 * np.sin(phase)
 
 
 def heavy(rng):
-    """Student's t of three degrees of freedom in the place of normal samples."""
+    """Return noise with added samples of Student's t with three degrees of freedom."""
     return noise(rng) + N * np.sqrt(RATE / 3.0) * rng.standard_t(3, LENGTH)
 
 
 def ringing(damping):
-    """A resonance three times as strong as the noise in its band."""
+    """Return a source of noise with a resonance of nine times the power of the white noise in its band."""
 
     def made(rng):
         at = float(np.exp(rng.uniform(np.log(2.0), np.log(20.0))))
@@ -59,7 +59,7 @@ def ringing(damping):
 
 
 def filtered(rng):
-    """White noise behind a low-pass of 8 Hz."""
+    """Return white noise after a low-pass of 8 Hz."""
     pole = np.exp(-2 * np.pi * 8.0 / RATE)
     return lfilter([1.0 - pole], [1.0, -pole], g.white(rng, LENGTH, RATE, N))
 
@@ -88,13 +88,13 @@ QUIET = {
 
 
 def carried(rng, duration):
-    """Steps of 1.9 Hz that hurry and tarry, and swings with them."""
+    """Return the motion of a walk: 1.9 steps per second with a random frequency, and slower swings."""
     phase = np.cumsum(2 * np.pi * (1.9 + 0.3 * rng.standard_normal(duration.size)) / RATE)
     return np.sin(phase) + 0.5 * np.sin(0.37 * phase)
 
 
 def knocked(rng, duration):
-    """Knocks a few seconds apart, each a ringing of 9 Hz that is gone in a second."""
+    """Return knocks a few seconds apart, each a 9 Hz oscillation that decays within a second."""
     blows = np.where(rng.random(duration.size) < 0.3 / RATE, rng.standard_normal(duration.size), 0)
     blows[:: int(6 * RATE)] = 1.0
     r, w = np.exp(-3.0 / RATE), 2 * np.pi * 9.0 / RATE
@@ -102,7 +102,7 @@ def knocked(rng, duration):
 
 
 def driven(rng, duration):
-    """A broad rumble about 3 Hz that begins and ends slowly."""
+    """Return broad-band vibration around 3 Hz that begins and ends gradually."""
     r, w = 0.9, 2 * np.pi * 3.0 / RATE
     rumble = lfilter([1.0], [1.0, -2 * r * np.cos(w), r * r], rng.standard_normal(duration.size))
     return rumble / rumble.std() * np.sin(np.pi * duration / (duration[-1] + 1.0 / RATE)) ** 0.5
@@ -112,16 +112,16 @@ MOVED = {"carried": carried, "knocked": knocked, "driven": driven}
 
 
 def stretches(record):
-    """The stretches that a check of N+B+K says were disturbed."""
+    """Return the disturbances that a check of N+B+K finds."""
     fit = al.fit_model(al.Recording(record, rate=RATE, unit="rad/s"), "N+B+K")
     return [s.effect for s in fit.check().significant if s.kind == "disturbance"]
 
 
 def main() -> None:
-    """Print the counts."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--records", type=int, default=100, help="of each kind")
-    parser.add_argument("--only", default="", help="part of a kind's name")
+    """Print the false alarms, the share of disturbances found and the errors of their ends."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--records", type=int, default=100, help="records of each kind")
+    parser.add_argument("--only", default="", help="run only kinds whose name contains this text")
     asked = parser.parse_args()
     for name, made in QUIET.items():
         if asked.only in name:

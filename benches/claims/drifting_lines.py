@@ -1,6 +1,6 @@
-"""A line whose frequency drifts, hidden in N+B+K: is it the only rung?
+"""Claim: a line whose frequency drifts, hidden in N+B+K, is the only effect that is added.
 
-12.3 Hz to another frequency in 900 s at 100 Hz; the phase is summed sample by sample.
+The frequency drifts from 12.3 Hz to another one within 900 s at 100 Hz; the phase is summed sample by sample.
 
     python benches/claims/drifting_lines.py [--seeds 2]
 """
@@ -24,7 +24,7 @@ AMPLITUDES = (0.006, 0.01, 0.014, 0.02)
 
 
 def record(last, amplitude, seed):
-    """White noise, flicker and a random walk, and the line."""
+    """Return a record of N+B+K and the drifting line."""
     rng = np.random.default_rng([seed, round(1e3 * last), round(1e4 * amplitude)])
     x = g.white(rng, LENGTH, RATE, 0.0126)
     x += g.flicker(rng, LENGTH, RATE, 0.002) + g.walk(rng, LENGTH, RATE, 9.07e-5)
@@ -36,22 +36,24 @@ def record(last, amplitude, seed):
 
 def main() -> None:
     """Print the counts."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=2)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--seeds", type=int, default=2, help="records of each amplitude and final frequency"
+    )
     asked = parser.parse_args()
     for amplitude in AMPLITUDES:
         only = nothing = 0
         for last in LAST:
             for seed in range(asked.seeds):
                 study = al.improve(record(last, amplitude, seed), "N+B+K")
-                added = [rung.added.kind for rung in study.ladder[1:]]
+                added = [step.added.kind for step in study.ladder[1:]]
                 only += added == ["drifting_line"]
                 nothing += not added
                 if added not in (["drifting_line"], []):
                     print(f"   {amplitude} rad/s to {last} Hz, seed {seed}: {study!r}", flush=True)
         count = len(LAST) * asked.seeds
         print(
-            f"{1e3 * amplitude:g} mrad/s: the only rung in {only} of {count}, nothing named in {nothing}",
+            f"{1e3 * amplitude:g} mrad/s: the only step in {only} of {count}, nothing added in {nothing}",
             flush=True,
         )
 

@@ -1,7 +1,9 @@
-"""How much recording time each method throws away: variance of each estimate over the Cramér–Rao bound.
+"""Variance of the estimates of each method relative to the Cramér–Rao bound.
 
-Prints the table of docs/validation.md. A ratio of 1.5 means that the method needs a record 1.5 times as long to know as
-much.
+Prints the table of docs/validation.md. A ratio of 1.5 means that the method needs a record 1.5 times as long for the same
+variance.
+
+    python benches/claims/efficiency.py [RECORDS]
 """
 
 import sys
@@ -25,6 +27,7 @@ CASES = {
 
 
 def record(name, rng):
+    """Return the samples of a record of one case."""
     values = CASES[name][0]
     white = g.white(rng, SAMPLES, RATE, values[0])
     if name == "N+K":
@@ -33,6 +36,7 @@ def record(name, rng):
 
 
 def main(records: int) -> None:
+    """Print the ratio of each parameter and method over so many records."""
     print(
         "| model | number | Whittle | GLS | lines (share of records in which there is one) |\n|---|---|---|---|---|"
     )

@@ -1,8 +1,8 @@
-"""Consistency of filters with the exported files: log, file, new data of the same truth, aiding, coasting.
+"""Claim: filters that use the exported files are consistent (NEES near 1) on new data of the same truth.
 
 Each sensor gets a log of two hours, from which `allanite.improve` builds a model. A bias filter with the numbers of each
 file is aided for 300 s by the exact angle each second, then it coasts for 10, 60 and 120 s on new data of the same truth.
-The generator and the filters are plain NumPy, with each consumer's conversion transcribed. NEES is the mean squared error
+The generator and the filters are plain NumPy, with each consumer's conversion reimplemented. NEES is the mean squared error
 over the variance that the filter predicts: 1 is consistent. All sensors of a truth coast on the same segments of new data.
 
     python benches/claims/filter_files.py [--sensors 50] [--truths 12] [--segments 10000] [--results FILE] [--models FOLDER]
@@ -31,7 +31,7 @@ RATE, LOG, AIDED, COASTING = 20, 7200, 300, (10, 60, 120)
 N = 1e-3
 DT = 1.0 / RATE
 DEGREE = math.pi / 180
-#: B (per sample), lags (q_c, T), lines (amplitude, Hz), corner of a first-order filter of the white noise (Hz).
+#: B (per sample), Gauss–Markov processes `lags` (q_c, T), lines (amplitude, Hz), cutoff `corner` of the white noise (Hz).
 SHAPES: dict[str, dict[str, object]] = {
     "N+B": {"B": 2e-4},
     "N+lag 10 s": {"lags": [(3e-4, 10.0)]},
@@ -48,13 +48,13 @@ TRUTHS = {
 }
 
 
-#: Coefficients of flicker and of lags before the first sample of a record (4 h), so that a record is stationary.
+#: Coefficients of impulse responses (4 h): a record is stationary from its first sample.
 MEMORY = 2 * LOG * RATE
 
 
 @functools.cache
 def response(kind, value=0.0):
-    """Impulse response: of flicker noise, of a lag of `value` seconds, or of a first-order filter at `value` Hz."""
+    """Return the impulse response of flicker noise, a correlation time of `value` seconds, or a filter at `value` Hz."""
     if kind == "flicker":
         # Kasdin (1995): h(k) = h(k−1)(k − ½)/k has the spectrum 1/(2 sin(w/2)).
         k = np.arange(1, MEMORY)
@@ -67,16 +67,16 @@ def response(kind, value=0.0):
 
 @functools.cache
 def response_spectrum(size, *what):
-    """Discrete Fourier transform of an impulse response, filled to `size`."""
+    """Return the discrete Fourier transform of an impulse response, zero-padded to `size`."""
     return scipy.fft.fft(response(*what), size)
 
 
 def convolved(rng, rows, count, *what):
-    """White noise through an impulse response, stationary from the first sample, shape (rows, count)."""
+    """Return white noise filtered by an impulse response, stationary from the first sample, shape (rows, count)."""
     size = scipy.fft.next_fast_len(count + response(*what).size - 1)
     out = np.empty((rows, count))
     for row in range(0, rows, 2):
-        # Two independent records in one transform. White noise is white in frequency too.
+        # Real and imaginary part are two independent records. White noise can be drawn in the frequency domain.
         noise = rng.standard_normal(2 * size).view(complex)
         pair = scipy.fft.ifft(noise * response_spectrum(size, *what))[:count] * math.sqrt(size)
         out[row] = pair.real
@@ -86,7 +86,7 @@ def convolved(rng, rows, count, *what):
 
 
 def records(rng, truth, rows, count):
-    """Independent records in rad/s, shape (rows, count)."""
+    """Return independent records in rad/s, shape (rows, count)."""
     if "corner" in truth:
         x = N * math.sqrt(RATE) * convolved(rng, rows, count, "corner", truth["corner"])
     else:
@@ -105,6 +105,7 @@ def records(rng, truth, rows, count):
 
 
 def number(text, key):
+    """Return the number that follows a key in an exported file."""
     return float(
         re.search(rf"^\s*(?:param set )?{re.escape(key)}[:,\s(=\[]+([-+.\deE]+)", text, re.M).group(
             1
@@ -113,11 +114,11 @@ def number(text, key):
 
 
 def white_and_walk(text, target):
-    """N and K that the consumer's own update makes of its file."""
+    """Return N and K that the consumer's own update computes from its file."""
     if target == "kalibr":
         return number(text, "gyroscope_noise_density"), number(text, "gyroscope_random_walk")
     if target == "vins":
-        # Two independent draws of half weight a step; a bias step is dt·w.
+        # A step averages two independent samples; a bias step is dt·w.
         return number(text, "gyr_n") * math.sqrt(DT / 2), number(text, "gyr_w") * math.sqrt(DT)
     if target == "gtsam":
         return number(text, "parameters.setGyroscopeCovariance"), number(
@@ -132,10 +133,10 @@ def white_and_walk(text, target):
 
 
 def coasted(F, Q, P, period, new, scale=1.0):
-    """NEES at each coasting time of a filter whose first state is the angle.
+    """Return the NEES at each coasting time of a filter whose first state is the angle.
 
     An input times `scale` enters the angle each `1 / period` seconds; the exact angle aids the filter each second. The
-    error is linear in the inputs: its weights follow from the gains, last step first.
+    error is linear in the inputs; its weights are computed from the gains backward in time.
     """
     size = len(P)
     gains, variances = [], {}
@@ -165,9 +166,9 @@ def coasted(F, Q, P, period, new, scale=1.0):
 
 
 def bias_filter(white, slow, time, integrals):
-    """NEES of a filter of angle and bias; integrals over one second, shape (segments, seconds)."""
+    """Return the NEES of a filter of angle and bias; integrals over one second, shape (segments, seconds)."""
     phi = 1.0 if time is None else math.exp(-1.0 / time)
-    # The noise of a second in a hundred steps.
+    # Integrate the noise of a second in a hundred steps.
     Q, h = np.zeros((2, 2)), 0.01
     f = np.array([[1.0, -h], [0.0, phi**h]])
     for _ in range(100):
@@ -177,7 +178,7 @@ def bias_filter(white, slow, time, integrals):
 
 
 def state_filter(axis, samples):
-    """NEES of a filter with all states of the file; samples of shape (segments, count)."""
+    """Return the NEES of a filter with all states of the file; samples of shape (segments, count)."""
     f, q, h, r, p0 = (np.array(axis[key]) for key in ("F", "Q", "H", "R", "P0"))
     size = h.size
     F, Q, P = np.eye(size + 1), np.zeros((size + 1, size + 1)), np.zeros((size + 1, size + 1))
@@ -190,7 +191,7 @@ TARGETS = ("kalibr", "vins", "gtsam", "fastlio", "px4", "ardupilot")
 
 
 def model_of(rng, truth):
-    """The document of a model of one log."""
+    """Return the document of the model found from one log."""
     log = al.Recording(records(rng, truth, 1, LOG * RATE)[0], rate=RATE, unit="rad/s")
     study = al.improve(log, "N+B+K")
     return {
@@ -201,7 +202,7 @@ def model_of(rng, truth):
 
 
 def nees_of(document, segments, states, overbound=True):
-    """NEES at 10, 60, 120 s of each target's filter."""
+    """Return the NEES at 10, 60 and 120 s of the filter of each target."""
     accel = json.loads(json.dumps(document).replace("rad/s", "m/s^2").replace("gyro_x", "acc_x"))
     out = {}
     integrals = segments.reshape(len(segments), -1, RATE).sum(axis=2) * DT
@@ -225,7 +226,7 @@ def nees_of(document, segments, states, overbound=True):
 
 
 def new_data(name, segments, seed=0):
-    """Segments of new data of one truth, as float32: their rounding is far below the noise."""
+    """Return segments of new data of one truth as float32, whose rounding is far below the noise."""
     rng = np.random.default_rng([seed, list(TRUTHS).index(name), 1 << 20])
     length = (AIDED + COASTING[-1]) * RATE
     out = np.empty((segments, length), dtype=np.float32)
@@ -236,7 +237,7 @@ def new_data(name, segments, seed=0):
 
 
 def sensors_of(name, sensors, new, states=True, seed=0, folder=None, overbound=True):
-    """Number, model and NEES by target of each sensor of one truth."""
+    """Yield number, model and NEES by target of each sensor of one truth."""
     place = list(TRUTHS).index(name)
     for sensor in sensors:
         kept = None if folder is None else folder / f"{place}-{sensor}.json"
@@ -250,7 +251,7 @@ def sensors_of(name, sensors, new, states=True, seed=0, folder=None, overbound=T
 
 
 def summary(name, rows, segments):
-    """Lines of text about the sensors of one truth: mean NEES ± standard error, and their range over sensors.
+    """Return the lines of one truth: mean NEES ± standard error, and the range over sensors.
 
     A mean has two errors: the scatter between sensors, and √(2 / segments) from the segments that they share.
     """
@@ -270,14 +271,14 @@ def summary(name, rows, segments):
 
 
 def append(path, row):
-    """Add a line to a file of results, behind a half line of an interrupted run too."""
+    """Append a line to a file of results, also after an incomplete line of an interrupted run."""
     cut_off = path.exists() and not path.read_bytes().endswith(b"\n")
     with path.open("a") as stream:
         stream.write("\n" * cut_off + json.dumps(row) + "\n")
 
 
 def read_results(path, segments):
-    """Rows of a file of results; a line that an interrupt cut off is left out."""
+    """Return the rows of a file of results without incomplete lines of an interrupted run."""
     rows = []
     for line in path.read_text().splitlines() if path and path.exists() else []:
         try:
@@ -293,12 +294,18 @@ def read_results(path, segments):
 def main() -> None:
     """Print NEES at 10, 60 and 120 s of each truth and target."""
     warnings.simplefilter("ignore")
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--sensors", type=int, default=3)
-    parser.add_argument("--truths", type=int, default=len(TRUTHS))
-    parser.add_argument("--segments", type=int, default=2000)
-    parser.add_argument("--results", type=Path, help="File that gets one JSON line per sensor.")
-    parser.add_argument("--models", type=Path, help="Folder in which fitted models are kept.")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--sensors", type=int, default=3, help="sensors of each truth; 0 prints the results"
+    )
+    parser.add_argument(
+        "--truths", type=int, default=len(TRUTHS), help="number of truths, the first ones"
+    )
+    parser.add_argument(
+        "--segments", type=int, default=2000, help="segments of new data of each truth"
+    )
+    parser.add_argument("--results", type=Path, help="file with one JSON line per sensor")
+    parser.add_argument("--models", type=Path, help="folder in which fitted models are kept")
     given = parser.parse_args()
     known = read_results(given.results, given.segments)
     for name in list(TRUTHS)[: given.truths]:

@@ -1,6 +1,6 @@
-"""What a filter with the fitted model promises of data that it has not seen: NIS, overbounds, growth of the error.
+"""Claim: NIS, overbound and predicted error growth of a fitted model hold on data that was not fitted.
 
-Each record of N+B+K (2 · 40 000 samples at 20 Hz) is fitted on its first half; the second is filtered and integrated.
+Each record of N+B+K (2 · 40 000 samples at 20 Hz) is fitted on its first half; the second half is filtered and integrated.
 
     python benches/claims/filter_promises.py [--nis 200] [--overbound 1000] [--growth 500]
 """
@@ -22,14 +22,14 @@ TAU = (1.0, 5.0, 20.0)
 
 
 def halves(seed):
-    """A fit of the first half of a record, and the second half."""
+    """Return a fit of the first half of a record, and the second half."""
     record = TRUTH.simulate(n=2 * HALF, rate=RATE, seed=seed, unit="deg/s")
     middle = 0.5 * record.duration
     return al.parse_model("N+B+K").fit(record.trim(None, middle)), record.trim(middle, None)
 
 
 def bound_of(fit):
-    """Whether the overbound is above the truth at every τ of use, and its mean ratio to the tightest possible."""
+    """Return whether the overbound is above the truth at every τ used, and its mean ratio to the tightest possible one."""
     (axis,) = axes_of([fit.to_dict()])
     (known,) = axes_of([{**model_to_dict(TRUTH), "recording": fit.recording.describe()}])
     bound, tightest = (choose(a, overbound=True).model for a in (axis, known))
@@ -40,11 +40,11 @@ def bound_of(fit):
 
 
 def main() -> None:
-    """Print what held."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--nis", type=int, default=200)
-    parser.add_argument("--overbound", type=int, default=1000)
-    parser.add_argument("--growth", type=int, default=500)
+    """Print the share of records in which each prediction holds."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--nis", type=int, default=200, help="records of the NIS")
+    parser.add_argument("--overbound", type=int, default=1000, help="records of the overbound")
+    parser.add_argument("--growth", type=int, default=500, help="records of the error growth")
     asked = parser.parse_args()
     nis, bounds, inside, ratios = [], [], [], []
     for seed in range(max(asked.nis, asked.overbound, asked.growth)):

@@ -1,7 +1,7 @@
-"""Filters hidden in N+B+K: is the first rung of a ladder the filter, how many effects follow, is N right?
+"""Claim: a low-pass hidden in N+B+K is the first effect that is added, and N is right.
 
-The records are made by scipy.signal alone: 1800 s at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s), the white part,
-or with --whole all of it, behind each filter at cutoffs of 0.1 to 0.4 of the rate.
+The records are made with scipy.signal: 1800 s at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s). Each filter, with
+cutoffs of 0.1 to 0.4 of the rate, acts on the white noise alone, or with --whole on all noise.
 
     python benches/claims/filters.py [--seeds 3] [--only butterworth] [--whole]
 """
@@ -23,6 +23,8 @@ SETTLED = 4096
 
 
 def _iir(b, a, times=1):
+    """Return a source of samples that are filtered `times` times by a digital filter."""
+
     def run(given, count):
         x = given(count + SETTLED, RATE)
         for _ in range(times):
@@ -33,6 +35,8 @@ def _iir(b, a, times=1):
 
 
 def _decimated(taps, factor):
+    """Return a source of samples that are filtered at `factor` times the rate and then decimated."""
+
     def run(given, count):
         x = given(factor * count + len(taps) - 1, factor * RATE)
         return signal.fftconvolve(x, taps, "valid")[::factor]
@@ -41,19 +45,19 @@ def _decimated(taps, factor):
 
 
 def _smoother(cutoff, sections):
-    """Pole of y += α(x − y), so that `sections` of them are at half power at the cutoff."""
+    """Return the pole of y += α(x − y) for which `sections` in series have half power at the cutoff."""
     share = 0.5 ** (1 / sections)
     middle = (1 - share * np.cos(2 * np.pi * cutoff)) / (1 - share)
     return middle - np.sqrt(middle**2 - 1)
 
 
 def designs():
-    """Name and source of every filter."""
+    """Return name → source of all filters."""
     out = {}
     for c in CUTOFFS:
         for order in (1, 2, 3, 4):
             out[f"butterworth {order}, {c}"] = _iir(*signal.butter(order, 2 * c))
-        # Made at 8 times the rate: what an analogue filter leaves, aliases included.
+        # Filtered at 8 times the rate: the output of an analog filter, including aliases.
         b, a = signal.butter(2, 2 * c / 8)
         out[f"analogue 2, {c}"] = _analogue(b, a, 8)
         p = _smoother(c, 2)
@@ -75,6 +79,8 @@ def designs():
 
 
 def _analogue(b, a, factor):
+    """Return a source of samples that are filtered at `factor` times the rate and then sampled at the rate."""
+
     def run(given, count):
         x = given(factor * (count + SETTLED), factor * RATE)
         return signal.lfilter(b, a, x)[factor * SETTLED :: factor]
@@ -83,7 +89,7 @@ def _analogue(b, a, factor):
 
 
 def record(source, seed, name, whole=False):
-    """Samples in rad/s: the filtered white part, flicker (as its discrete spectrum says) and a random walk."""
+    """Return samples in rad/s: filtered white noise, flicker noise of its discrete spectrum and a random walk."""
     rng = np.random.default_rng([seed, *name.encode()])
 
     def white(count, rate):
@@ -101,13 +107,13 @@ def record(source, seed, name, whole=False):
 
 
 def _flicker(count):
-    """Impulse response of (1 − z⁻¹)^{−1/2}, of the spectrum 1/(2 sin(w/2)) (Hosking 1981)."""
+    """Return the impulse response of (1 − z⁻¹)^{−1/2}, whose spectrum is 1/(2 sin(w/2)) (Hosking 1981)."""
     k = np.arange(1, count)
     return np.concatenate([[1.0], np.cumprod((k - 0.5) / k)])
 
 
 def climb(name, seed, whole=False):
-    """Kinds that a ladder added, N over the truth, verdict, seconds of CPU."""
+    """Return the added effects, N over its true value, whether the model is adequate, CPU seconds and the study."""
     samples = record(designs()[name], seed, name, whole)
     began = time.process_time()
     study = al.improve(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K")
@@ -118,10 +124,11 @@ def climb(name, seed, whole=False):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--whole", action="store_true", help="B and K are behind the filter too")
+    """Print the result of each filter and the counts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=3, help="records of each filter")
+    parser.add_argument("--only", default="", help="run only filters whose name contains this text")
+    parser.add_argument("--whole", action="store_true", help="filter B and K too")
     options = parser.parse_args()
     first, few, right, total = 0, 0, 0, 0
     for name in designs():
@@ -134,13 +141,15 @@ def main():
             first += kinds[:1] == ["bandwidth"]
             few += len(kinds) <= 2
             right += abs(level - 1) < 0.03
-            told = " → ".join(str(e) for e in added) or "nothing"
+            steps = " → ".join(str(e) for e in added) or "nothing"
             print(
                 f"{name:22} {seed}  N {100 * (level - 1):+5.1f} %  {'adequate' if adequate else '-':8}"
-                f" {spent:5.1f} s  {told}",
+                f" {spent:5.1f} s  {steps}",
                 flush=True,
             )
-    print(f"first {first}, at most one more {few}, N within 3 % {right}, of {total}")
+    print(
+        f"of {total}: filter first {first}, at most two effects added {few}, N within 3 % {right}"
+    )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""A fleet of simulated six-axis sensors: which of those with a hidden effect are found and named, which healthy ones too.
+"""Claim: in a fleet of simulated six-axis sensors those with a hidden effect are named, and healthy ones rarely.
 
 Records of 5 min at 100 Hz. Units differ from each other as those of a lot do (N by 5 %, B by 10 %, K by 20 %); some have
-one more effect, or more noise, on one axis, at about twice what a single record can tell. Right is the kind, or for more
-noise the number. The journal in `--folder` makes a run that was ended go on.
+one more effect, or more noise, on one axis, about twice as strong as is detectable in one record. A result is right if the
+kind of effect is named, or N for more noise. An interrupted run continues from the journal in `--folder`.
 
     python benches/claims/fleet.py [--sensors 1000] [--odd 30] [--folder /tmp/fleet]
 """
@@ -25,41 +25,41 @@ from allanite.scale import run_fleet
 from six_axes import NAMES, UNITS, write_csv
 
 RATE, SECONDS = 100.0, 300.0
-#: N, B, K of each axis of the type.
+#: N, B and K of each axis of the sensor type.
 GYRO, ACCELEROMETER = (0.01, 0.002, 2e-4), (0.001, 2e-4, 2e-5)
 TYPE = (GYRO,) * 3 + (ACCELEROMETER,) * 3
 SPREAD = np.array([0.05, 0.10, 0.20])
 
 
 def sinusoid(rng, noise):
-    """A line whose known form is worth 64 in logL, A² T/4N²."""
+    """Return a line that is worth ΔlogL = A² T/4N² = 64 if its frequency and phase are known."""
     return f"SIN(frequency={np.exp(rng.uniform(0.0, np.log(45.0)))},amplitude={0.92 * noise})"
 
 
 def resonance(rng, noise):
-    """As much power about its frequency as the noise has in a hundredth of the band, tenfold."""
+    """Return a resonance with a damping of 0.02 and an rms of 2 N."""
     return f"RES(frequency={rng.uniform(5.0, 40.0)},damping=0.02,rms={2.0 * noise})"
 
 
 def bias_step(rng, noise):
-    """Somewhere in the middle."""
+    """Return a step of 5 N at a random time."""
     return f"STEP(time={rng.uniform(60.0, 240.0)},height={5.0 * noise})"
 
 
 def noise_level_change(rng, _):
-    """A third of the record is a fifth louder."""
+    """Return a noise level 1.2 times as high in a third of the record."""
     start = rng.uniform(30.0, 170.0)
     return f"LEVEL(start={start},end={start + 100.0},factor=1.2)"
 
 
 def excursion(rng, noise):
-    """Away for half a minute."""
+    """Return an excursion of 5 N for half a minute."""
     start = rng.uniform(60.0, 200.0)
     return f"EXC(start={start},end={start + 30.0},height={5.0 * noise})"
 
 
 def bandwidth(rng, _):
-    """A filter that others do not have."""
+    """Return a low-pass with a cutoff of 15 to 35 Hz."""
     return f"BW(cutoff={rng.uniform(15.0, 35.0)})"
 
 
@@ -67,7 +67,7 @@ HIDDEN = (sinusoid, resonance, bias_step, noise_level_change, excursion, bandwid
 
 
 def sensor(seed, odd):
-    """Recording of a unit, and of an odd one what is hidden and on which axis."""
+    """Return the recording of a sensor, and the axis and the hidden effect if it is an odd one."""
     rng = np.random.default_rng([19, seed])
     at, what = int(rng.integers(6)), int(rng.integers(len(HIDDEN) + 1))
     hidden, columns = "", []
@@ -88,11 +88,13 @@ def sensor(seed, odd):
 
 
 def main():
-    """Print the shares."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--sensors", type=int, default=1000)
-    parser.add_argument("--odd", type=int, default=30)
-    parser.add_argument("--folder", type=Path, default=Path("/tmp/fleet"))
+    """Print how many odd and healthy sensors are named."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sensors", type=int, default=1000, help="sensors in all")
+    parser.add_argument("--odd", type=int, default=30, help="sensors with a hidden effect")
+    parser.add_argument(
+        "--folder", type=Path, default=Path("/tmp/fleet"), help="folder of logs and journal"
+    )
     asked = parser.parse_args()
     logs = asked.folder / "logs"
     logs.mkdir(parents=True, exist_ok=True)

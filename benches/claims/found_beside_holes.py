@@ -1,10 +1,9 @@
-"""A line, a lag and a step in records with holes: found as often as in a record of equal information?
+"""Claim: an effect is found in a record with missing samples as often as in a complete record of equal information.
 
-An effect is made larger by 1/√(share of the samples that are there), so that beside white noise it is worth as much as in
-the record without holes. A step is where there are samples: of one within a hole no record says when it was. The samples
-come from generators.py.
+Each effect is scaled by 1/√(share of valid samples): in white noise it then has the same ΔlogL as in the complete record.
+A step is placed between valid samples, since its time inside a gap is not measurable. The samples come from generators.py.
 
-    python benches/claims/found_beside_holes.py [records a row] [samples]
+    python benches/claims/found_beside_holes.py [RECORDS] [SAMPLES]
 """
 
 from __future__ import annotations
@@ -23,9 +22,9 @@ import generators as g
 
 RATE, N = 100.0, 0.0126
 HOLES = ("none", "every second", "0.3 single", "0.3 3 s", "0.3 30 s", "a tenth")
-#: Sizes in a whole record of 20 000 samples.
+#: Sizes in a complete record of 20 000 samples.
 LINE, LAG, STEP = 0.0066, 0.006, 0.018
-#: Each of a size, in a record of which some samples are missing.
+#: Kind of effect → its samples, by length, random generator, relative size and mask of missing samples.
 KINDS = {
     "sinusoid": lambda n, rng, size, _: g.sinusoid(n, RATE, rng.uniform(1.0, 20.0), size * LINE),
     "gauss_markov": lambda n, rng, size, _: g.gauss_markov(rng, n, RATE, size * LAG, 2.0),
@@ -36,13 +35,13 @@ KINDS = {
 
 
 def middle(seen: np.ndarray) -> np.ndarray:
-    """Samples that are there, of the middle of a record."""
+    """Return the indices of valid samples in the middle of a record."""
     at = np.flatnonzero(seen)
     return at[(at > 0.3 * seen.size) & (at < 0.7 * seen.size)]
 
 
 def row(kind: str, holes: str, records: int, n: int) -> str:
-    """One line: in how many records the first suggestion is the effect, and in how many another that explains it."""
+    """Return a line: in how many records the first suggestion is the effect, and in how many it is another one."""
     found = other = 0
     for seed in range(records):
         rng = np.random.default_rng(seed)

@@ -1,6 +1,6 @@
-"""The statistical tests at the full number of their records: two to four times those of `make test-all`, an hour of a core.
+"""Run the statistical tests with two to four times the records of `make test-all`, about an hour of one core.
 
-python benches/claims/full_counts.py [what pytest takes: a file's path, -k name, -n 2 …]
+python benches/claims/full_counts.py [arguments of pytest: a file's path, -k name, -n 2 …]
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ ROOT = Path(__file__).parents[2]
 
 
 def main() -> int:
-    """What pytest says."""
+    """Run pytest and return its exit code."""
     os.environ["ALLANITE_FULL"] = "1"
     os.chdir(ROOT)
     asked = sys.argv[1:]
     where = [] if any(a.startswith("tests/") for a in asked) else ["tests/python/statistical"]
-    # Nothing may end a test that takes its time.
+    # No timeout: the tests take longer with more records.
     return pytest.main([*where, "-m", "statistical", "--timeout", "0", *asked])
 
 

@@ -1,4 +1,4 @@
-"""Intervals of the three-cornered hat: how often they hold the true deviation of each of three or more clocks.
+"""Claim: intervals of the three-cornered hat contain the true deviation of each of three or more clocks.
 
 Clocks of different quality, with white FM, flicker FM and random-walk FM. An interval of a clock that is not detected is
 its 95 % limit.
@@ -15,7 +15,7 @@ import numpy as np
 
 import allanite as al
 
-#: Noise of each clock.
+#: Name of each case → models of its clocks.
 CASES = {
     "three alike, white FM": ["N(N=1)", "N(N=1)", "N(N=1)"],
     "1 : 2 : 4, white FM": ["N(N=1)", "N(N=2)", "N(N=4)"],
@@ -26,7 +26,7 @@ CASES = {
 
 
 def one(name, seed, samples):
-    """(τ, clock) → 1 if the interval holds the truth, in rows (m, clock, held, detected)."""
+    """Return rows (τ, clock, true deviation inside the interval, detected) of one record."""
     models = [al.parse_model(text) for text in CASES[name]]
     x = np.column_stack(
         [
@@ -44,7 +44,7 @@ def one(name, seed, samples):
 
 
 def study(records, samples, first=0):
-    """Case → rows of all records."""
+    """Return case → rows of all records."""
     each = max(1, records // len(CASES))
     return {
         name: np.array(
@@ -56,9 +56,10 @@ def study(records, samples, first=0):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--records", type=int, default=300)
-    parser.add_argument("--samples", type=int, default=512)
+    """Print the coverage of each case, and of each τ."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--records", type=int, default=300, help="records in all")
+    parser.add_argument("--samples", type=int, default=512, help="samples of a record")
     given = parser.parse_args()
     began = process_time()
     found = study(given.records, given.samples)

@@ -1,9 +1,8 @@
-"""One, two and three effects hidden at once: does the ladder end with exactly them, or with their declared rivals?
+"""Claim: one to three hidden effects are found together, exactly or as declared alternative explanations.
 
-The effects are drawn from B, K, GM, SIN, STEP, COV, Q, BW, RES and R; each is as strong as `power` says is worth ΔlogL of
-30 beside all the others: one of two drifts is worth nothing where the other has grown to cover it. The samples come from
-tests/python/generators.py, which know nothing of the package. Where the ladder ends with something else it is said which of
-the two the record has more evidence for.
+The effects are drawn from B, K, GM, SIN, STEP, COV, Q, BW, RES and R. Each has the size at which `power` predicts a ΔlogL
+of 30 besides all others. The samples come from tests/python/generators.py, which does not use the package. If the final
+model is another one, the difference in evidence between the truth and that model is printed.
 
     python benches/claims/hidden_sets.py [--seeds 50] [--hidden 1 2 3] [--start N N+B+K]
 """
@@ -29,11 +28,11 @@ RATE, LENGTH = 50.0, 180_000
 DURATION = LENGTH / RATE
 N, B, K = 0.0126, 0.002, 9.07e-5
 WORTH = 30.0
-#: Most rounds of sizes; two drifts that raise each other settle in three or four.
+#: Maximum number of rounds in which the sizes are adapted to each other; two drifts converge in three or four.
 SWEEPS = 6
-#: Two that have to grow this much beside each other are one thing on this record.
+#: Effects whose size grows by more than this besides the others are not distinguishable on this record.
 FAR = 10.0
-#: No effect is looked for beyond this size, 80 times the noise's.
+#: Maximum size of an effect, 80 times that of the noise.
 LARGEST = 1.0
 KINDS = ("B", "K", "GM", "SIN", "STEP", "COV", "Q", "BW", "RES", "R")
 NAMES = {
@@ -52,12 +51,12 @@ KINDS_OF = {effect.kind: effect for effect in al.CATALOGUE}
 
 
 def course(time_s):
-    """Temperature: a slow wave and a warm-up."""
+    """Return a temperature that oscillates slowly and warms up."""
     return 2.0 * np.sin(2 * np.pi * time_s / 2500.0) + 3.0 * np.exp(-time_s / 1500.0)
 
 
 def effect_of(kind, size, u):
-    """The effect of a strength, as a model string."""
+    """Return the effect of a given size as a model string."""
     return {
         "B": f"B(B={size})",
         "K": f"K(K={size})",
@@ -73,7 +72,7 @@ def effect_of(kind, size, u):
 
 
 def samples_of(kind, size, rng, u):
-    """The effect's own samples; None for the filter, which changes the white noise."""
+    """Return the samples of an effect other than the filter, which acts on the white noise."""
     t = np.arange(LENGTH) / RATE
     return {
         "B": lambda: g.flicker(rng, LENGTH, RATE, size),
@@ -89,7 +88,7 @@ def samples_of(kind, size, rng, u):
 
 
 def numbers(rng):
-    """Shapes of every kind, drawn once a record."""
+    """Draw the other parameters of all kinds (times, frequencies, damping) for one record."""
     return {
         "time": float(np.exp(rng.uniform(np.log(2.0), np.log(100.0)))),
         "frequency": float(rng.uniform(0.5, 20.0)),
@@ -101,7 +100,7 @@ def numbers(rng):
 
 
 def strength(base, kind, u):
-    """The size worth `WORTH` beside the model."""
+    """Return the size at which an effect has ΔlogL = `WORTH` besides a model."""
     low, high = (1 / 25.0, 1 / 0.5) if kind == "BW" else (1e-8, LARGEST)
     for _ in range(40):
         middle = float(np.sqrt(low * high))
@@ -122,7 +121,7 @@ def strength(base, kind, u):
 
 
 def strengths(base, kinds, u):
-    """The size of each that is worth `WORTH` beside the model and the others; None where two raise each other for ever."""
+    """Return the size of each effect with ΔlogL = `WORTH` besides the others; None if two are not distinguishable."""
     sizes, first = {}, {}
     for sweep in range(SWEEPS):
         before = dict(sizes)
@@ -140,7 +139,7 @@ def strengths(base, kinds, u):
 
 
 def one(seed, hidden, start):
-    """Kinds that were hidden, kinds that the ladder ends with beside the start's, and the study."""
+    """Return the hidden kinds, the study of the record, and by how much the truth has more evidence than its model."""
     rng = np.random.default_rng([seed, hidden, len(start)])
     pool = [k for k in KINDS if k not in start.split("+")]
     base = f"N(N={N})" + (f"+B(B={B})+K(K={K})" if start != "N" else "")
@@ -171,17 +170,17 @@ def one(seed, hidden, start):
 
 
 def ahead(study, truth):
-    """By how much the evidence of what was hidden, fitted from its true values, exceeds that of the ladder's model."""
+    """Return the evidence of the true model, fitted from its true values, minus that of the final model."""
     fits = study.fit, al.fit_model(study.recording, truth)
     of_found, of_truth = (evidence(f.solution) for f in fits)
     return of_truth - of_found
 
 
 def matches(hidden, study, start):
-    """Whether the model holds what was hidden, each or what is declared its rival, and nothing else.
+    """Return whether the model has exactly the hidden effects, or declared alternatives of them.
 
-    A kind's rivals are those that its class declares and those that the fit does: one effect may stand for two that the
-    fit names as a pair. What the start asked for may be gone, or a declared rival of it may stand there.
+    Alternatives are those of the class of an effect and those of the fit; one effect may replace a pair that the fit
+    declares. An effect of the start may be removed or replaced by a declared alternative.
     """
     fit = study.fit
     asked = ["angle_random_walk", *(NAMES[k] for k in start.split("+")[1:])]
@@ -207,7 +206,7 @@ def matches(hidden, study, start):
 
 
 def named(hidden, study, start):
-    """Whether all that was hidden is in the model or named among the rivals there, one effect for any number of them."""
+    """Return whether all hidden effects are in the model or among the declared alternatives, and no other effect is."""
     fit = study.fit
     every = {e.kind for e in fit.model}
     for place in range(len(fit.model)):
@@ -218,14 +217,18 @@ def named(hidden, study, start):
 
 
 def _stands_for(effect, hidden):
+    """Return whether an effect is a declared alternative of a hidden kind."""
     return any(effect.may_be(KINDS_OF[k]) for k in hidden)
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=50)
-    parser.add_argument("--hidden", type=int, nargs="+", default=[1, 2, 3])
-    parser.add_argument("--start", nargs="+", default=["N", "N+B+K"])
+    """Print how many records are exact, and the final models of the others."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=50, help="records of each case")
+    parser.add_argument(
+        "--hidden", type=int, nargs="+", default=[1, 2, 3], help="numbers of hidden effects"
+    )
+    parser.add_argument("--start", nargs="+", default=["N", "N+B+K"], help="models to start from")
     asked = parser.parse_args()
     for hidden in asked.hidden:
         for start in asked.start:
@@ -242,7 +245,7 @@ def main():
             spent = (time.process_time() - began) / asked.seeds
             print(
                 f"{hidden} hidden, from {start}: {found['exact']} of {asked.seeds} exact, {found['named']} named with "
-                f"rivals, {found['untold']} where the record has more evidence for what was found, {spent:.1f} s each",
+                f"alternatives, {found['untold']} with more evidence for the model found, {spent:.1f} s each",
                 flush=True,
             )
 

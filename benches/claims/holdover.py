@@ -1,7 +1,7 @@
-"""Holdover bands of simulated clocks against what the clocks then did.
+"""Claim: 95 % holdover bands of simulated clocks contain the phase that followed.
 
-Each clock is fitted by `al.timing` on a record that ends before a held-out segment. Prints how often the 95 % band after
-each time holds the phase, for each kind of clock and in all.
+Each clock is fitted by `al.timing` on a record that ends before a held-out segment. Prints the share of
+bands that contain the phase after each time, for each kind of clock and for all.
 
     python benches/claims/holdover.py [--clocks 300] [--samples 1200]
 """
@@ -15,9 +15,9 @@ import numpy as np
 
 import allanite as al
 
-#: 10 s apart; each time after the last sample in s.
+#: Rate in Hz; times after the last sample in s.
 RATE, AFTER = 0.1, (600.0, 3600.0, 10800.0)
-#: A counter and a rubidium clock, a cesium clock, two crystals, a maser; with a frequency offset and a drift of some.
+#: Name of each clock → model of its frequency noise and its drift.
 CLOCKS = {
     "white PM + white FM": ("Q(Q=1e-9)+N(N=2e-11)", 0.0),
     "white FM": ("N(N=1e-11)", 0.0),
@@ -29,7 +29,7 @@ CLOCKS = {
 
 
 def one(name, seed, samples):
-    """True for each time at which the holdover band contains the measured phase."""
+    """Return for each time whether the holdover band contains the phase."""
     model, drift = CLOCKS[name]
     ahead = round(max(AFTER) * RATE)
     n = samples + ahead
@@ -44,7 +44,7 @@ def one(name, seed, samples):
 
 
 def study(clocks, samples, first=0):
-    """Name → shares that the bands hold, shape (times,)."""
+    """Return name → share of bands that contain the phase, shape (times,)."""
     each = max(1, clocks // len(CLOCKS))
     return {
         name: np.mean([one(name, seed, samples) for seed in range(first, first + each)], axis=0)
@@ -53,10 +53,11 @@ def study(clocks, samples, first=0):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--clocks", type=int, default=300)
-    parser.add_argument("--samples", type=int, default=1200)
-    parser.add_argument("--first", type=int, default=0)
+    """Print the coverage of each clock and of all."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--clocks", type=int, default=300, help="clocks in all")
+    parser.add_argument("--samples", type=int, default=1200, help="samples of the fitted record")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
     given = parser.parse_args()
     began = process_time()
     found = study(given.clocks, given.samples, given.first)

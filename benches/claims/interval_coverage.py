@@ -1,4 +1,7 @@
-"""Coverage of 95 % intervals of coefficients by simulation. Prints the table of docs/validation.md."""
+"""Claim: 95 % intervals of coefficients cover the truth. Prints the table of docs/validation.md.
+
+python benches/claims/interval_coverage.py [RECORDS]
+"""
 
 import sys
 from pathlib import Path
@@ -12,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 import generators as g
 
 SAMPLES, RATE = 4096, 1.0
-#: Model, truth by name, and noise of that truth; K of the first is near the limit of detection.
+#: Model → true values by key and a source of its samples; K of the first is near its detection limit.
 CASES = {
     "N+B+K": (
         {"N": 1.0, "B": 0.15, "K": 0.01},
@@ -36,6 +39,7 @@ CASES = {
 
 
 def main(records: int) -> None:
+    """Print the coverage of each coefficient and method over so many records."""
     print(
         "| model | number | method | covered | missed above | missed below | limits only |\n|---|---|---|---|---|---|---|"
     )

@@ -1,9 +1,8 @@
-"""Which logs are refused or noted before a fit: motion, polled, locked, marked and wrong-unit records.
+"""Claim: logs of moving sensors are refused, faults of a log are noted, and clean logs have no false alarms.
 
 Moving records of six axes come from `tests/python/moving_records.py`: hand, bus, car, hovering drone, boat at a pier.
-Clean records are at rest, with a random choice of noise. A fault is put into each of them in turn; a record whose clean
-form already has the property (a record of one column has no gravity) is left out. With `--data`, every recording of that
-folder must be accepted.
+Clean records are at rest, with randomly selected noise. Each fault is inserted into each clean record, except where it does
+not apply (a record of one column has no gravity). With `--data`, every recording of that folder must be accepted.
 
     python benches/claims/logs.py [--moving 10] [--clean 200] [--data FOLDER]
 """
@@ -25,14 +24,14 @@ import allanite as al
 from allanite.readers.plausibility import checked
 from moving_records import ACCELS, MOVING, at_rest
 
-#: Kinds of findings that a clean record must not have.
+#: Kinds of findings that are false alarms on a clean record.
 ALARMS = {"motion", "marker", "repeats", "locked", "unit_doubt"}
-#: Values that drivers write where there is no sample, in steps of a 16-bit type.
+#: Values that drivers write instead of a missing sample, as 16-bit integers.
 MARKERS = (-32768, 32767)
 
 
 def read_again(recording: al.Recording, folder: Path) -> al.Recording:
-    """The recording, through a file."""
+    """Write the recording to a file and read it."""
     path = folder / "log.npz"
     np.savez(
         path, data=recording.samples, rate_hz=recording.rate, unit=list(recording.units),
@@ -42,23 +41,25 @@ def read_again(recording: al.Recording, folder: Path) -> al.Recording:
 
 
 def replaced(recording: al.Recording, samples: np.ndarray, units=None) -> al.Recording:
+    """Return the recording with other samples and units."""
     return al.Recording(
         samples, recording.rate, unit=units or list(recording.units), columns=recording.columns
     )
 
 
 def columns_of(recording: al.Recording) -> np.ndarray:
+    """Return a copy of the samples, shape (samples, columns)."""
     return np.array(recording.samples).reshape(recording.n, -1)
 
 
 def polled(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
-    """A slower sensor asked at the rate of the log."""
+    """Repeat samples as if a slower sensor were polled at the rate of the log."""
     x, ratio = columns_of(recording), rng.uniform(0.3, 0.9)
     return replaced(recording, x[np.floor(np.arange(len(x)) * ratio + rng.random()).astype(int)])
 
 
 def locked(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
-    """White noise that leaves one code in less than 5 % of the samples of the first column."""
+    """Replace the first column by white noise of which more than 95 % has one code."""
     x = columns_of(recording)
     sigma = rng.uniform(0.16, 0.2)
     middle = rng.uniform(-1.0, 1.0) * (0.5 - 2.2 * sigma)
@@ -68,7 +69,7 @@ def locked(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
 
 
 def marked(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
-    """Values at an end of a 16-bit type in single samples of the first column, whose codes are whole numbers."""
+    """Put markers of missing samples into the first column, which is rounded to integer codes."""
     x = columns_of(recording)
     step = x[:, 0].std() / rng.uniform(2.0, 20.0)
     codes = np.round(x[:, 0] / step)
@@ -78,7 +79,7 @@ def marked(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
 
 
 def wrong_unit(rng: np.random.Generator, recording: al.Recording) -> al.Recording | None:
-    """Accelerations in g that are said to be in m/s², or the reverse."""
+    """Scale accelerations to g without changing the unit m/s², or change the unit to g; None without accelerometer."""
     if not set(ACCELS) <= set(recording.columns):
         return None
     x, at = columns_of(recording), [recording.columns.index(name) for name in ACCELS]
@@ -94,7 +95,7 @@ FAULTS = {"repeats": polled, "locked": locked, "marker": marked, "unit_doubt": w
 
 
 def kinds_of(recording: al.Recording) -> set[str]:
-    """Kinds of alarms of a recording, also of those that refuse it."""
+    """Return the kinds of alarms of a recording, including those for which it is refused."""
     taken = checked(recording, anyway=True)
     found = {finding.kind for finding in (*recording.audit, *taken.audit)} & ALARMS
     try:
@@ -106,6 +107,7 @@ def kinds_of(recording: al.Recording) -> set[str]:
 
 
 def moving_records(count: int) -> None:
+    """Print how many moving records are refused."""
     for name, make in MOVING.items():
         refused = 0
         for seed in range(count):
@@ -117,6 +119,7 @@ def moving_records(count: int) -> None:
 
 
 def recordings(folder: Path) -> None:
+    """Print which recordings of a folder are refused."""
     refused = []
     paths = [p for p in sorted(folder.glob("*.npz")) if p.stem != "avar_curves"]
     for path in paths:
@@ -128,6 +131,7 @@ def recordings(folder: Path) -> None:
 
 
 def faults(count: int) -> None:
+    """Print the false alarms on clean records, and how many faults are found."""
     alarms: list[str] = []
     tried: Counter[str] = Counter()
     found: Counter[str] = Counter()
@@ -152,10 +156,11 @@ def faults(count: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--moving", type=int, default=10, help="records of each kind")
-    parser.add_argument("--clean", type=int, default=200)
-    parser.add_argument("--data", type=Path)
+    """Print the counts of all three parts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--moving", type=int, default=10, help="moving records of each kind")
+    parser.add_argument("--clean", type=int, default=200, help="clean records")
+    parser.add_argument("--data", type=Path, help="folder of recordings at rest")
     asked = parser.parse_args()
     begun = process_time()
     moving_records(asked.moving)

@@ -1,7 +1,7 @@
-"""N+B+K behind a low-pass of the whole signal: is the filter all that a ladder adds, and is B what it was before it?
+"""Claim: for N+B+K after a low-pass of the whole signal only the filter is added, and B is that before the filter.
 
-Records of 1800 s at 100 Hz by tests/python/generators.py and scipy's Butterworth filters, with B at three corners of
-flicker and white noise. Beside it, what a fit says of B whose low-pass may act on the white part alone.
+Records of 1800 s at 100 Hz from tests/python/generators.py and Butterworth filters of SciPy, with B at three corner
+frequencies of flicker and white noise. For comparison, B of a fit whose low-pass acts on the white noise alone.
 
     python benches/claims/low_pass_of_all.py [--seeds 3]
 """
@@ -22,14 +22,14 @@ import generators as g
 
 RATE, LENGTH, SETTLED = 100.0, 180_000, 4000
 N, K = 0.0126, 9.07e-5
-#: Hz, where flicker and white noise have the same density.
+#: Frequencies at which flicker and white noise have the same density, Hz.
 CORNERS = (0.02, 0.1, 0.5)
 #: Order and cutoff, Hz.
 FILTERS = ((1, 20.0), (2, 20.0), (4, 30.0))
 
 
 def record(seed: int, corner: float, order: int, cutoff: float) -> tuple[al.Recording, float]:
-    """The filtered record in rad/s and its B."""
+    """Return the filtered record in rad/s and its B."""
     rng, n, flicker = (
         np.random.default_rng(seed),
         LENGTH + SETTLED,
@@ -41,7 +41,7 @@ def record(seed: int, corner: float, order: int, cutoff: float) -> tuple[al.Reco
 
 
 def holds(fit: al.Fit, truth: float) -> bool:
-    """Whether the interval of B holds the truth; not where the model has no B."""
+    """Return whether the interval of B contains the truth; False for a model without B."""
     found = [e for e in fit.model if e.kind == "bias_instability"]
     if not found:
         return False
@@ -50,9 +50,9 @@ def holds(fit: al.Fit, truth: float) -> bool:
 
 
 def main() -> None:
-    """Print the counts."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=3)
+    """Print how often the filter alone is added and how often B is covered."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=3, help="records of each corner and filter")
     seeds = range(parser.parse_args().seeds)
     for corner in CORNERS:
         alone = covered = white = 0

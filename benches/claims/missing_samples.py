@@ -1,6 +1,8 @@
-"""Checks of true models on records with holes: alarms, coverage, scatter. The table of docs/validation.md.
+"""Claim: checks of true models on records with missing samples have no more false alarms, and intervals cover.
 
-Usage: missing_samples.py [records a row] [samples]
+Prints the table of docs/validation.md: false alarms, coverage and scatter of each coefficient.
+
+    python benches/claims/missing_samples.py [RECORDS] [SAMPLES]
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ HOLES = (
 
 
 def mask(holes: str, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Samples that are missing."""
+    """Return the mask of missing samples."""
     out = np.zeros(n, dtype=bool)
     if holes == "every second":
         out[1::2] = True
@@ -43,7 +45,7 @@ def mask(holes: str, n: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def row(truth: str, holes: str, records: int, n: int) -> str:
-    """One line: alarms, and coverage and scatter of each coefficient."""
+    """Return a line: false alarms, and coverage and scatter of each coefficient."""
     model, fitted = TRUTHS[truth]
     true = al.parse_model(model)
     alarms, covered, values = 0, {}, {}

@@ -1,6 +1,6 @@
-"""A machine whose speed changes, hidden in noise: is it the one effect that is added? And one whose speed does not?
+"""Claim: a vibration whose frequency drifts is the only effect added, and a constant one is never named drifting.
 
-Narrow-band noise about a frequency that changes, turned on by its phase, half an hour at 100 Hz.
+Narrow-band noise around a frequency that changes, made by modulating its phase; half an hour at 100 Hz.
 
     python benches/claims/moving_bands.py [--seeds 10] [--start N+B+K]
 """
@@ -33,7 +33,7 @@ STAYS = ("alone", "beside another", "at times", "beside a louder hour")
 
 
 def noise(rng, start):
-    """What the start has."""
+    """Return the noise of the start model."""
     x = g.white(rng, LENGTH, RATE, 0.0126)
     if "B" in start:
         x += g.flicker(rng, LENGTH, RATE, 0.002)
@@ -43,7 +43,7 @@ def noise(rng, start):
 
 
 def moves(kind, seed, start):
-    """A machine whose speed changes."""
+    """Return samples with a vibration whose frequency drifts."""
     rng = np.random.default_rng([seed, list(COURSES).index(kind)])
     course = COURSES[kind](rng)
     half, rms = rng.uniform(0.1, 0.3), rng.uniform(0.03, 0.08)
@@ -51,7 +51,7 @@ def moves(kind, seed, start):
 
 
 def stays(kind, seed, start):
-    """One whose speed does not."""
+    """Return samples with a vibration of constant frequency."""
     rng = np.random.default_rng([seed, 10 + STAYS.index(kind)])
     damping, rms = 10.0 ** rng.uniform(-2.5, -1.2), rng.uniform(0.03, 0.08)
     band = g.resonance(rng, LENGTH, RATE, 20.0, damping, rms)
@@ -66,10 +66,10 @@ def stays(kind, seed, start):
 
 
 def main() -> None:
-    """Print the counts."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--start", default="N")
+    """Print how often a drifting vibration is added, for both kinds of records."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=10, help="records of each kind")
+    parser.add_argument("--start", default="N", help="model to start from")
     asked = parser.parse_args()
     begin = al.parse_model(asked.start)
     start = [e.kind for e in begin]
@@ -88,8 +88,8 @@ def main() -> None:
                     print(f"   {kind}, seed {seed}: {study!r}", flush=True)
                 if make is stays and "drifting_resonance" in added:
                     print(f"   {kind}, seed {seed}: {study!r}", flush=True)
-            told = f"alone {alone}, named {named}, adequate {adequate} of {asked.seeds}"
-            print(f"{make.__name__}, {kind}: {told}", flush=True)
+            counts = f"alone {alone}, named {named}, adequate {adequate} of {asked.seeds}"
+            print(f"{make.__name__}, {kind}: {counts}", flush=True)
 
 
 if __name__ == "__main__":

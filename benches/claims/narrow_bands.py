@@ -1,7 +1,7 @@
-"""A band narrower than a bin: is it named as one, and do its intervals hold the truth?
+"""Claim: a resonance narrower than a bin is found as one, and its intervals contain the truth.
 
-Records of an hour at 50 Hz of N+B+K and a resonance of 3 to 100 ordinates between its half-power points, at 2 to 20 Hz,
-with 30 times the power of the white noise there, whole or with samples missing. The samples come from
+Records of an hour at 50 Hz of N+B+K and a resonance at 2 to 20 Hz with 3 to 100 ordinates between its half-power points
+and 30 times the power of the white noise there, complete or with missing samples. The samples come from
 tests/python/generators.py.
 
     python benches/claims/narrow_bands.py [--seeds 40] [--missing random]
@@ -24,16 +24,16 @@ import generators as g
 RATE, LENGTH = 50.0, 180_000
 N, B, K = 0.0126, 0.002, 9.07e-5
 START = {"angle_random_walk", "bias_instability", "rate_random_walk"}
-#: Power of the band over that of the noise in it.
+#: Ratio of the power of the resonance to that of the noise in its band.
 ABOVE = 30.0
 
 
-#: What is missing: nothing, one sample, 5 % of them, 5 % in blocks of 3 s (150 samples), a tenth in one piece.
+#: Missing samples: none, one, 5 % at random, 5 % in blocks of 3 s (150 samples), a tenth in one gap.
 MISSING = ("nothing", "one", "random", "blocks", "tenth")
 
 
 def lost(missing, rng):
-    """Which samples are missing, shape (LENGTH,)."""
+    """Return the mask of missing samples, shape (LENGTH,)."""
     k, block = np.arange(LENGTH), 150
     if missing == "random":
         return rng.random(LENGTH) < 0.05
@@ -45,7 +45,7 @@ def lost(missing, rng):
 
 
 def one(seed, missing):
-    """The study, and the truth by name."""
+    """Return the width in ordinates, the study, and the true values by key."""
     rng = np.random.default_rng(seed)
     wide = float(np.exp(rng.uniform(np.log(3.0), np.log(100.0))))
     frequency = float(rng.uniform(2.0, 20.0))
@@ -61,9 +61,10 @@ def one(seed, missing):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=40)
-    parser.add_argument("--missing", choices=MISSING, default="nothing")
+    """Print how often the resonance alone is added, and how often each interval contains the truth."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=40, help="number of records")
+    parser.add_argument("--missing", choices=MISSING, default="nothing", help="missing samples")
     asked = parser.parse_args()
     found, inside = Counter(), Counter()
     for seed in range(asked.seeds):
@@ -80,7 +81,7 @@ def main():
             inside[name] += low <= value <= high
     held = ", ".join(f"{name} {count}" for name, count in inside.items())
     print(
-        f"{found['right']} of {asked.seeds} end adequate as one band; of these inside their intervals: {held}"
+        f"{found['right']} of {asked.seeds} end adequate with one resonance; of these inside their intervals: {held}"
     )
 
 

@@ -1,7 +1,7 @@
-"""False alarms: checks of the true model N+B+K on records of three lengths.
+"""Claim: 1 % of the checks of the true model N+B+K are false alarms, at three lengths of record.
 
-The samples come from tests/python/generators.py, which know nothing of the package. A check is a false alarm where anything
-is significantly missing or any view fails; by design that is 1 % of them.
+The samples come from tests/python/generators.py, which does not use the package. A check is a false alarm if it suggests an
+effect or a view fails.
 
     python benches/claims/nulls.py [--records 2000 400 50] [--samples 500 20000 2000000]
 """
@@ -25,16 +25,20 @@ N, B, K = 0.0126, 0.002, 9.07e-4
 
 
 def noise(n: int, seed: int) -> np.ndarray:
-    """Noise of the model alone."""
+    """Return samples of N+B+K."""
     rng = np.random.default_rng([seed, n])
     return g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, B) + g.walk(rng, n, RATE, K)
 
 
 def main() -> None:
-    """Print the counts."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--records", type=int, nargs="+", default=[2000, 400, 50])
-    parser.add_argument("--samples", type=int, nargs="+", default=[500, 20_000, 2_000_000])
+    """Print the false alarms at each length."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--records", type=int, nargs="+", default=[2000, 400, 50], help="records of each length"
+    )
+    parser.add_argument(
+        "--samples", type=int, nargs="+", default=[500, 20_000, 2_000_000], help="lengths"
+    )
     asked = parser.parse_args()
     for records, n in zip(asked.records, asked.samples, strict=True):
         kinds: Counter[str] = Counter()

@@ -1,8 +1,9 @@
-"""Intervals over all models that a record cannot tell apart: do they hold the truth where those of one model do not?
+"""Claim: intervals over all indistinguishable models contain the truth more often than those of one model.
 
-Ladders from N on records of which hardly anything but white noise is seen, so that the model is often a wrong one. Of each
-coefficient that a ladder ends with: in how many the truth, 0 for what is not there, is in its own interval and in that over
-the rivals. The samples come from tests/python/generators.py.
+Stepwise model building from N on records in which the other effects are hardly detectable, so that the final model is
+often wrong. Counted for each coefficient of a final model: whether the truth (0 for an effect that is not in the record) is
+inside its own interval, and inside the interval over the alternative models. The samples come from
+tests/python/generators.py.
 
     python benches/claims/over_rivals.py [--seeds 60]
 """
@@ -23,7 +24,7 @@ import generators as g
 
 RATE, LENGTH = 50.0, 20_000
 N = 0.0126
-#: Of each truth its coefficients beside N.
+#: Truth → its coefficients besides N.
 TRUTHS = {
     "N+GM": {"GM.q_c": 2.5e-3},
     "N+B": {"B": 4e-3},
@@ -33,7 +34,7 @@ TRUTHS = {
 
 
 def record(truth, seed):
-    """A correlation time of the Gauss-Markov process is 8 s."""
+    """Return a record of one truth; the correlation time of a Gauss–Markov process is 8 s."""
     rng = np.random.default_rng([seed, 5])
     x = g.white(rng, LENGTH, RATE, N)
     values = TRUTHS[truth]
@@ -47,7 +48,7 @@ def record(truth, seed):
 
 
 def counted(truth, seeds):
-    """By coefficient: ladders that end with it, and how many intervals hold the truth, alone and over the rivals."""
+    """Count by coefficient the final models with it, and its intervals with the truth: own ones and over alternatives."""
     found, alone, over = Counter(), Counter(), Counter()
     for seed in seeds:
         study = al.improve(record(truth, seed), "N")
@@ -70,14 +71,14 @@ def counted(truth, seeds):
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=60)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=60, help="records of each truth")
     seeds = range(parser.parse_args().seeds)
-    print(f"{'truth':8} {'found':14} {'ladders':>8} {'alone':>6} {'over rivals':>12}")
+    print(f"{'truth':8} {'found':14} {'records':>8} {'own':>6} {'over alternatives':>18}")
     for truth in TRUTHS:
         found, alone, over = counted(truth, seeds)
         for key, number in found.items():
-            print(f"{truth:8} {key:14} {number:8} {alone[key]:6} {over[key]:12}", flush=True)
+            print(f"{truth:8} {key:14} {number:8} {alone[key]:6} {over[key]:18}", flush=True)
 
 
 if __name__ == "__main__":

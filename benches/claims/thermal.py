@@ -1,8 +1,8 @@
-"""Sixty simulated sensors whose bias follows the temperature: is the law found, and does its band hold it?
+"""Claim: the dependence of a bias on temperature is found, and its band contains it, on sixty simulated sensors.
 
-Laws: linear, quadratic, cubic, with a lag, with hysteresis. Thermometers: fine, and of whole degrees. Schedules: one
-warm-up, a warm-up and cooling, three chamber runs. The samples come from tests/python/thermal_sensors.py, which know
-nothing of the package.
+Laws: linear, quadratic, cubic, with a lag, with hysteresis. Thermometers: fine, and with steps of 1 °C. Schedules: one
+warm-up, a warm-up and cooling, three chamber runs. The samples come from tests/python/thermal_sensors.py, which does not
+use the package.
 
     python benches/claims/thermal.py [--seeds 2] [--scale 1]
 """
@@ -26,7 +26,7 @@ CLEAR = 10.0
 
 
 def recordings(sensor):
-    """The logs of a sensor."""
+    """Return the recordings of a sensor."""
     return [
         al.Recording(
             x, rate=ts.RATE, unit="deg/s", columns=["gyro_x"], covariates={"temperature": shown}
@@ -36,14 +36,17 @@ def recordings(sensor):
 
 
 def is_right(form, law):
-    """True if the selected form is that of the simulated law."""
+    """Return whether the selected form is that of the simulated law."""
     if law in ("lag", "hysteresis"):
         return form.memory == law
     return form.name == law
 
 
 def judged(sensor):
-    """Whether the band contains the law at 95 % of temperatures, whether K is in its interval, and the form."""
+    """Return for one sensor: band contains the law, K inside its interval, form right, form clear, and the fitted axis.
+
+    The band must contain the law at 95 % of the temperatures.
+    """
     axis = al.thermal(recordings(sensor)).axes[0]
     curve = axis.curve
     true = sensor.bias(curve.temperature) - sensor.bias(curve.reference)
@@ -64,9 +67,12 @@ def judged(sensor):
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--scale", type=float, default=1.0)
+    """Print the result of each sensor and the shares."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=2, help="sensors of each case")
+    parser.add_argument(
+        "--scale", type=float, default=1.0, help="factor of the temperature dependence"
+    )
     given = parser.parse_args()
     band, walk, forms = [], [], []
     for law, meter, schedule, seed in product(

@@ -1,7 +1,7 @@
-"""A line that is there for a part of the record: is it named, and is nothing else called one?
+"""Claim: a line that is present in a part of a record is found as a tone burst, and no other effect is named one.
 
-Records of 20 minutes at 50 Hz of N+B+K and one thing more: a burst worth ΔlogL 40 of 20 to 630 s, a resonance, a steady
-line, a line that wanders in phase, a line that decays. The samples come from tests/python/generators.py.
+Records of 20 minutes at 50 Hz of N+B+K and one more effect: a burst of 20 to 630 s with ΔlogL = 40, a resonance, a constant
+line, a line with a random walk of its phase, or a line that decays. The samples come from tests/python/generators.py.
 
     python benches/claims/tone_bursts.py [--seeds 16]
 """
@@ -27,7 +27,7 @@ WORTH = 40.0
 
 
 def burst(rng, t):
-    """A²·length/(4N²) is ΔlogL."""
+    """Return a line within a random segment, with ΔlogL = A²·length/(4N²) = 40."""
     length = 10 ** rng.uniform(1.3, 2.8)
     start = rng.uniform(0.0, DURATION - length)
     size = np.sqrt(WORTH * 4.0 * N**2 / length)
@@ -36,34 +36,34 @@ def burst(rng, t):
 
 
 def resonance(rng, t):
-    """Of any width from half a per cent to a fifth."""
+    """Return a resonance with a damping of 0.003 to 0.1."""
     f, rms = 10 ** rng.uniform(-0.5, 1.3), 10 ** rng.uniform(-3.0, -1.7)
     return g.resonance(rng, t.size, RATE, f, 10 ** rng.uniform(-2.5, -1.0), rms)
 
 
 def line(rng, t):
-    """At all times."""
+    """Return a line of constant amplitude."""
     f = 10 ** rng.uniform(-0.5, 1.3)
     return g.sinusoid(t.size, RATE, f, 0.004 * rng.uniform(1.0, 5.0))
 
 
 def wander(rng, t):
-    """Of a phase that is a random walk: a band of 1 to 100 mHz."""
+    """Return a line whose phase is a random walk: a band of 1 to 100 mHz."""
     wide = np.sqrt(4.0 * np.pi * 10 ** rng.uniform(-3.0, -1.0) / RATE)
     phase = np.cumsum(rng.standard_normal(t.size)) * wide
     return 0.008 * np.sin(2.0 * np.pi * 10 ** rng.uniform(0.0, 1.3) * t + phase)
 
 
 def decay(rng, t):
-    """By a factor e in a third to the whole of the record."""
+    """Return a line that decays by a factor e within a third to all of the record."""
     fade = np.exp(-t / (DURATION * rng.uniform(0.33, 1.0)))
     return 0.05 * fade * np.sin(2.0 * np.pi * 10 ** rng.uniform(0.0, 1.3) * t)
 
 
 def main() -> None:
-    """Print what the ladders end with."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=16)
+    """Print the effects of the final models for each kind of record."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=16, help="records of each kind")
     asked = parser.parse_args()
     t = np.arange(LENGTH) / RATE
     for made in (burst, resonance, line, wander, decay):

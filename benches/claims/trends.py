@@ -1,8 +1,8 @@
-"""Rates of simulated daily series of white and flicker noise with an annual term and 10 % missing days.
+"""Claim: rates of daily series with flicker noise have the scatter of the best estimate and valid intervals.
 
-Each series is fitted by `al.trend`, which chooses and fits the noise, and by least squares with the true noise.
-Prints the scatter of both errors about the true rate, their mean stated standard errors, the ratios of these, the coverage
-of the 95 % interval, the noise models chosen, and CPU time.
+Each series has white and flicker noise, an annual term and 10 % missing days. It is fitted by `al.trend`, which selects and
+fits the noise, and by least squares with the true noise. Prints the scatter of both errors around the true rate, their mean
+standard errors, the ratios of these, the coverage of the 95 % interval, the selected noise models, and CPU time.
 
     python benches/claims/trends.py [--series 500] [--days 3000] [--mom FOLDER]
 
@@ -27,7 +27,7 @@ WHITE, FLICKER = 1.0, 1.0  # mm, standard deviation of a sample and of the summe
 
 
 def series(days, seed):
-    """Samples in mm, NaN where missing; the true rate is 0."""
+    """Return samples in mm, NaN where missing; the true rate is 0."""
     rng = np.random.default_rng([seed, 51])
     noise = al.parse_model(f"N(N={WHITE})+B(B={FLICKER})")
     x = noise.simulate(n=days, rate=1.0, seed=seed, axis=1).samples.copy()
@@ -37,7 +37,7 @@ def series(days, seed):
 
 
 def with_true_noise(found, days):
-    """Rate and standard error of least squares with the true noise, on the same functions."""
+    """Return rate and standard error of least squares with the true noise and the same functions of time."""
     own = found._series
     terms = (White(WHITE**2), Flicker(FLICKER**2))
     noise = added([sampled_noise(term, 1.0 / DAY, days) for term in terms])
@@ -46,7 +46,7 @@ def with_true_noise(found, days):
 
 
 def study(count, days, folder=None, first=0):
-    """Rows of (rate, error, covered, rate with the true noise, its error), noise models, CPU seconds a series."""
+    """Return rows (rate, error, covered, rate with the true noise, its error), noise models, and CPU seconds per series."""
     rows, names, used = [], Counter(), 0.0
     for seed in range(first, first + count):
         x = series(days, seed)
@@ -66,11 +66,12 @@ def study(count, days, folder=None, first=0):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--series", type=int, default=500)
-    parser.add_argument("--days", type=int, default=3000)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--mom", type=Path)
+    """Print errors, standard errors, coverage and the noise models."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--series", type=int, default=500, help="number of series")
+    parser.add_argument("--days", type=int, default=3000, help="days of a series")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--mom", type=Path, help="folder that gets each series as a .mom file")
     given = parser.parse_args()
     rows, names, seconds = study(given.series, given.days, given.mom, given.first)
     rate, error, covered, known, known_error = rows.T

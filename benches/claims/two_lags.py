@@ -1,7 +1,8 @@
-"""Two Gauss-Markov processes of which one is ten times as slow as the other, hidden in white noise: are both found?
+"""Claim: two Gauss–Markov processes in white noise, one ten times as slow as the other, are both found.
 
-An hour at 50 Hz, the faster of 0.1 to 5 s, both of one standard deviation: that at which `power` says that either is worth
-so much of logL beside the other. The samples come from tests/python/generators.py, which know nothing of the package.
+An hour at 50 Hz; the correlation time of the faster one is 0.1 to 5 s. Both have the same standard deviation: the one at
+which `power` predicts a ΔlogL of `--worth` for either besides the other. The samples come from tests/python/generators.py,
+which does not use the package.
 
     python benches/claims/two_lags.py [--seeds 50] [--worth 30]
 """
@@ -23,22 +24,22 @@ from allanite.fit.rivals.evidence import evidence
 
 RATE, LENGTH, N = 50.0, 180_000, 0.0126
 APART = 10.0
-#: Times that are within this factor of the true ones are right.
+#: A correlation time is right if it is within this factor of the true one.
 RIGHT = 3.0
 
 
 def lag(q_c, time):
-    """As a model string."""
+    """Return a Gauss–Markov process as a model string."""
     return f"GM(q_c={q_c},correlation_time={time})"
 
 
 def lags(sigma, time):
-    """q_c of both."""
+    """Return q_c of both processes."""
     return [sigma * float(np.sqrt(2.0 / t)) for t in (time, APART * time)]
 
 
 def strength(time, worth):
-    """The standard deviation at which either is worth so much beside the other."""
+    """Return the standard deviation at which either process has a ΔlogL of `worth` besides the other."""
     low, high = 1e-6, 10.0
     while high > 1.02 * low:
         middle = float(np.sqrt(low * high))
@@ -57,7 +58,7 @@ def strength(time, worth):
 
 
 def one(seed, worth):
-    """Study of a record, the true model and the true times."""
+    """Return the study of a record, the true model and the true correlation times."""
     rng = np.random.default_rng([seed, 3])
     fast = float(np.exp(rng.uniform(np.log(0.1), np.log(5.0))))
     times, sizes = (fast, APART * fast), lags(strength(fast, worth), fast)
@@ -69,10 +70,10 @@ def one(seed, worth):
 
 
 def main() -> None:
-    """Print the counts."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seeds", type=int, default=50)
-    parser.add_argument("--worth", type=float, default=30.0)
+    """Print how many records are separated, and the final models."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=50, help="number of records")
+    parser.add_argument("--worth", type=float, default=30.0, help="ΔlogL of either process")
     asked = parser.parse_args()
     ends: Counter[str] = Counter()
     separated = untold = 0
@@ -91,7 +92,7 @@ def main() -> None:
             untold += ahead < 0.0
             print(f"   seed {seed}: {truth} → {study.fit.model}, evidence {ahead:+.1f}", flush=True)
     print(
-        f"{separated} of {asked.seeds} separated, of the others {untold} where the record has more evidence for what was"
+        f"{separated} of {asked.seeds} separated; of the others {untold} where the record has more evidence for what was"
         f" found; {dict(ends)}"
     )
 

@@ -1,11 +1,11 @@
-"""A sensor under watch: false alarms of whole runs, and how soon changes are found.
+"""Claim: at most 1 % of the runs of a watched sensor have a false alarm, and changes are found soon.
 
 False alarms: samples of several distributions through `al.Watch`, whose model is fitted to 10⁵ earlier samples of the
-same run (N is their standard deviation, as a fit to white noise finds it). Filtered noise is simulated from its model.
+same run (N from their standard deviation, as in a fit of white noise). Filtered noise is simulated from its model.
 
-Delays: samples through `al.Watch`, with a change after so many segments, beside two tests with the likelihood ratio of
-the exact change, which end at the same 1/α: one knows when it begins, the other bets on all starts as the watch does.
-A line is twice as strong as what a record of so many segments can tell.
+Delays: samples through `al.Watch` with a change after `--after` segments, compared with two tests that use the likelihood
+ratio of the exact change and the same limit 1/α: one knows the time of the change, the other averages over all times as
+the watch does. A line has twice the amplitude that is detectable in the given number of segments.
 
     python benches/claims/watch.py [--runs 50] [--first 0] [--segments 100] [--changes 20] [--after 100]
 
@@ -27,13 +27,13 @@ from allanite.scale.watch import FALSE_ALARM_PROBABILITY, SEGMENT, SEGMENTS_IN_L
 
 RATE = 100.0
 MODEL = "N(N=0.01)+K(K=0.001)"
-#: Segments after a change at which a run is given up.
+#: Maximum number of segments after a change.
 MOST = 400
-#: What an alarm in 100 needs of the gain of one line among the ordinates of a segment: its limit.
+#: Gain in logL of one line for an alarm with α = 1 %, corrected for the number of ordinates of a segment.
 LIMIT = float(np.log(SEGMENT / FALSE_ALARM_PROBABILITY))
 
 
-#: Samples of one variance, drawn independently.
+#: Independent samples of constant variance.
 DISTRIBUTIONS = {
     "normal": lambda rng, n: rng.standard_normal(n),
     "Laplace": lambda rng, n: rng.laplace(size=n),
@@ -49,12 +49,12 @@ FILTERED = {
     "normal, filtered at 30 Hz": "N(N=0.1)+BW(cutoff=30,order=1)",
     "normal, filtered at 10 Hz (order 2)": "N(N=0.1)+BW(cutoff=10,order=2)",
 }
-#: Samples to which the model of a run is fitted.
+#: Number of samples to which the model of a run is fitted.
 FITTED = 100_000
 
 
 def one_run(name, run, segments):
-    """Largest e-value of a run under its model."""
+    """Return the largest e-value of a run under its model."""
     n = segments * SEGMENT
     if name in FILTERED:
         model = al.parse_model(FILTERED[name])
@@ -64,7 +64,7 @@ def one_run(name, run, segments):
         white = al.AngleRandomWalk(N=x[:FITTED].std() / np.sqrt(RATE))
         model, x = al.Model([white]), x[FITTED:]
     watch, top = Watch(model, RATE), 0.0
-    # The alarm is judged at every segment; the largest e-value is read at every long one, which costs less.
+    # The watch tests for an alarm at every segment; the e-value is read here only at every long one, which is faster.
     for part in np.split(x, range(SEGMENTS_IN_LONG * SEGMENT, n, SEGMENTS_IN_LONG * SEGMENT)):
         watch.update(part)
         top = max(top, watch.e_value)
@@ -72,7 +72,7 @@ def one_run(name, run, segments):
 
 
 def false_alarms(runs, segments, first=0):
-    """Prints how many runs end with an alarm, for each distribution."""
+    """Print how many runs have an alarm, for each distribution."""
     for name in (*DISTRIBUTIONS, *FILTERED):
         began = process_time()
         top = np.array([one_run(name, first + run, segments) for run in range(runs)])
@@ -86,7 +86,7 @@ def false_alarms(runs, segments, first=0):
 
 
 def line_of(segments):
-    """Amplitude of a line whose gain in so many segments is four times the limit: A² T/4N²."""
+    """Return the amplitude A of a line whose gain A² T/4N² in so many segments is four times the limit."""
     return float(np.sqrt(4.0 * 4.0 * LIMIT * 0.01**2 * RATE / (SEGMENT * segments)))
 
 
@@ -103,7 +103,7 @@ CHANGES = {
 
 
 def known_test(changed, usual):
-    """Logarithm of the likelihood ratio of a segment from the change on, by number and samples."""
+    """Return a function of segment number and samples: the log-likelihood ratio of changed and usual model."""
     j = np.arange(1, SEGMENT, dtype=np.int64)
     span = (0.0, SEGMENT / RATE)
     lines = [e for e in changed if e.kind == "sinusoid"]
@@ -121,7 +121,7 @@ def known_test(changed, usual):
 
 
 def delays(text, runs, after, seed=1):
-    """Segments from the change to the alarm: of the watch, and of the tests that know effect, and time; shape (3, runs)."""
+    """Return the segments from change to alarm, shape (3, runs): watch, test with known effect, with known time too."""
     usual, changed = al.parse_model(MODEL), al.parse_model(text)
     gain, out = known_test(changed, usual), np.full((3, runs), MOST)
     for run in range(runs):
@@ -137,21 +137,23 @@ def delays(text, runs, after, seed=1):
             gained = gain(piece, segment.copy())
             known += gained
             mixed = np.logaddexp(mixed, np.log(share(after + piece + 1))) + gained
-            told = (watch.update(segment) is not None, mixed >= enough, known >= enough)
-            out[:, run] = np.where((out[:, run] == MOST) & told, piece + 1, out[:, run])
+            alarmed = (watch.update(segment) is not None, mixed >= enough, known >= enough)
+            out[:, run] = np.where((out[:, run] == MOST) & alarmed, piece + 1, out[:, run])
             if out[:, run].max() < MOST:
                 break
     return out
 
 
 def main():
-    """Print both."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--runs", type=int, default=50)
-    parser.add_argument("--first", type=int, default=0, help="number of the first run: its seed")
-    parser.add_argument("--segments", type=int, default=100)
-    parser.add_argument("--changes", type=int, default=20)
-    parser.add_argument("--after", type=int, default=100)
+    """Print delays and false alarms."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=50, help="runs of each distribution")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first run, which is its seed"
+    )
+    parser.add_argument("--segments", type=int, default=100, help="segments of a run")
+    parser.add_argument("--changes", type=int, default=20, help="runs of each change")
+    parser.add_argument("--after", type=int, default=100, help="segments before the change")
     asked = parser.parse_args()
     for name, text in CHANGES.items() if asked.changes else ():
         found = delays(text, asked.changes, asked.after)

@@ -1,14 +1,14 @@
-"""The benchmark of the decision layer: one command, one result file.
+"""Benchmark of the search for missing effects: one command, one result file.
 
     python benches/decisions/benchmark.py RESULT.json [--full] [--part effects|sets|nulls|speed]
         [--against OLD.json] [--workers 2]
 
-It hides each effect of the catalogue alone in records (confusion matrix), hides sets of two and three, searches records
-that lack nothing (false additions over the whole search), and measures the CPU time of a search. All records come from
-`records.py` and tests/python/generators.py, which know nothing of the package.
+It searches records with one hidden effect of the catalog (confusion matrix), with sets of two and three, and with a
+complete start model (false additions), and measures the CPU time of a search. All records come from `records.py` and
+tests/python/generators.py; the samples are made without the package.
 
 The small version takes about fifteen minutes of two processors, `--full` some hours. `--against` prints both results side
-by side, and says where a share fell by more than its standard error.
+by side and marks shares that decreased by more than their standard error.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from typing import Any
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "claims"), str(HERE.parents[1] / "tests" / "python")]
 
-#: Records of each effect, each kind of set and each null; (small, full).
+#: Records of each effect, of each kind of set and of each null, as (small, full).
 EFFECTS, SETS, NULLS = (4, 30), (6, 60), (12, 200)
 
 
@@ -58,19 +58,19 @@ def one_effect(kind: str, seed: int) -> dict[str, Any]:
 
 
 def _alternatives(fit: Any) -> set[str]:
-    """Kinds that are declared to explain the record as well as an effect of the model."""
+    """Return the kinds that are declared as alternative explanations of an effect of the model."""
     from allanite.fit.rivals.declared import rivals
 
     found: set[str] = set()
     for place in range(len(fit.model)):
-        told = rivals(fit, place)
-        found.update(told.alone)
-        found.update(kind for pair in told.pairs for kind in pair)
+        declared = rivals(fit, place)
+        found.update(declared.alone)
+        found.update(kind for pair in declared.pairs for kind in pair)
     return found
 
 
 def _rise(log: Any, hidden: Any) -> float | None:
-    """Log-likelihood of the truth over that of the start; None where they have other samples."""
+    """Return the log-likelihood of the truth minus that of the start; None if they use different samples."""
     import allanite as al
 
     if not hidden.comparable:
@@ -120,7 +120,7 @@ def one_null(name: str, seed: int) -> dict[str, Any]:
 
 
 def speed() -> dict[str, Any]:
-    """CPU seconds of six ADIS axes, of a check of a million samples, and of many lines; each in this process."""
+    """Return the CPU seconds of six ADIS axes, of a check of a million samples, and of many lines, in this process."""
     import numpy as np
 
     import allanite as al
@@ -149,6 +149,7 @@ def speed() -> dict[str, Any]:
 
 
 def _jobs(part: str, full: bool) -> list[tuple[Any, ...]]:
+    """Return the searches of a part as (function, names, seed)."""
     from records import HIDDEN
     from records import NULLS as CASES
 
@@ -162,7 +163,7 @@ def _jobs(part: str, full: bool) -> list[tuple[Any, ...]]:
 
 
 def measure(path: Path, parts: list[str], full: bool, workers: int) -> dict[str, Any]:
-    """Results of all parts, written after each search; a repeated run of the same commit continues."""
+    """Return the results of all parts, which are written after each search; a repeated run of a commit continues."""
     commit = subprocess.run(
         ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
     )
@@ -188,32 +189,32 @@ def measure(path: Path, parts: list[str], full: bool, workers: int) -> dict[str,
 
 
 def _name(one: dict[str, Any]) -> tuple[str, int]:
-    """Name and seed of the record of a result."""
+    """Return name and seed of the record of a result."""
     return one.get("null") or one.get("set") or one["hidden"], one["seed"]
 
 
 def _name_of_job(job: tuple[Any, ...]) -> tuple[str, int]:
-    """Name and seed of the record that a job searches."""
+    """Return name and seed of the record that a job searches."""
     _, *names, seed = job
     return names[0] if len(names) == 1 else f"{names[0]} from {names[1]}", seed
 
 
 def _write(path: Path, result: dict[str, Any]) -> None:
-    """Replace the result file as a whole."""
+    """Replace the result file atomically."""
     new = path.with_suffix(".new")
     new.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", "utf-8")
     new.replace(path)
 
 
 def shares(result: dict[str, Any]) -> dict[str, tuple[int, int]]:
-    """Name of a row → (successes, records)."""
+    """Return name of a row → (successes, records)."""
     rows: dict[str, list[bool]] = {}
     for one in result.get("effects", ()):
         if one["rise"] is None or one["rise"] >= 30.0:
             rows.setdefault(f"effect {one['hidden']}", []).append(one["exact"])
             rows.setdefault("effects, exact", []).append(one["exact"])
-            told = one["exact"] or one["alternative"]
-            rows.setdefault("effects, exact or declared", []).append(told)
+            named = one["exact"] or one["alternative"]
+            rows.setdefault("effects, exact or declared", []).append(named)
     for one in result.get("sets", ()):
         rows.setdefault(f"set of {one['set']}, exact", []).append(one["exact"])
         rows.setdefault(f"set of {one['set']}, named", []).append(one["named"])
@@ -225,18 +226,18 @@ def shares(result: dict[str, Any]) -> dict[str, tuple[int, int]]:
 
 
 def confusion(result: dict[str, Any]) -> list[str]:
-    """A line for each effect that was not named alone: what was added instead."""
+    """Return a line for each search that did not add exactly the hidden effect, with the effects added."""
     lines = []
     for one in result.get("effects", ()):
         if not one["exact"]:
             instead = "+".join(one["added"]) or "nothing"
-            told = ", declared as alternative" if one["alternative"] else ""
+            declared = ", declared as alternative" if one["alternative"] else ""
             rise = "" if one["rise"] is None else f", ΔlogL {one['rise']}"
-            lines.append(f"  {one['hidden']} (seed {one['seed']}{rise}): {instead}{told}")
+            lines.append(f"  {one['hidden']} (seed {one['seed']}{rise}): {instead}{declared}")
     return lines
 
 
-def told(result: dict[str, Any], old: dict[str, Any] | None) -> str:
+def table(result: dict[str, Any], old: dict[str, Any] | None) -> str:
     """Format a result as a table. With an older result, each row shows both."""
     lines = []
     before = {} if old is None else shares(old)
@@ -259,22 +260,27 @@ def told(result: dict[str, Any], old: dict[str, Any] | None) -> str:
     for name, seconds in result.get("speed", {}).items():
         earlier = "" if old is None else f"   before {old.get('speed', {}).get(name)}"
         lines.append(f"CPU of {name}: {seconds} s{earlier}")
-    return "\n".join([*lines, "Not named alone:", *confusion(result)])
+    return "\n".join([*lines, "Not exact:", *confusion(result)])
 
 
 def main() -> None:
-    """Measure, write the file, print the table."""
+    """Measure, write the result file and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("result", type=Path)
-    parser.add_argument("--full", action="store_true")
-    parser.add_argument("--part", action="append", choices=("effects", "sets", "nulls", "speed"))
-    parser.add_argument("--against", type=Path)
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("result", type=Path, help="JSON file that is written")
+    parser.add_argument("--full", action="store_true", help="use more records")
+    parser.add_argument(
+        "--part",
+        action="append",
+        choices=("effects", "sets", "nulls", "speed"),
+        help="run this part only",
+    )
+    parser.add_argument("--against", type=Path, help="earlier result to compare with")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="number of processes")
     asked = parser.parse_args()
     parts = asked.part or ["effects", "sets", "nulls", "speed"]
     result = measure(asked.result, parts, asked.full, asked.workers)
     old = None if asked.against is None else json.loads(asked.against.read_text("utf-8"))
-    print(told(result, old))
+    print(table(result, old))
 
 
 if __name__ == "__main__":

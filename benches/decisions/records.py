@@ -1,7 +1,7 @@
-"""Records of the benchmark: each effect of the catalogue hidden alone, and records that lack nothing.
+"""Records of the benchmark: one hidden effect of the catalog each, and records with a complete start model.
 
-The samples are made without the package. A hidden effect is strong enough that its true model has a log-likelihood of more
-than 30 over the start in nearly every record; the benchmark counts only those.
+The samples are made without the package. Hidden effects are so strong that the log-likelihood of the true model exceeds that
+of the start by more than 30 in nearly every record; the benchmark counts only those.
 """
 
 from __future__ import annotations
@@ -28,31 +28,33 @@ COLUMN = g.temperature(LENGTH, RATE, 190.0)
 
 @dataclass(frozen=True)
 class Hidden:
-    """One effect to hide: the model to start from, the truth as a model string, and the samples of a seed."""
+    """One effect to hide: the model to start from, the truth as a model string, and a source of samples."""
 
     start: str
     truth: str
     make: Callable[[np.random.Generator], np.ndarray]
     covariate: bool = False
-    #: False if the true model and the start are fitted to different samples: their likelihoods are then not comparable.
+    #: False if the true model and the start are fitted to different samples, so that their likelihoods are not comparable.
     comparable: bool = True
 
 
 def white(rng):
+    """Return white noise."""
     return g.white(rng, LENGTH, RATE, N)
 
 
 def base(rng):
+    """Return white noise and flicker noise."""
     return white(rng) + g.flicker(rng, LENGTH, RATE, B)
 
 
 def filtered(rng, b, a):
-    """White noise behind a digital filter, stationary from the first sample."""
+    """Return white noise after a digital filter, stationary from the first sample."""
     return signal.lfilter(b, a, g.white(rng, LENGTH + 8192, RATE, N))[8192:]
 
 
 def peaking(frequency, gain, width):
-    """A peaking equalizer, which no effect of the catalogue is."""
+    """Return the coefficients of a peaking equalizer, which is not in the catalog."""
     w = 2 * np.pi * frequency / RATE
     alpha = np.sin(w) * width / 2
     b = [1 + alpha * gain, -2 * np.cos(w), 1 - alpha * gain]
@@ -61,14 +63,14 @@ def peaking(frequency, gain, width):
 
 
 def switching(start, end, factor):
-    """A noise level `factor` times as high from start to end."""
+    """Return a source of noise whose level is `factor` times as high from start to end."""
     return lambda rng: (
         g.louder(white(rng), RATE, start, end, factor) + g.flicker(rng, LENGTH, RATE, B)
     )
 
 
 def louder_band(rng):
-    """20 to 30 Hz three times as loud for a while."""
+    """Return noise whose level from 20 to 30 Hz is three times as high for 100 s."""
     x = white(rng)
     taps = signal.firwin(801, [20.0, 30.0], pass_zero=False, fs=RATE)
     band = signal.fftconvolve(x, taps, mode="same")
@@ -77,37 +79,43 @@ def louder_band(rng):
 
 
 def bursts(rng, f=7.0):
+    """Return noise with a line during a segment."""
     on = (TIME > 80.0) & (TIME < 190.0)
     return base(rng) + np.where(on, 1.3e-2 * np.sin(2 * np.pi * f * TIME + 1.0), 0.0)
 
 
 def modulated(rng):
+    """Return noise with a vibration of periodic amplitude."""
     swing = 1.0 + 0.9 * np.sin(2 * np.pi * 0.05 * TIME + 0.7)
     return base(rng) + swing * g.resonance(rng, LENGTH, RATE, 12.0, 0.01, 2e-2)
 
 
 def shaken(rng):
+    """Return noise with a disturbance of 6 s."""
     x = base(rng)
     during = (TIME > 140.0) & (TIME < 146.0)
     return x + np.where(during, 0.6 * rng.standard_normal(LENGTH), 0.0)
 
 
 def of_column(effect):
-    """White noise and flicker with something that follows the column."""
+    """Return a source of noise with an added function of the column."""
     return lambda rng: base(rng) + effect()
 
 
 def two_lags():
+    """Return the difference of the column with two different lags."""
     return 7e-3 * (g.lagged(COLUMN, RATE, 1.0) - 20.0) - 7e-3 * (
         g.lagged(COLUMN, RATE, 25.0) - 20.0
     )
 
 
 def noise_of_column(rng):
+    """Return white noise whose level depends on the column, and flicker noise."""
     return white(rng) * (1.0 + 0.04 * (COLUMN - COLUMN.mean())) + g.flicker(rng, LENGTH, RATE, B)
 
 
 def cycle(rng):
+    """Return noise whose level is periodic."""
     on = (TIME - 3.0) % 20.0 < 6.0
     return np.where(on, 1.5, 1.0) * white(rng) + g.flicker(rng, LENGTH, RATE, B)
 
@@ -153,7 +161,7 @@ HIDDEN = {
 
 
 def record(kind: str, seed: int) -> al.Recording:
-    """The record of an effect and a seed."""
+    """Return the record of an effect and a seed."""
     hidden = HIDDEN[kind]
     rng = np.random.default_rng([seed, 61, *kind.encode()])
     columns = {"temperature": COLUMN} if hidden.covariate else None
@@ -161,6 +169,8 @@ def record(kind: str, seed: int) -> al.Recording:
 
 
 def _null(start, make):
+    """Return the start model and a function seed → record."""
+
     def made(seed):
         rng = np.random.default_rng([seed, 17, *start.encode()])
         return al.Recording(make(rng), rate=RATE, unit="deg/s")
@@ -169,6 +179,7 @@ def _null(start, make):
 
 
 def _tail(rng, freedom):
+    """Return samples of Student's t with the standard deviation of the white noise."""
     return N * np.sqrt(RATE * (freedom - 2) / freedom) * rng.standard_t(freedom, LENGTH)
 
 

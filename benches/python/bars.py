@@ -1,9 +1,9 @@
-"""Every promised ratio, measured side by side and printed beside its bar.
+"""Measure all promised speed and memory ratios and print each with its limit.
 
     python benches/python/bars.py            # about 10 minutes; 1e8 samples need 8 GB
     python benches/python/bars.py --quick    # without 1e8 samples
 
-Two-thread figures count only where CPU/wall says that two cores were there (above 1.6).
+Figures of two threads are valid only if two cores were available (CPU/wall above 1.6).
 """
 
 import argparse
@@ -26,6 +26,7 @@ LINES = []
 
 
 def bar(what, value, least, *, busy=None, below=False):
+    """Print and record a value with its limit, a minimum or with `below` a maximum."""
     good = value <= least if below else value >= least
     sign = "<=" if below else ">="
     doubt = (
@@ -38,6 +39,7 @@ def bar(what, value, least, *, busy=None, below=False):
 
 
 def against_peers(n, grid, name, repeats, bars):
+    """Compare the overlapping Allan deviation with other programs on n samples."""
     x = np.random.default_rng(1).normal(size=n)
     tau = grid / RATE
     numba = numba_recipe()
@@ -64,12 +66,14 @@ def against_peers(n, grid, name, repeats, bars):
 
 
 def once(call):
+    """Return the seconds that a call takes."""
     start = time.perf_counter()
     call()
     return time.perf_counter() - start
 
 
 def slow_ones():
+    """Compare the slow deviations with allantools, on 25 times the samples."""
     rng = np.random.default_rng(1)
     small, large = rng.normal(size=4000), rng.normal(size=100_000)
     for name in ("mtotdev", "htotdev", "theo1"):
@@ -81,6 +85,7 @@ def slow_ones():
 
 
 def stream():
+    """Measure the samples per second of the streaming accumulator."""
     x = np.random.default_rng(1).normal(size=1 << 24)
     for taus, least in (("octave", 200), (8, 100)):
         best = np.inf
@@ -94,6 +99,7 @@ def stream():
 
 
 def memory(n):
+    """Print the bytes per sample that one call needs beyond its input."""
     x = np.random.default_rng(1).normal(size=n)
     before = peak()
     oadev(x, rate=RATE, factors=log_spaced(n))
@@ -101,12 +107,13 @@ def memory(n):
 
 
 def peak():
-    """Most memory so far, KiB. The kernel's: getrusage counts that of the parent from before the start."""
+    """Return the peak memory so far in KiB, from the kernel: getrusage includes memory of the parent process."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 
 
 def main(quick):
+    """Measure and print all ratios; `quick` omits 1e8 samples."""
     against_peers(10**3, log_spaced(1000), "oadev, 1e3 x 100", 101, {"allantools": 10})
     log, octaves = log_spaced(10**7), octave(10**7)
     bars = {"allantools": 40, "numba": 2.5, "scaling": 1.7}
@@ -121,14 +128,14 @@ def main(quick):
     run = subprocess.run(
         [sys.executable, __file__, "--memory", str(n)], check=True, capture_output=True, text=True
     )
-    bar(f"oadev, {n:.0e}: bytes a sample beyond the input", float(run.stdout), 9, below=True)
+    bar(f"oadev, {n:.0e}: bytes per sample beyond the input", float(run.stdout), 9, below=True)
     print("\n".join(["", *LINES]))
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="without 1e8 samples")
-    parser.add_argument("--memory", type=int, help="print the bytes a sample that one call takes")
+    parser.add_argument("--memory", type=int, help="print the bytes per sample that one call needs")
     arguments = parser.parse_args()
     if arguments.memory:
         memory(arguments.memory)

@@ -1,6 +1,6 @@
 """`check` with all candidates on 10 million samples and a temperature: python benches/python/bench_check.py
 
-The promise: under 20 s on 2 cores and under 2 GiB for the whole process, progress shown.
+The limits: less than 20 s on 2 cores and less than 2 GiB for the whole process, with progress reported.
 """
 
 import resource
@@ -14,6 +14,7 @@ RATE, N = 200.0, 10**7
 
 
 def main():
+    """Print time, memory and the number of progress reports."""
     rng = np.random.default_rng(1)
     samples = 0.01 * rng.standard_normal(N) + 1e-7 * np.cumsum(rng.standard_normal(N))
     temperature = 25.0 + 5.0 * np.sin(np.arange(N) / (8000.0 * RATE))
@@ -27,8 +28,8 @@ def main():
     wall, busy = time.perf_counter() - start, time.process_time() - busy
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(
-        f"check of {N:.0e} samples: {wall:.1f} s (cpu/wall {busy / wall:.2f}; bar 20 s),"
-        f" {most:.2f} GiB (bar 2 GiB), progress told {len(calls)} times,"
+        f"check of {N:.0e} samples: {wall:.1f} s (cpu/wall {busy / wall:.2f}; limit 20 s),"
+        f" {most:.2f} GiB (limit 2 GiB), progress reported {len(calls)} times,"
         f" {len(check.suggestions)} candidates"
     )
 

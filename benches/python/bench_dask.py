@@ -1,9 +1,9 @@
-"""Summaries of 64 logs on a local cluster of one worker and of two, with a thread each.
+"""Time of summaries of 64 logs on a local cluster of one worker and of two, with one thread each.
 
     python benches/python/bench_dask.py [--samples 2000000] [--rounds 3]
 
-Rounds alternate, so that what else the machine does counts for both. Of each the best is told, and the processor time: two
-workers must not need more than one, and that of the busier one is the time on a machine without others.
+Rounds alternate, so that other load on the machine affects both. The best time and the processor time are printed: two
+workers must not need more processor time than one. That of the busier worker is the time on an otherwise idle machine.
 """
 
 from __future__ import annotations
@@ -19,18 +19,19 @@ FILES, RATE = 64, 1000.0
 
 
 def spent():
-    """Processor time of a worker so far, s."""
+    """Return the processor time of a worker so far, s."""
     return process_time()
 
 
 def main():
+    """Print the times of each round and their ratios."""
     from dask.distributed import Client, LocalCluster
 
     import allanite as al
 
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--samples", type=int, default=2_000_000)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--samples", type=int, default=2_000_000, help="samples of a log")
+    parser.add_argument("--rounds", type=int, default=3, help="rounds of each cluster")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder) / f"{i:02d}.npy" for i in range(FILES)]

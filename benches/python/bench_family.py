@@ -1,4 +1,4 @@
-"""The slow members of the family against allantools, and streams against its real-time deviation."""
+"""Time of the other deviations against allantools, and samples per second of streams."""
 
 import time
 
@@ -12,12 +12,14 @@ from allanite.deviation.theo import theo1
 
 
 def once(call):
+    """Return the seconds that a call takes."""
     start = time.perf_counter()
     call()
     return time.perf_counter() - start
 
 
 def main():
+    """Print and save the times."""
     rng = np.random.default_rng(1)
     rows = []
     small, large = rng.normal(size=1000), rng.normal(size=100_000)

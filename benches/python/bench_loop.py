@@ -1,8 +1,8 @@
-"""The loop beside a Fourier transform of the same record: a check, a ladder of many rungs, a comb of lines.
+"""Time of a fit, a check and a stepwise model building, relative to a Fourier transform of the same record.
 
     python benches/python/bench_loop.py [--samples 1000000 10000000]
 
-Processor seconds of the whole process (threads added), and how many `numpy.fft.rfft` of the record that is.
+Processor seconds of the whole process (all threads), also in multiples of a `numpy.fft.rfft` of the record.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ N, B, K = 0.0126, 0.002, 9.07e-5
 
 
 def noise(n, rng):
-    """What the start model knows."""
+    """Return samples of N+B+K."""
     return g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, B) + g.walk(rng, n, RATE, K)
 
 
 def many(n, rng):
-    """Seven more effects."""
+    """Return samples of N+B+K and seven more effects."""
     x = noise(n, rng)
     x += g.gauss_markov(rng, n, RATE, 5e-3, 20.0)
     x += g.resonance(rng, n, RATE, 31.0, 0.02, 0.03)
@@ -40,7 +40,7 @@ def many(n, rng):
 
 
 def comb(n, rng):
-    """Twelve lines of no common frequency."""
+    """Return samples of N+B+K and twelve lines that are no harmonics of each other."""
     x = noise(n, rng)
     for k in range(12):
         x += g.sinusoid(n, RATE, 1.37 + 3.79 * k, 0.003, 0.7 * k)
@@ -48,7 +48,7 @@ def comb(n, rng):
 
 
 def spent(work):
-    """Processor seconds, and what came of it."""
+    """Return the processor seconds of a call, and its result."""
     began = time.process_time()
     found = work()
     return time.process_time() - began, found
@@ -56,8 +56,10 @@ def spent(work):
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--samples", type=int, nargs="+", default=[1_000_000])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--samples", type=int, nargs="+", default=[1_000_000], help="lengths of the records"
+    )
     asked = parser.parse_args()
     warm = al.Recording(noise(20_000, np.random.default_rng(0)), rate=RATE, unit="rad/s")
     al.improve(warm)
@@ -70,18 +72,18 @@ def main() -> None:
         fit_time, fit = spent(lambda record=record: al.fit_model(record, "N+B+K"))
         jobs = {
             "check": fit.check,
-            "ladder": lambda record=record: al.improve(record),
-            "ladder, comb of 12 lines": lambda lines=lines: al.improve(lines, limit=12),
+            "improve": lambda record=record: al.improve(record),
+            "improve, 12 lines": lambda lines=lines: al.improve(lines, limit=12),
         }
         row(n, "fit N+B+K", fit_time, transform)
         for name, job in jobs.items():
             seconds, found = spent(job)
-            rungs = f", {len(found.ladder) - 1} rungs" if hasattr(found, "ladder") else ""
-            row(n, name + rungs, seconds, transform)
+            steps = f", {len(found.ladder) - 1} steps" if hasattr(found, "ladder") else ""
+            row(n, name + steps, seconds, transform)
 
 
 def row(n: int, name: str, seconds: float, transform: float) -> None:
-    """One line of the table."""
+    """Print one line of the table."""
     print(f"{n:10d} {name:34} {seconds:8.2f} {seconds / transform:8.1f}", flush=True)
 
 

@@ -1,7 +1,7 @@
-"""Coloured noise: ours against colorednoise, allantools and NumPy, interleaved; and the spectrum of 1e8 samples.
+"""Time of colored noise against colorednoise, allantools and NumPy, interleaved, and its spectrum.
 
-Two-thread figures by wall time count where CPU/wall > 1.6; on a shared machine the ratio of CPU times (halved for two
-threads) says what the wall would.
+Figures of two threads by wall time are valid if CPU/wall > 1.6. On a shared machine the ratio of CPU times (halved for two
+threads) estimates that of the wall times.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ SEGMENT, BATCH = 4096, 1024
 
 
 def declared(w):
-    """Discrete spectrum of `SUM`."""
+    """Return the discrete spectrum of `SUM`."""
     s = 2.0 * np.sin(w / 2.0)
     lag = 4.0 * (1.0 - 0.99**2) / (1.0 - 1.98 * np.cos(w) + 0.99**2)
     return 1.0 + 0.04 / s + 4e-6 / s**2 + lag
 
 
 def welch(samples):
-    """Largest deviation in per cent of the Welch spectrum of so many samples from the declared one, in broad bands."""
+    """Return the largest deviation in percent of a Welch spectrum from the declared one, in broad bands."""
     batches = max(1, samples // (SEGMENT * BATCH))
     stream = _core.Simulator(SUM, 1, 0, 0, SEGMENT * BATCH * batches)
     window = np.sin(np.pi * (np.arange(SEGMENT) + 0.5) / SEGMENT) ** 2
@@ -47,7 +47,7 @@ def welch(samples):
     power /= batches * BATCH * np.sum(window**2)
     model = declared(2.0 * np.pi * np.arange(1, SEGMENT // 2 + 1) / SEGMENT)
     inside = np.arange(8, SEGMENT // 2 - 2)
-    # A Hann window mixes an ordinate with its neighbours.
+    # A Hann window mixes each ordinate with its neighbors.
     ratio = power[inside] / ((model[inside - 2] + 4.0 * model[inside - 1] + model[inside]) / 6.0)
     edges = [8]
     while edges[-1] < ratio.size:
@@ -56,10 +56,13 @@ def welch(samples):
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-n", type=float, default=1e7)
-    parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--welch", type=float, default=1e8, help="samples of the spectrum; 0: none")
+    """Print and save times, ratios and the deviation of the spectrum."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-n", type=float, default=1e7, help="samples of a run")
+    parser.add_argument("--repeat", type=int, default=5, help="runs of each program")
+    parser.add_argument(
+        "--welch", type=float, default=1e8, help="samples of the spectrum; 0 omits it"
+    )
     arguments = parser.parse_args()
     n = int(arguments.n)
     rng = np.random.default_rng(1)
@@ -101,7 +104,7 @@ def main() -> None:
             f"spectrum of {arguments.welch:.3g} samples: within {worst:.2f} % of the declared one"
         )
         rows.append(
-            (f"Welch of {arguments.welch:.3g}", "largest deviation, per cent", worst, "", "")
+            (f"Welch of {arguments.welch:.3g}", "largest deviation, percent", worst, "", "")
         )
     save(rows, "noise")
 

@@ -1,10 +1,10 @@
-"""Overlapping Allan deviation against allantools, NumPy and numba: time against N and number of τ."""
+"""Time of the overlapping Allan deviation against allantools, NumPy and numba, over N and number of τ."""
 
 import argparse
 import os
 from pathlib import Path
 
-os.environ["OMP_WAIT_POLICY"] = "passive"  # or numba's threads keep a processor from who comes next
+os.environ["OMP_WAIT_POLICY"] = "passive"  # otherwise idle numba threads slow down the next program
 
 import allantools
 import numpy as np
@@ -18,16 +18,18 @@ FIGURE = Path(__file__).parents[2] / "docs" / "figures" / "speed.svg"
 
 
 def log_spaced(n, k=100):
+    """Return at most k log-spaced factors for n samples."""
     top = np.log10(2.0 ** np.floor(np.log2(n / 2)))
     return np.unique(np.ceil(np.logspace(0, top, k))).astype(np.int64)
 
 
 def octave(n):
+    """Return factors in powers of two for n samples."""
     return 2 ** np.arange(int(np.log2(n / 2)) + 1)
 
 
 def numpy_recipe(x, factors):
-    """The recipe of the MathWorks example, in NumPy."""
+    """Return the Allan deviation as in the MathWorks example, in NumPy."""
     theta = np.cumsum(x) / RATE
     out = np.empty(factors.size)
     for i, m in enumerate(factors):
@@ -37,7 +39,7 @@ def numpy_recipe(x, factors):
 
 
 def numba_recipe():
-    """The best loop a user can write: parallel over τ, fast arithmetic."""
+    """Return a fast loop as a user could write it, parallel over τ; None without numba."""
     try:
         import numba
     except ImportError:
@@ -66,6 +68,7 @@ def numba_recipe():
 
 
 def programs(x, factors, *, peers=True):
+    """Return name → call of each program; without `peers` only the fast ones."""
     found = {}
     tau = factors / RATE
     if peers:
@@ -81,6 +84,7 @@ def programs(x, factors, *, peers=True):
 
 
 def draw(by_length, by_count):
+    """Draw the figure of docs/."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 4.2), layout="constrained")
@@ -100,6 +104,7 @@ def draw(by_length, by_count):
 
 
 def main(largest):
+    """Measure up to 10**largest samples, save the times and draw the figure."""
     rng = np.random.default_rng(1)
     rows, by_length, by_count = [], {}, {}
     for power in range(3, largest + 1):
@@ -124,7 +129,7 @@ def main(largest):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--largest", type=int, default=7, help="largest N as a power of ten (8: minutes)"
     )

@@ -1,8 +1,9 @@
-"""What a person waits for on the page: the first view of a long log, a zoom, the new curve after Add, the first step.
+"""Response times of the page: first view of a long log, zoom, new curve after Add, first step of a search.
 
     python benches/python/bench_page.py [axes|tabs]
 
-Asked through the page's own API, in one process, as the browser asks. Seconds of the wall; in brackets, of the processor.
+Uses the API of the page in one process, with the same requests as the browser. Wall-clock seconds; processor seconds in
+brackets.
 """
 
 import gc
@@ -25,20 +26,21 @@ with warnings.catch_warnings():
     from starlette.testclient import TestClient
 
 HOST = "127.0.0.1:4711"
-#: What a browser may be sent per view.
+#: Maximum number of bytes sent to the browser per view.
 MOST = 300_000
-#: Tabs that are opened and closed, and what may be left of them.
+#: Number of tabs opened and closed, and the memory that may remain in use.
 TABS, LEFT_MB = 200, 50
 HIDDEN = "N(N=0.01)+B(B=0.002)+K(K=2e-5)+GM(correlation_time=8,q_c=6e-3)+SIN(frequency=1.7,amplitude=0.006)"
 
 
 class Watch:
-    """Seconds since the last lap."""
+    """Stopwatch of wall-clock and processor seconds since the last lap."""
 
     def __init__(self):
         self.lap()
 
     def lap(self):
+        """Return wall-clock and processor seconds since the last lap."""
         wall, cpu = time.perf_counter(), time.process_time()
         passed = (wall - getattr(self, "wall", wall), cpu - getattr(self, "cpu", cpu))
         self.wall, self.cpu = wall, cpu
@@ -46,7 +48,7 @@ class Watch:
 
 
 class Bench:
-    """A log on a page of its own, and what was waited for."""
+    """A log on its own page, and its response times."""
 
     def __init__(self, title, path):
         print(title)
@@ -57,21 +59,24 @@ class Bench:
         self.watch = Watch()
 
     def note(self, what, since=None):
+        """Record and print the time since the last lap."""
         wall, cpu = (since or self.watch).lap()
         self.rows.append((f"{self.title}: {what}", "allanite", wall, cpu / wall, ""))
         print(f"  {what:44s} {wall:7.2f} s  ({cpu:.2f} s)")
 
     def get(self, path, **query):
+        """Return the answer to a request of the tab."""
         answer = self.client.get(f"tabs/{self.tab}{path}", params=query)
         assert answer.status_code == 200, answer.text
         assert len(answer.content) <= MOST, (path, len(answer.content))
         return answer
 
     def view(self, name, **query):
+        """Return the number of bytes of a view."""
         return len(self.get(f"/view/{name}", **query).content)
 
     def until(self, holds):
-        """The state, asked for as the page does, once it `holds`."""
+        """Poll the state as the page does until `holds` is true for it, and return it."""
         while True:
             state = self.get("").json()
             if state["job"]["error"] or state["problem"]:
@@ -81,6 +86,7 @@ class Bench:
             time.sleep(0.02)
 
     def first_view(self):
+        """Open a tab and wait for the recording, its view and the first model."""
         self.tab = self.client.post("tabs").json()["tab"]
         self.until(lambda s: s["recording"])
         self.note("read and audited")
@@ -92,34 +98,36 @@ class Bench:
         self.note("model and its curve, since it was read")
 
     def the_rest(self):
+        """Wait for the check and request all other views."""
         self.until(lambda s: not s["job"]["busy"])
-        self.note("what is missing")
+        self.note("check")
         for name in ("allan", "psd", "map", "samples", "compare"):
             self.watch.lap()
             size = self.view(name)
             self.note(f"view {name}, {size / 1000:.0f} kB")
 
     def add(self):
+        """Add the first suggestion and wait for the new curve and check."""
         state = self.until(lambda s: not s["job"]["busy"])
-        first, rungs = state["cards"][0], len(state["ladder"])
+        first, steps = state["cards"][0], len(state["ladder"])
         self.watch.lap()
         order = {"do": "add", "number": first["number"]}
         self.client.post(f"tabs/{self.tab}/act", json=order).raise_for_status()
-        self.until(lambda s: len(s["ladder"]) > rungs)
+        self.until(lambda s: len(s["ladder"]) > steps)
         self.view("allan")
         self.note(f"Add {first['name']}: the new curve")
         self.until(lambda s: not s["job"]["busy"])
-        self.note("what is missing now")
+        self.note("new check")
 
     def zoom(self):
-        """To a second of the samples, in the middle of the record."""
+        """Zoom to one second of the samples in the middle of the record."""
         middle = self.get("").json()["recording"]["duration"] / 2
         self.watch.lap()
         size = self.view("samples", **{"from": middle, "to": middle + 1.0})
         self.note(f"zoom to a second of samples, {size / 1000:.0f} kB")
 
     def improve(self):
-        """Every axis; the first step that is shown."""
+        """Improve all axes, wait for the first step and cancel."""
         self.until(lambda s: not s["job"]["busy"])
         self.watch.lap()
         order = {"do": "improve", "all": True}
@@ -130,10 +138,10 @@ class Bench:
 
 
 def six_axes(folder, n=10_000_000):
-    """A long log of six axes."""
+    """Return the rows of a long log of six axes."""
     path = Path(folder) / "six.npz"
     made = parse_model(HIDDEN).simulate(n=n, rate=100.0, seed=1, unit="rad/s").samples
-    # Shifted copies: other samples at each place, and one simulation instead of six.
+    # Shifted copies give six different columns from one simulation.
     data = np.column_stack([np.roll(made, i * n // 7) for i in range(6)])
     np.savez(path, data=data, rate_hz=100.0, unit="rad/s")
     del made, data
@@ -141,7 +149,7 @@ def six_axes(folder, n=10_000_000):
     bench.first_view()
     bench.zoom()
     bench.until(lambda s: not s["job"]["busy"])
-    bench.note("what is missing")
+    bench.note("check")
     bench.get("/part/strip")
     bench.note("strip of all axes")
     bench.improve()
@@ -150,11 +158,12 @@ def six_axes(folder, n=10_000_000):
 
 
 def resident_mb():
+    """Return the resident memory in MB."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
 
 
 def many_tabs(folder):
-    """Tabs opened on a log of a million samples, looked at while ten others work, and closed."""
+    """Return the rows of many tabs on a log of a million samples; assert that closed tabs leave no memory or thread."""
     path = Path(folder) / "1.npz"
     made = parse_model(HIDDEN).simulate(n=1_000_000, rate=100.0, seed=1, unit="rad/s").samples
     np.savez(path, data=made, rate_hz=100.0, unit="rad/s")
@@ -182,13 +191,14 @@ def many_tabs(folder):
     time.sleep(2.0)
     gc.collect()
     left, more = resident_mb() - before, threading.active_count() - threads
-    print(f"  left: {left:.0f} MB (bar {LEFT_MB}), {more} threads of at most {most - threads}")
+    print(f"  left: {left:.0f} MB (limit {LEFT_MB}), {more} threads of at most {most - threads}")
     assert left <= LEFT_MB
     assert more <= 0
     return bench.rows
 
 
 def main():
+    """Run all parts, or the one named on the command line, and save the times."""
     with tempfile.TemporaryDirectory() as folder:
         rows = []
         if sys.argv[1:]:

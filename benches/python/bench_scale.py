@@ -1,13 +1,14 @@
-"""One pass over a long record: time and memory of `al.summarise` and of the loop after it, beside NumPy's read and sum.
+"""Time and memory of `al.summarise` on a long record and of fit and check after it, compared with a sum by NumPy.
 
     python benches/python/bench_scale.py [SAMPLES ...]
     python benches/python/bench_scale.py day
 
-The largest size is also written to a file (8 GB for 10⁹ samples), which NumPy reads and sums beside the pass: from the
-disk, put out of the cache of the system before, and from the cache. A day is 24 h of six axes at 1 kHz, a file of 4 GB.
+The largest size is also written to a file (8 GB for 10⁹ samples). NumPy reads and sums it, and the package summarizes it:
+once from the disk, after removing it from the system cache, and once from the cache. `day` is 24 h of six axes at 1 kHz, a
+file of 4 GB.
 
-Each size runs in a process of its own, so that the peak of its memory is its own. The record comes from a generator, a
-chunk at a time: white noise of one chunk, turned and with either sign, so that making it costs little.
+Each size runs in its own process, so that its peak memory can be measured. The record is generated in chunks: one chunk of
+white noise, rotated and with a random sign, which takes little time.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ RATE = 1000.0
 
 
 def chunks(n):
-    """A record of n samples."""
+    """Yield the chunks of a record of n samples."""
     noise = np.random.default_rng(0).standard_normal(CHUNK)
     turns = np.random.default_rng(1)
     for at in range(0, n, CHUNK):
@@ -36,10 +37,12 @@ def chunks(n):
 
 
 def peak():
+    """Return the peak memory of the process in MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def one(n):
+    """Print time and memory of a generated record of n samples."""
     import allanite as al
 
     al.summarise(np.zeros(10) + np.arange(10), rate=RATE)
@@ -49,23 +52,24 @@ def one(n):
     plain, plain_busy = perf_counter() - began, process_time() - busy
     began, busy = perf_counter(), process_time()
     summary = al.summarise(chunks(n), rate=RATE)
-    # Without the generator, which the sum needs as well.
+    # Subtract the time of the generator and the sum.
     made, busy = perf_counter() - began - plain, process_time() - busy - plain_busy
     began = perf_counter()
     fit = al.parse_model("N+K").fit(summary)
     check = fit.check()
-    told = perf_counter() - began
+    checked = perf_counter() - began
     with tempfile.TemporaryDirectory() as folder:
         summary.save(Path(folder) / "s")
         size = (Path(folder) / "s").stat().st_size / 1e6
     print(
-        f"{n:>13.0e} {plain:>9.1f} {made:>9.1f} {1e9 * busy / n:>7.0f} {told:>9.1f} {peak():>8.0f} {peak() - before:>8.0f}"
-        f" {size:>8.1f}  N = {float(fit['N']):.5f}, {len(check.suggestions)} candidates, sum {total:.3g}"
+        f"{n:>13.0e} {plain:>9.1f} {made:>9.1f} {1e9 * busy / n:>7.0f} {checked:>9.1f} {peak():>8.0f}"
+        f" {peak() - before:>8.0f} {size:>8.1f}"
+        f"  N = {float(fit['N']):.5f}, {len(check.suggestions)} candidates, sum {total:.3g}"
     )
 
 
 def write(path, n, columns):
-    """A file of n rows, on the disk and out of the cache of the system."""
+    """Write a file of n rows."""
     data = np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(n, columns))
     at, flat = 0, data.reshape(-1)
     for chunk in chunks(n * columns):
@@ -75,21 +79,21 @@ def write(path, n, columns):
 
 
 def forget(path):
-    """Put the file out of the cache of the system."""
+    """Remove the file from the system cache."""
     with Path(path).open("rb") as file:
         os.fsync(file.fileno())
         os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
 
 
 def read_and_sum(path, n):
-    """What NumPy needs for it, in chunks that stay in the cache of the processor."""
+    """Return the sum of a file, read by NumPy in chunks that fit into the processor cache."""
     with Path(path).open("rb") as file:
         file.seek(-8 * n, os.SEEK_END)
         return sum(float(np.fromfile(file, count=1 << 17).sum()) for _ in range(0, n, 1 << 17))
 
 
 def file_of(path, n, columns):
-    """The file read and summed, and the whole loop over it, side by side: from the disk, and from the cache."""
+    """Print the times to sum and to summarize a file, from the disk and from the cache, and those of fit and check."""
     import allanite as al
 
     mapped = np.load(path, mmap_mode="r")
@@ -108,7 +112,7 @@ def file_of(path, n, columns):
         (plain, plain_busy), (made, made_busy) = times
         each = [1e9 * busy / (n * columns) for busy in (plain_busy, made_busy)]
         print(
-            f"NPY of {n:.2e} × {columns} samples from the {state}: read and summed in {plain:.2f} s, summarised in"
+            f"NPY of {n:.2e} × {columns} samples from the {state}: read and summed in {plain:.2f} s, summarized in"
             f" {made:.2f} s, × {made / plain:.1f}; processor time {each[0]:.1f} and {each[1]:.1f} ns a sample",
             flush=True,
         )
@@ -116,11 +120,12 @@ def file_of(path, n, columns):
     for column in summary:
         al.parse_model("N+K").fit(column).check()
     print(
-        f"fit and check in {perf_counter() - began:.1f} s; most memory {passed:.0f} MB, with them {peak():.0f} MB"
+        f"fit and check in {perf_counter() - began:.1f} s; peak memory {passed:.0f} MB before, {peak():.0f} MB after"
     )
 
 
 def main():
+    """Run the part that the command line names, or all sizes."""
     if sys.argv[1:2] == ["--one"]:
         one(int(sys.argv[2]))
         return
@@ -144,7 +149,7 @@ def main():
 
 
 def with_file(rows, columns):
-    """Written and read each by a process of its own."""
+    """Write and read a file, each in its own process."""
     with tempfile.TemporaryDirectory() as folder:
         for what in ("--write", "--file"):
             asked = [what, str(Path(folder) / "x.npy"), str(rows), str(columns)]

@@ -1,10 +1,10 @@
-"""Simulated six-axis sensors at full size: are the exported numbers in their intervals, is the twin in the band?
+"""Coverage of intervals and bands, and time, on simulated six-axis sensors.
 
     python benches/python/bench_six_axes.py [SENSORS] [SAMPLES]
-    python benches/python/bench_six_axes.py LOG                 # what characterising every axis of a log takes
+    python benches/python/bench_six_axes.py LOG                 # time and memory for a log
 
-Fifty sensors of 20 000 samples by default: 300 axes, some ten minutes of two cores. Prints one line a quantity with what
-was promised.
+By default fifty sensors of 20 000 samples: 300 axes, about ten minutes of two cores. Each quantity is printed with its
+nominal value.
 """
 
 import resource
@@ -24,7 +24,7 @@ RATE = 100.0
 
 
 def models(rng: np.random.Generator) -> tuple[str, ...]:
-    """Another model for every axis of every sensor: white noise, and something slow."""
+    """Draw a model for each axis of a sensor: white noise and one of K, GM and B."""
     out = []
     for axis in range(6):
         level = 10.0 ** rng.uniform(-2.3, -1.7) * (1.0 if axis < 3 else 0.1)
@@ -38,10 +38,10 @@ def models(rng: np.random.Generator) -> tuple[str, ...]:
 
 
 def main(sensors: int, samples: int) -> None:
-    """Characterise the sensors and count."""
+    """Characterize the sensors and print the coverage."""
     began = time.process_time()
     inside: dict[str, list[bool]] = {}
-    form, twins = [], []
+    form, covered = [], []
     for seed in range(sensors):
         own = models(np.random.default_rng([seed, 15]))
         found = al.characterize(six_axes(samples, seed, RATE, own))
@@ -63,20 +63,22 @@ def main(sensors: int, samples: int) -> None:
             curve, band = study.fit.curve, study.fit.band
             measured = al.oadev(made[name], factors=curve.factors).deviation
             within = (band.low_everywhere <= measured) & (measured <= band.high_everywhere)
-            twins.append(bool(within.all()))
+            covered.append(bool(within.all()))
     every = [hit for hits in inside.values() for hit in hits]
     print(f"{sensors} sensors of {samples} samples, {time.process_time() - began:.0f} s of CPU")
     print(
-        f"numbers inside of their 95 % intervals (93 to 97 %): {100 * np.mean(every):.1f} % of {len(every)}"
+        f"values inside their 95 % intervals (93 to 97 %): {100 * np.mean(every):.1f} % of {len(every)}"
     )
     for label, hits in sorted(inside.items()):
         print(f"  {label}: {100 * np.mean(hits):.1f} % of {len(hits)}")
-    print(f"last models that hold all true effects: {100 * np.mean(form):.1f} %")
-    print(f"curves of twins inside of the simultaneous band (95 %): {100 * np.mean(twins):.1f} %")
+    print(f"final models with all true effects: {100 * np.mean(form):.1f} %")
+    print(
+        f"curves of simulated sensors inside the simultaneous band (95 %): {100 * np.mean(covered):.1f} %"
+    )
 
 
 def of_log(path: str) -> None:
-    """Processor time, time by the clock and the most memory of all axes of a log, and the models."""
+    """Print processor time, wall-clock time, peak memory and final models of all axes of a log."""
     recording = al.read(path)
     began, clock = time.process_time(), time.perf_counter()
     found = al.characterize(recording)

@@ -1,4 +1,4 @@
-"""Every bench of this folder, one process each."""
+"""Run all benchmarks of this folder, each in its own process."""
 
 import subprocess
 import sys

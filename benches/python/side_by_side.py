@@ -1,4 +1,4 @@
-"""Programs side by side in one process: interleaved runs, medians, ratios, a record."""
+"""Compare programs by interleaved runs in one process, and save the medians."""
 
 import csv
 import datetime as dt
@@ -12,7 +12,7 @@ RECORD = Path(__file__).parents[1] / "record"
 
 
 def side_by_side(title, programs, repeats):
-    """Run every program in turn `repeats` times after a warm-up; the first named is the reference.
+    """Run all programs in turn `repeats` times after a warm-up; the first one is the reference.
 
     Returns rows (title, name, seconds, cpu per wall, times faster than the reference).
     """
@@ -39,7 +39,7 @@ def side_by_side(title, programs, repeats):
 
 
 def save(rows, name):
-    """Write rows to record/DATE-name.csv with the machine they were measured on."""
+    """Write rows and a description of the machine to record/DATE-name.csv."""
     RECORD.mkdir(exist_ok=True)
     file = RECORD / f"{dt.datetime.now(dt.UTC).date()}-{name}.csv"
     with file.open("w", newline="") as out:

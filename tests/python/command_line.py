@@ -1,4 +1,4 @@
-"""What tests of the command line share: running it, and what its answers must be."""
+"""Helpers for tests of the command line: running commands and checking their results."""
 
 import json
 import os
@@ -12,10 +12,12 @@ import pytest
 
 
 def needs(module):
+    """The module of the package; the test is skipped without it."""
     return pytest.importorskip(f"allanite.{module}")
 
 
 def refused(result, code, *words):
+    """Check that a command failed with this exit code and a one-line message that contains these words."""
     got, out, err = result
     assert got == code
     assert out == ""
@@ -26,7 +28,7 @@ def refused(result, code, *words):
 
 
 def strict(text):
-    """JSON without NaN or Infinity."""
+    """Parsed JSON; an error if it contains NaN or Infinity."""
 
     def refuse(name):
         raise AssertionError(f"{name} in JSON")
@@ -35,19 +37,20 @@ def strict(text):
 
 
 def piped(data, *arguments):
+    """Exit code, output and errors of a command that reads `data` from standard input."""
     code = "from allanite.cli import main; main()"
     command = [sys.executable, "-c", code, *map(str, arguments)]
     done = subprocess.run(command, input=data, capture_output=True, check=False)
     return done.returncode, done.stdout.decode(), done.stderr.decode()
 
 
-#: A shell ignores SIGINT in what it starts in the background, and children inherit that: they ask for it again.
+#: A shell lets background processes ignore SIGINT, and their children inherit this; this line restores the default.
 HEARS_INTERRUPT = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 
 @contextmanager
 def started(*arguments, code="from allanite.cli import main; main()", **options):
-    """A command that runs beside the test, hears SIGINT and is ended with the test."""
+    """Context with a command that runs in parallel to the test, handles SIGINT and is killed at the end."""
     command = [sys.executable, "-c", HEARS_INTERRUPT + code, *map(str, arguments)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     process = subprocess.Popen(command, **pipes)
@@ -59,7 +62,7 @@ def started(*arguments, code="from allanite.cli import main; main()", **options)
 
 
 def until(ready, seconds=60.0):
-    """Wait until something is so."""
+    """Wait until a condition holds."""
     end = time.monotonic() + seconds
     while not ready():
         assert time.monotonic() < end, f"not within {seconds} s"
@@ -67,6 +70,6 @@ def until(ready, seconds=60.0):
 
 
 def spent(process):
-    """Seconds of processor time of a process so far."""
+    """Processor time of a process so far, in s."""
     fields = Path(f"/proc/{process.pid}/stat").read_text("ascii").rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,4 +1,4 @@
-"""Fixtures for every test: the real recordings, where they are at hand."""
+"""Fixtures and settings for all tests."""
 
 import os
 import signal
@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-# The same examples in every run, and no time limit for one on a busy machine; `pytest --hypothesis-profile default` looks
-# for others.
+# Every run uses the same examples, without a time limit; `pytest --hypothesis-profile default` searches for new ones.
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.load_profile("same")
 
-# A shell ignores SIGINT in what it starts in the background: tests and what they start would not hear an interrupt.
+# A shell lets background processes ignore SIGINT; restore the default so that tests of interrupts work there too.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="session")
 def data():
-    """Path of a real recording by name; the test is skipped where the folder is absent."""
+    """Function that returns the path of a real recording; the test is skipped if the recording is not available."""
     folder = Path(os.environ.get("ALLANITE_DATA", ROOT.parent / "shared" / "data"))
 
     def find(name):

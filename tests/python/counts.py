@@ -1,6 +1,6 @@
-"""How many records a statistical test simulates: few, whose bound knows how few, or all of them.
+"""Number of records that statistical tests simulate: a few, with bounds that account for this, or all of them.
 
-`make test-all` takes the few. ALLANITE_FULL=1, which benches/claims/full_counts.py sets, takes the full numbers.
+`make test-all` uses few records. ALLANITE_FULL=1, set by benches/claims/full_counts.py, uses the full numbers.
 """
 
 import os
@@ -11,15 +11,16 @@ FULL = bool(os.environ.get("ALLANITE_FULL"))
 
 
 def records(few, full):
-    """`few`, and `full` where all are asked for."""
+    """The number `few`, or `full` if ALLANITE_FULL is set."""
     return full if FULL else few
 
 
 def halves(one, seeds, clean):
-    """Results of `one(seed)`: of the first half of the seeds where they are `clean`, else of all of them.
+    """Results of `one(seed)` for the first half of the seeds if these results are `clean`, else for all seeds.
 
-    Where one failure in ten is allowed, five without any pass too. What fails in 3 % of records fails such a test in 2.7 %
-    (all ten at once: 3.5 %); what fails in 30, 50 and 70 % of them passes it in 23, 3.6 and 0.3 % (15, 1.1 and 0.01 %).
+    With one allowed failure in ten, five records without a failure pass too. A fault in 3 % of records fails such a test
+    with a probability of 2.7 % (always using all ten: 3.5 %). Faults in 30, 50 and 70 % of records pass it with 23, 3.6
+    and 0.3 % (15, 1.1 and 0.01 %).
     """
     seeds = list(seeds)
     middle = len(seeds) if FULL else (len(seeds) + 1) // 2
@@ -28,5 +29,5 @@ def halves(one, seeds, clean):
 
 
 def nightly(cases, *slow):
-    """The cases of a parametrized test, of which the `slow` ones run every night and not in CI."""
+    """Cases of a parametrized test; the `slow` ones run only in the nightly tests."""
     return [pytest.param(c, marks=pytest.mark.long) if c in slow else c for c in cases]

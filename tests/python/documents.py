@@ -1,4 +1,4 @@
-"""JSON documents held against the schemas of the package."""
+"""Validation of JSON documents against the schemas of the package."""
 
 import json
 from importlib.resources import files
@@ -16,7 +16,7 @@ _REGISTRY = Registry().with_resources(
 
 
 def valid(document):
-    """The document as it is read back, after its own schema found nothing wrong."""
+    """The document after a round trip through JSON; an error if its schema rejects it."""
     plain = json.loads(json.dumps(document, allow_nan=False))
     name = plain["schema"].split("/")[1]
     assert SCHEMAS[name]["$id"] == plain["schema"].replace("/", ":").replace(

@@ -1,10 +1,10 @@
-"""One line of arguments for every command, and the logs that these lines name."""
+"""Example arguments for every command, and the files that they name."""
 
 import numpy as np
 
 MODEL = "N(N=1)"
 LOG = ("log.csv", "--model", "N")
-#: Command → its arguments; {out} is a folder for new files. Every command has a line.
+#: Arguments by command; {out} is a folder for new files. Every command has an entry.
 RUNS = {
     "inspect": ("log.csv",),
     "adev": ("log.csv",),
@@ -31,7 +31,7 @@ RUNS = {
 
 
 def write_logs(folder, samples=300):
-    """Write the files that the lines of `RUNS` name into a folder."""
+    """Write the files named in `RUNS` into a folder."""
     x = np.random.default_rng(1).standard_normal(samples).tolist()
     (folder / "logs").mkdir(exist_ok=True)
     rows = "".join(f"{i / 10},{v!r}\n" for i, v in enumerate(x))

@@ -1,6 +1,6 @@
-"""Noise of known law, made without the package: recursions, sums and an exact fractional difference.
+"""Generators of noise with known spectra, independent of the package: recursions, sums and exact fractional differences.
 
-Every function takes a `numpy.random.Generator`, the number of samples and the rate in Hz first, and returns n samples.
+The first arguments are a `numpy.random.Generator`, the number of samples n and the rate in Hz; the result has n samples.
 """
 
 from functools import lru_cache
@@ -11,22 +11,22 @@ from scipy.signal import lfilter
 
 
 def white(rng, n, rate, N):
-    """Two-sided density N²."""
+    """White noise with the two-sided density N²."""
     return N * np.sqrt(rate) * rng.standard_normal(n)
 
 
 def walk(rng, n, rate, K):
-    """Sum of steps of variance K²/rate."""
+    """Random walk: running sum of steps of variance K²/rate."""
     return np.cumsum(K / np.sqrt(rate) * rng.standard_normal(n))
 
 
 def quantization(rng, n, rate, Q):
-    """Derivative of an angle with an independent error of standard deviation Q at every sample."""
+    """Quantization noise: derivative of an angle with independent errors of standard deviation Q."""
     return np.diff(Q * rng.standard_normal(n + 1)) * rate
 
 
 def gauss_markov(rng, n, rate, q_c, T):
-    """AR(1), started in equilibrium."""
+    """Gauss-Markov process: AR(1), started in its stationary state."""
     phi, sigma = np.exp(-1.0 / (rate * T)), q_c * np.sqrt(T / 2.0)
     start = sigma * rng.standard_normal()
     drive = [sigma * np.sqrt(1.0 - phi**2)]
@@ -35,7 +35,7 @@ def gauss_markov(rng, n, rate, q_c, T):
 
 @lru_cache(maxsize=8)
 def _fractional(order, n, warm_up):
-    """Transform of the taps of (1 − z⁻¹)^(−order), long enough that the last n outputs are exact."""
+    """Length, FFT length and transform of the taps of (1 − z⁻¹)^(−order), for which the last n outputs are exact."""
     total = n * (1 + warm_up)
     k = np.arange(1, total)
     taps = np.concatenate([[1.0], np.cumprod((k - 1 + order) / k)])
@@ -44,9 +44,9 @@ def _fractional(order, n, warm_up):
 
 
 def power_law(rng, n, rate, exponent, level, warm_up=3):
-    """Density level²·(2πf)^exponent for −1 ≤ exponent < 1: fractional difference of white noise.
+    """Noise with the density level²·(2πf)^exponent for −1 ≤ exponent < 1: fractional difference of white noise.
 
-    The record is the end of one 1 + `warm_up` times as long that started from nothing.
+    The record is the end of a record that is 1 + `warm_up` times as long and starts from zero.
     """
     total, length, response = _fractional(-exponent / 2.0, n, warm_up)
     drive = np.zeros(total)
@@ -56,30 +56,31 @@ def power_law(rng, n, rate, exponent, level, warm_up=3):
 
 
 def flicker(rng, n, rate, B):
-    """Density B²/(2πf): the half-order difference."""
+    """Flicker noise with the density B²/(2πf): half-order difference of white noise."""
     return power_law(rng, n, rate, -1.0, B)
 
 
 def sinusoid(n, rate, frequency, amplitude, phase=0.0):
-    """A line."""
+    """Sinusoid."""
     return amplitude * np.sin(2.0 * np.pi * frequency * np.arange(n) / rate + phase)
 
 
 def ramp(n, rate, R):
-    """R·t."""
+    """Linear drift R·t."""
     return R * np.arange(n) / rate
 
 
 def low_passed(rng, n, rate, N, cutoff):
-    """White noise through a continuous first-order lag, sampled: a fast Gauss-Markov process."""
+    """White noise through a continuous first-order low-pass, sampled: a fast Gauss-Markov process."""
     w = 2.0 * np.pi * cutoff
     return gauss_markov(rng, n, rate, N * w, 1.0 / w)
 
 
 def resonance(rng, n, rate, frequency, damping, rms):
-    """A mass on a spring shaken by white force: its exact two-state recursion, started in equilibrium.
+    """Position of an oscillator driven by white noise: exact two-state recursion, started in its stationary state.
 
-    The transition matrix is that of the oscillator; the covariance of the steps is what keeps diag(1, ω²) rms².
+    The transition matrix is that of the oscillator. The covariance of the steps keeps the stationary covariance
+    diag(1, ω²) rms².
     """
     from scipy.linalg import expm
 
@@ -89,7 +90,7 @@ def resonance(rng, n, rate, frequency, damping, rms):
     root = np.linalg.cholesky(balance - step @ balance @ step.T)
     kicks = root @ rng.standard_normal((2, n))
     first = np.sqrt(np.diag(balance)) * rng.standard_normal(2)
-    # Position alone obeys x[k+2] = tr(step) x[k+1] − det(step) x[k] + forcing (Cayley-Hamilton).
+    # The position alone obeys x[k+2] = tr(step) x[k+1] − det(step) x[k] + forcing (Cayley-Hamilton).
     forcing = kicks[0, 1:] + step[0, 1] * kicks[1, :-1] - step[1, 1] * kicks[0, :-1]
     second = step[0] @ first + kicks[0, 0]
     poles = [1.0, -np.trace(step), np.linalg.det(step)]
@@ -98,7 +99,7 @@ def resonance(rng, n, rate, frequency, damping, rms):
 
 
 def telegraph(rng, n, rate, amplitude, dwell):
-    """Two levels; dwell times are exponential."""
+    """Random telegraph: two levels with exponential dwell times."""
     count = int(n / rate / dwell * 1.5) + 100
     switches = np.cumsum(rng.exponential(dwell, count))
     side = np.searchsorted(switches, np.arange(n) / rate) % 2
@@ -106,12 +107,12 @@ def telegraph(rng, n, rate, amplitude, dwell):
 
 
 def step(n, rate, time, height):
-    """0, then `height`."""
+    """Step from 0 to `height` at `time`."""
     return height * (np.arange(n) / rate >= time)
 
 
 def settling(n, rate, time_constant, amplitude):
-    """Exponential from the first sample."""
+    """Exponential decay from the first sample."""
     return amplitude * np.exp(-np.arange(n) / rate / time_constant)
 
 
@@ -122,26 +123,26 @@ def louder(samples, rate, start, end, factor):
 
 
 def spikes(rng, n, count, size):
-    """Isolated samples of ±size at random places."""
+    """Zeros with `count` isolated samples of ±size at random positions."""
     out = np.zeros(n)
     out[rng.choice(n, count, replace=False)] = size * rng.choice([-1.0, 1.0], count)
     return out
 
 
 def temperature(n, rate, period, swing=5.0):
-    """A day and its harmonics in °C: smooth, and not a sine."""
+    """Smooth, non-sinusoidal temperature in °C."""
     angle = 2.0 * np.pi * np.arange(n) / rate / period
     return 20.0 + swing * (np.sin(angle) + 0.4 * np.sin(2.3 * angle + 1.0))
 
 
 def lagged(column, rate, lag):
-    """First-order lag of a column, begun in equilibrium."""
+    """First-order lag of a column, started in equilibrium."""
     phi = np.exp(-1.0 / (rate * lag))
     return lfilter([1.0 - phi], [1.0, -phi], column, zi=[phi * column[0]])[0]
 
 
 def backlash(column, width):
-    """What a column drags along with a play of ±width, from the middle of it: step by step."""
+    """Hysteresis: output of a column through a play of ±width, started in its middle, sample by sample."""
     out = np.empty(column.size)
     place = float(column[0])
     for k, value in enumerate(column.tolist()):
@@ -151,7 +152,7 @@ def backlash(column, width):
 
 
 def moving_band(rng, n, rate, course, half_width, rms):
-    """Narrow-band noise about a frequency that changes: a complex first-order process, turned on by its phase."""
+    """Narrow-band noise around a changing frequency: a complex first-order process, modulated by the phase."""
     keep = np.exp(-2.0 * np.pi * half_width / rate)
     steps = rng.standard_normal((n + 4096, 2)) @ [1.0, 1j]
     slow = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], steps)[4096:]

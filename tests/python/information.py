@@ -1,7 +1,7 @@
-"""The Cramér–Rao bound of white noise beside a random walk or a Gauss-Markov process, exact.
+"""Exact Cramér–Rao bound for white noise plus a random walk or a Gauss-Markov process.
 
-Differences of the record free it of its unknown mean. Their covariance is a Toeplitz matrix C(θ), and the information of
-their Gaussian likelihood, which is what a Kalman filter evaluates, is ½ tr(C⁻¹ ∂C/∂θ_a C⁻¹ ∂C/∂θ_b).
+First differences remove the unknown mean of the record. Their covariance is a Toeplitz matrix C(θ). The information of
+their Gaussian likelihood, which a Kalman filter evaluates, is ½ tr(C⁻¹ ∂C/∂θ_a C⁻¹ ∂C/∂θ_b).
 """
 
 import numpy as np
@@ -9,11 +9,12 @@ from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 
 def _differences(r):
-    """Autocovariance of first differences from that of the samples, r(0 … n), up to a constant."""
+    """Autocovariance of first differences, from that of the samples r(0 … n), which may lack a constant."""
     return 2 * r[:-1] - r[1:] - np.concatenate([[r[1]], r[:-2]])
 
 
 def _walk(n):
+    """Autocovariance of the differences of a random walk with unit steps."""
     return np.eye(1, n, 0)[0]
 
 

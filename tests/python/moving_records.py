@@ -1,7 +1,7 @@
-"""Simulated records of sensors that move, and of sensors at rest with every kind of noise.
+"""Simulated records of moving sensors, and of sensors at rest with every kind of noise.
 
-The physics is simple and consistent: an attitude is prescribed, rates are its derivatives, and the accelerometers see
-gravity turned by it. Nothing here uses the package's own models of noise.
+The physics is simple and consistent: the attitude is prescribed, the rates are its derivatives, and the accelerometers
+measure the rotated gravity. The noise models of the package are not used.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def lagged(rng, n, rate, seconds, rms, axes=1):
 
 
 def swell(rng, n, rate, period, rms, axes=1, bandwidth=0.15):
-    """Narrow-band processes of a period, s, shape (n, axes): waves."""
+    """Narrow-band processes with a period in s, shape (n, axes), like waves."""
     angle = 2 * np.pi / (period * rate)
     radius = np.exp(-np.pi * bandwidth / (period * rate))
     white = rng.standard_normal((n + int(40 * period * rate), axes))
@@ -30,7 +30,7 @@ def swell(rng, n, rate, period, rms, axes=1, bandwidth=0.15):
 
 
 def six_axes(rng, rate, attitude, force=0.0, gyro_noise=0.01, accel_noise=0.002, extra_rate=0.0):
-    """Record of roll, pitch and yaw (rad, small roll and pitch), shape (n, 3), with specific force in m/s² added."""
+    """Gyroscope and accelerometer samples for an attitude (n, 3) in rad (small roll and pitch) and a force in m/s²."""
     n = len(attitude)
     rates = np.gradient(attitude, 1 / rate, axis=0) + extra_rate
     gyro = np.degrees(rates) + rng.standard_normal((n, 3)) * gyro_noise * np.sqrt(rate)
@@ -43,6 +43,7 @@ def six_axes(rng, rate, attitude, force=0.0, gyro_noise=0.01, accel_noise=0.002,
 
 
 def recorded(gyro, accel, rate, only=None):
+    """Recording of six axes, or of those named in `only`."""
     columns = [*GYROS, *ACCELS]
     units = ["deg/s"] * 3 + ["m/s^2"] * 3
     x = np.column_stack([gyro, accel])
@@ -53,13 +54,14 @@ def recorded(gyro, accel, rate, only=None):
 
 
 def smooth(x, samples):
+    """Columns smoothed by a Hann window of this many samples."""
     kernel = np.hanning(samples + 2)[1:-1]
     kernel /= kernel.sum()
     return np.stack([np.convolve(c, kernel, "same") for c in np.asarray(x).T], axis=1)
 
 
 def hand(seed, rate=100, seconds=240, only=None, rms=6.0):
-    """Held in a hand that tries to hold still: some degrees of wander, tremor."""
+    """A sensor held in a hand: slow wander of some degrees, and tremor."""
     rng = np.random.default_rng(seed)
     n = int(rate * seconds)
     attitude = smooth(lagged(rng, n, rate, 0.8, np.radians(rms), 3), int(rate * 0.3))
@@ -68,7 +70,7 @@ def hand(seed, rate=100, seconds=240, only=None, rms=6.0):
 
 
 def turns(rng, n, rate, number, angles, seconds=(8, 20)):
-    """Yaw of so many turns at random times, shape (n,)."""
+    """Yaw angle with `number` turns at random times, shape (n,)."""
     t = np.arange(n) / rate
     yaw = np.zeros(n)
     for start in rng.uniform(0.02, 0.97, number) * n / rate:
@@ -83,7 +85,7 @@ def turns(rng, n, rate, number, angles, seconds=(8, 20)):
 
 
 def bus(seed, rate=20, seconds=1800, only=None, number=18):
-    """A bus: turns of 90°, shaking between stops, standing in between."""
+    """A sensor in a bus: turns of 90°, vibration during rides, rest at stops."""
     rng = np.random.default_rng(seed)
     n = int(rate * seconds)
     rides = smooth(
@@ -104,7 +106,7 @@ def bus(seed, rate=20, seconds=1800, only=None, number=18):
 
 
 def car(seed, rate=50, seconds=600, only=None):
-    """A car: bends, braking, the road."""
+    """A sensor in a car: bends, braking and road vibration."""
     rng = np.random.default_rng(seed)
     n = int(rate * seconds)
     attitude = np.column_stack(
@@ -120,7 +122,7 @@ def car(seed, rate=50, seconds=600, only=None):
 
 
 def drone(seed, rate=200, seconds=120, only=None):
-    """A hovering drone: attitude held within some degrees, rotors."""
+    """A sensor in a hovering drone: attitude controlled within some degrees, and rotor vibration."""
     rng = np.random.default_rng(seed)
     n = int(rate * seconds)
     attitude = smooth(lagged(rng, n, rate, 0.5, np.radians(1.5), 3), int(rate * 0.15))
@@ -139,7 +141,7 @@ def drone(seed, rate=200, seconds=120, only=None):
 
 
 def boat(seed, rate=25, seconds=900, only=None, degrees=1.0):
-    """A boat at a pier: rolling with the swell, never fast."""
+    """A sensor in a boat at a pier: slow rolling with the swell."""
     rng = np.random.default_rng(seed)
     n = int(rate * seconds)
     period = rng.uniform(3.5, 8.0)
@@ -152,7 +154,7 @@ MOVING = {"hand": hand, "bus": bus, "car": car, "drone": drone, "boat": boat}
 
 
 def at_rest(seed):
-    """A record of a sensor at rest with a random choice of every kind of noise, one to six columns."""
+    """A record of a sensor at rest: one to six columns, each with a randomly chosen kind of noise."""
     rng = np.random.default_rng(10_000 + seed)
     rate = float(rng.choice([5, 10, 25, 50, 100, 200]))
     n = int(rng.choice([4_000, 12_000, 40_000]))
@@ -160,7 +162,7 @@ def at_rest(seed):
     t = np.arange(n) / rate
     columns = []
     for name in names:
-        # deg/s/√Hz of gyroscopes from tactical to poor, m/s²/√Hz of accelerometers.
+        # Noise densities: deg/s/√Hz for gyroscopes from tactical to poor, m/s²/√Hz for accelerometers.
         density = 10 ** (rng.uniform(-3, -1) if name in GYROS else rng.uniform(-3.3, -1.7))
         white = density * np.sqrt(rate) * rng.standard_normal(n)
         kind = rng.integers(12)

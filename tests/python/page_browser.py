@@ -1,4 +1,4 @@
-"""The browsers of the page's tests."""
+"""Browsers for tests of the page."""
 
 import shutil
 from contextlib import contextmanager
@@ -7,20 +7,20 @@ from urllib.parse import unquote
 
 import pytest
 
-#: Nothing is at work, the figure is drawn, and a verdict given.
+#: The page is idle, its figure is drawn, and a verdict is shown.
 READY = "body[data-busy=false][data-drawn] #verdict b"
 BROWSERS = {"chromium": ("chromium", "chromium-browser"), "firefox": ("firefox-esr", "firefox")}
 
 
 @contextmanager
 def launched(name):
-    """A browser of the distribution; without it the test is skipped."""
+    """Context with a browser of the distribution; the test is skipped without it."""
     sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
     path = next((found for one in BROWSERS[name] if (found := shutil.which(one))), None)
     if path is None:
         pytest.skip(f"no {name} (apt-get install {BROWSERS[name][0]})")
     with sync_playwright() as play:
-        # A Firefox that is not Playwright's own is driven by the standard protocol, WebDriver BiDi.
+        # A Firefox of the distribution is controlled by the standard protocol WebDriver BiDi.
         more = {"channel": "moz-firefox"} if name == "firefox" else {}
         try:
             browser = getattr(play, name).launch(executable_path=path, **more)
@@ -34,25 +34,25 @@ def launched(name):
 
 
 def on_allan(tab):
-    """The Allan curve, whichever view the page opened by itself."""
+    """Open the view with the Allan curve."""
     tab.locator("[data-tab=allan]").click()
     tab.wait_for_selector("body[data-drawn*=' allan ']")
 
 
 @dataclass(frozen=True)
 class Saved:
-    """A file that the page hands out: its name and what is in it."""
+    """A file saved from the page: its name and contents."""
 
     name: str
     body: bytes
 
 
 def saved(tab, button):
-    """The file of a button of the menu."""
+    """The file that a button of the menu saves."""
     tab.locator(".menu summary").click()
     press = tab.locator(f"#files {button}").click
     if button == "#export":
-        # Whether to use the file is said before it can be saved.
+        # The verdict on the file appears before it can be saved.
         tab.wait_for_selector("#export:enabled")
     if tab.context.browser.browser_type.name == "chromium":
         with tab.expect_download() as download:

@@ -1,4 +1,4 @@
-"""The page's API as its browser uses it, in one process."""
+"""Helpers that use the API of the page like a browser, in one process."""
 
 import time
 import warnings
@@ -6,7 +6,7 @@ import warnings
 from allanite.page.server import make_app
 
 with warnings.catch_warnings():
-    # Newer versions of starlette would rather have the successor of httpx.
+    # Newer versions of starlette warn about httpx.
     warnings.simplefilter("ignore")
     from starlette.testclient import TestClient
 
@@ -15,10 +15,12 @@ BASE = f"http://{HOST}/{TOKEN}/"
 
 
 def client_of(sessions):
+    """Test client of the page for these sessions."""
     return TestClient(make_app(sessions, TOKEN, frozenset({HOST})), base_url=BASE)
 
 
 def until(client, tab, holds, seconds=60.0):
+    """The state of a tab once the condition `holds(state)` is true."""
     end = time.monotonic() + seconds
     while not holds(state := client.get(f"tabs/{tab}").json()):
         assert time.monotonic() < end
@@ -27,7 +29,7 @@ def until(client, tab, holds, seconds=60.0):
 
 
 def wait(client, tab, checked=True):
-    """The state once the work is done; without `checked` the search for what is missing may go on."""
+    """The state once the job is done; without `checked` the search for missing effects may still run."""
 
     def holds(state):
         return state["job"] and (
@@ -40,15 +42,18 @@ def wait(client, tab, checked=True):
 
 
 def opened(client, checked=True):
+    """Key and state of a new tab once its job is done."""
     tab = client.post("tabs").json()["tab"]
     return tab, wait(client, tab, checked)
 
 
 def act(client, tab, checked=True, **order):
+    """The state after an action, once its job is done."""
     answer = client.post(f"tabs/{tab}/act", json=order)
     assert answer.status_code == 200, answer.text
     return wait(client, tab, checked)
 
 
 def send(client, tab, name, content, **more):
+    """Response to an upload."""
     return client.post(f"tabs/{tab}/upload", params={"name": name}, content=content, **more)

@@ -1,4 +1,4 @@
-"""A simulated six-axis sensor whose models are known."""
+"""A simulated six-axis sensor with known models."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 import allanite as al
 
-#: A gyroscope of two like axes and one that is noisier, with a line of the mount; an accelerometer that sees it, too.
+#: Gyroscope with two equal axes and a noisier one, with a spectral line that the accelerometer measures too.
 GYRO = (
     "N(N=0.01)+K(K=3e-4)",
     "N(N=0.01)+K(K=3e-4)",
@@ -22,7 +22,7 @@ UNITS = ("deg/s",) * 3 + ("m/s^2",) * 3
 
 
 def six_axes(n=20_000, seed=1, rate=100.0, models=GYRO + ACCELEROMETER):
-    """Recording of n samples of six independent axes."""
+    """Recording of six independent axes with n samples."""
     axes = [
         al.parse_model(text).simulate(n=n, rate=rate, seed=seed, unit=unit, axis=i).samples
         for i, (text, unit) in enumerate(zip(models, UNITS, strict=True))
@@ -31,7 +31,7 @@ def six_axes(n=20_000, seed=1, rate=100.0, models=GYRO + ACCELEROMETER):
 
 
 def write_csv(recording, path, **more):
-    """Write columns (and `more`, by name) with a header that says their units."""
+    """Write the columns of a recording and `more` columns to a CSV file, with units in the header."""
     head = [f"{n} [{u}]" for n, u in zip(recording.columns, recording.units, strict=True)]
     body = np.column_stack(
         [np.arange(recording.n) / recording.rate, recording.samples, *more.values()]

@@ -1,6 +1,6 @@
-"""Simulated sensors whose bias follows the temperature, with thermometers and schedules as in the field.
+"""Simulated sensors whose bias depends on the temperature, with realistic thermometers and temperature schedules.
 
-Nothing here knows of the package: the bench and the tests compare it with what the package finds.
+The module is independent of the package. The bench and the tests compare it with the results of the package.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ N, K = 0.004, 2e-5  # deg/s/sqrt(Hz), deg/s/sqrt(s)
 LAWS = ("linear", "quadratic", "cubic", "lag", "hysteresis")
 THERMOMETERS = ("fine", "whole")
 SCHEDULES = ("warm-up", "warm-up and cooling", "three chamber runs")
-#: Spread of the bias from one switch-on to the next, deg/s.
+#: Standard deviation of the bias between switch-ons, in deg/s.
 TURN_ON = 0.05
 
 
 @dataclass
 class Sensor:
-    """Runs as (samples, logged temperature), and what is true of them."""
+    """A simulated sensor: runs as (samples, logged temperature), and the true law."""
 
     law: str
     thermometer: str
@@ -27,14 +27,14 @@ class Sensor:
     numbers: tuple
 
     def bias(self, temperature):
-        """The law in equilibrium, up to a constant; the middle of both branches of a loop."""
+        """Bias in equilibrium, up to a constant; for hysteresis, the mean of both branches."""
         u = np.asarray(temperature) - 35.0
         c, d, e = self.numbers
         return c * u + d * u**2 + e * u**3
 
 
 def temperatures(schedule, rng):
-    """True temperature of each run at every sample."""
+    """True temperature of each run of a schedule, sample by sample."""
     t = np.arange(LENGTH) / RATE
     wander = [np.cumsum(rng.normal(0.0, 0.003, LENGTH)) for _ in range(3)]
     if schedule == "warm-up":
@@ -53,7 +53,7 @@ def temperatures(schedule, rng):
 
 
 def lagged(u, time):
-    """First-order lag, in equilibrium at the start."""
+    """First-order lag of a series, started in equilibrium."""
     phi = np.exp(-1.0 / (RATE * time))
     out, last = np.empty_like(u), u[0]
     for k, value in enumerate(u):
@@ -63,7 +63,7 @@ def lagged(u, time):
 
 
 def played(u, width):
-    """Prandtl's play from the middle."""
+    """Hysteresis of a series: Prandtl's play, started in its middle."""
     out, last = np.empty_like(u), u[0]
     for k, value in enumerate(u):
         last = min(max(last, value - width), value + width)
@@ -72,7 +72,7 @@ def played(u, width):
 
 
 def sensor(law, thermometer, schedule, seed, scale=1.0):
-    """A sensor with a law of random sign and size, `scale` times as large as usual."""
+    """A sensor with a law of random sign and size, multiplied by `scale`."""
     rng = np.random.default_rng(
         [seed, LAWS.index(law), THERMOMETERS.index(thermometer), SCHEDULES.index(schedule)]
     )

@@ -1,4 +1,4 @@
-"""Variograms of the primitive processes, straight from each definition, and mixtures of them."""
+"""Variograms of the primitive processes, computed from their definitions, and mixtures of processes."""
 
 import numpy as np
 from scipy.special import gamma
@@ -7,7 +7,7 @@ from allanite.effects import terms
 
 
 def variogram(term, count):
-    """−r(h) up to a constant, for h = 0…count−1, straight from each definition."""
+    """Variogram −r(h) + constant of a term for h = 0…count−1, from its definition."""
     name, v = term
     h = np.arange(count, dtype=np.longdouble)
     if name == "white":
@@ -29,7 +29,7 @@ def variogram(term, count):
 
 
 def summed(g):
-    """Kernel whose second difference is `g`, even in h."""
+    """The kernel, even in h, whose second difference is `g`."""
     first = np.concatenate([[0], [g[0] / 2], g[0] / 2 + np.cumsum(g[1:-1])])
     return np.cumsum(first)
 
@@ -69,7 +69,7 @@ MIXTURES = {
 
 
 def term_of(name, values):
-    """The package's term of what the core takes."""
+    """Term of the package from the name and the values of a term of the core."""
     if name == "exponential":
         return terms.Exponential(complex(*values[:2]), complex(*values[2:]))
     if name == "lags":

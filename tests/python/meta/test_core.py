@@ -1,4 +1,4 @@
-"""What the house promises about the core."""
+"""Architecture of the core: modules depend on each other in one direction only."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from pathlib import Path
 
 RUST = Path(__file__).parents[3] / "rust"
 
-# Inner modules of a file (tests, code of one processor) are part of it.
+# Inner modules (tests, code for one processor) belong to their file.
 PATH = re.compile(r"\b(crate|super)::((?:super::)*)(\{[^}]*\}|\w+)")
 
 
 def uses(path):
-    """Modules named in a file as paths from the root: ("deviation", "sums")."""
+    """Modules that a file uses, as paths from the root such as ("deviation", "sums")."""
     here = path.relative_to(RUST).with_suffix("").parts
     here = here[:-1] if here[-1] in ("mod", "lib") else here
     text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
-    # `super` of an inner module is the file itself, which stands four blanks further in.
+    # In an inner module, which is indented, `super` is the file itself.
     for line in re.sub(r"\{[^{}]*\}", lambda m: " ".join(m[0].split()), text).splitlines():
         inner = line.startswith("    ") and "use super" in line
         for root, more, names in PATH.findall(line):
@@ -28,7 +28,7 @@ def uses(path):
 
 
 def circle(graph):
-    """Nodes that remain when those that need nobody are taken away, again and again."""
+    """Nodes of a dependency graph that belong to or depend on a cycle: those left after removing leaves repeatedly."""
     rest = {node: set(needs) for node, needs in graph.items()}
     while free := {node for node, needs in rest.items() if not needs & rest.keys()}:
         rest = {node: needs for node, needs in rest.items() if node not in free}
@@ -36,7 +36,7 @@ def circle(graph):
 
 
 def graph(folder, files):
-    """What the modules of a folder need of each other; a folder counts as one module."""
+    """Dependencies between the modules of a folder; a subfolder counts as one module."""
     depth = len(folder)
     needs = {}
     for path in files:

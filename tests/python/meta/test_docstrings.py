@@ -1,4 +1,4 @@
-"""Every public name says what it is, with an example that runs."""
+"""Every public name is documented, with an example that runs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import pytest
 
 import allanite as al
 
-#: Public, and neither a class nor a function.
+#: Public names that are neither classes nor functions.
 VALUES = {"CATALOGUE", "__version__"}
-#: What has a name in `allanite`, and the effects.
+#: Public objects by name, including all effects.
 PUBLIC = {n: getattr(al, n) for n in al.__all__} | {e.__name__: e for e in al.CATALOGUE}
 CLASSES = [n for n, thing in PUBLIC.items() if inspect.isclass(thing)]
 FUNCTIONS = [n for n in al.__all__ if n not in VALUES and n not in CLASSES]
@@ -23,12 +23,12 @@ PARSER = doctest.DocTestParser()
 
 
 def ours(cls):
-    """The classes of the package that a class is made of, itself first."""
+    """The class and its base classes within the package."""
     return [c for c in cls.__mro__ if c.__module__.startswith("allanite")]
 
 
 THINGS = [thing for name, thing in PUBLIC.items() if name not in VALUES] + [type(al.CATALOGUE)]
-#: Each docstring once, by the name of what it describes: classes that others build on are read by their heirs, too.
+#: Docstrings by the name of the documented object, including base classes.
 DESCRIBED = {
     thing.__qualname__: inspect.getdoc(thing) or ""
     for public in THINGS
@@ -38,6 +38,7 @@ EXAMPLES = {name: PARSER.get_examples(text) for name, text in DESCRIBED.items()}
 
 
 def methods(cls):
+    """Public methods of a class by name, including inherited ones."""
     return {
         name: member
         for one in reversed(ours(cls))
@@ -48,7 +49,7 @@ def methods(cls):
 
 
 def attributes(names):
-    """Every ``.name`` that the examples of these docstrings use."""
+    """Names of all attributes that the examples of these docstrings use."""
     code = "".join(example.source for name in names for example in EXAMPLES.get(name, ()))
     return {n.attr for n in ast.walk(ast.parse(code)) if isinstance(n, ast.Attribute)}
 
@@ -64,7 +65,7 @@ def test_the_catalogue_has_an_example():
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_method_is_described_and_in_an_example(name):
-    """In that of its class, or of the class that it comes from."""
+    """An example of the class or of the defining base class must use the method."""
     cls = PUBLIC[name]
     found = methods(cls)
     mute = [m for m, member in found.items() if not inspect.getdoc(member)]
@@ -93,7 +94,7 @@ def test_result_and_errors_of_a_function_are_described(name):
 
 
 def callables():
-    """Every public function and method by its name, those of base classes under the class that defines them."""
+    """Public functions and methods by name; inherited methods appear under the defining class."""
     found = {name: PUBLIC[name] for name in FUNCTIONS}
     for cls in {one for name in CLASSES for one in ours(PUBLIC[name])}:
         for name, member in methods(cls).items():
@@ -106,11 +107,12 @@ CALLABLES = callables()
 
 
 def named(parameter, text):
+    """True if a text mentions a parameter."""
     return re.search(rf"(?<![\w]){re.escape(parameter)}(?!\w)", text) is not None
 
 
 def referred(text):
-    """The docstrings that a docstring names for its parameters."""
+    """Docstrings to which a docstring refers for its parameters."""
     for name in re.findall(r"(?:[Aa]s of|see)\s+`([\w.]+)`", text):
         known = CALLABLES.get(name) or CALLABLES.get(name.removeprefix("allanite."))
         if known is None:
@@ -121,7 +123,7 @@ def referred(text):
 
 @pytest.mark.parametrize("name", sorted(CALLABLES))
 def test_every_parameter_is_named(name):
-    """In the docstring, or in that to which it sends the reader."""
+    """The docstring, or one to which it refers, must mention every parameter."""
     function = CALLABLES[name]
     text = inspect.getdoc(function) or ""
     parameters = [p for p in inspect.signature(function).parameters if p not in {"self", "cls"}]
@@ -152,7 +154,7 @@ def test_what_help_says_of_a_parameter():
     assert inspect.getdoc(al.effects.BiasStep.grid).endswith("Parameters as of `Effect.grid`.")
 
 
-#: What a method is from, by the name of what uses it.
+#: Pattern of the cited source, by the name of the object that must cite it.
 SOURCES = {
     "Accumulator": "SP 1065",
     "AngleRandomWalk": r"952-1997, C\.1\.1",

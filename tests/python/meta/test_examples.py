@@ -1,4 +1,4 @@
-"""The examples and the README run as they stand."""
+"""The examples and the README run unchanged."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
     assert "quantization" in added
     words = capsys.readouterr().out
     assert "nearest slopes" in words
-    # The published N; the line of slope −½ is read at one point, good to 5 % here.
+    # The published N is read from the line of slope −½ at one point, with an error of 5 % here.
     seed = re.search(r"as published: N ([\d.]+)", words)
     assert seed is not None
     assert float(seed[1]) == pytest.approx(0.0126, rel=0.05)
@@ -49,7 +49,7 @@ def test_cesium_holdover(data, capsys, monkeypatch):
     monkeypatch.setenv("ALLANITE_DATA", str(data("clock_cs5071a_phase.npz").parent))
     found = runpy.run_path(str(ROOT / "examples" / "cesium_holdover.py"))["main"]()
     assert found["timing"].noise.name == "Q+N"
-    # Of eight bands of 95 %, six or more hold in 99.4 % of runs.
+    # Six or more of eight 95 % bands hold in 99.4 % of runs.
     assert sum(found["held"]) >= 6
     assert "passes" in capsys.readouterr().out
 
@@ -129,7 +129,7 @@ def test_one_function_for_accelerometers_and_gyroscopes(capsys):
 @pytest.mark.long
 @pytest.mark.data
 def test_thermal_calibration(data, capsys):
-    """Accelerometer axes of one log: what the correction leaves beyond 1000 s is at most a third."""
+    """Accelerometer axes of one log: the correction reduces the deviation beyond 1000 s to at most a third."""
     path = data("cats_thermal_b.npz")
     module = runpy.run_path(str(ROOT / "examples" / "thermal_calibration.py"))
     found = module["main"](path.parent)
@@ -143,7 +143,7 @@ def test_thermal_calibration(data, capsys):
 @pytest.mark.long
 @pytest.mark.data
 def test_several_sensors(data, capsys):
-    """Three alike: √3 at short times, and none deviates."""
+    """Three equal sensors: the gain is √3 at short times, and no sensor deviates."""
     module = runpy.run_path(str(ROOT / "examples" / "several_sensors.py"))
     for combination in module["main"](data("adis16405_imu1.npz").parent).values():
         assert combination.gain[0] == pytest.approx(3**0.5, rel=0.02)
@@ -185,17 +185,17 @@ def test_every_example_is_told_and_every_figure_there():
             assert (page.parent / link).is_file(), (page.name, link)
 
 
-#: Programs beside which the benches measure; not needed by the tests.
+#: Programs with which the benches compare; the tests do not need them.
 PEERS = {"numba", "colorednoise", "polars"}
 
 
-#: One process a folder: most of a script's time is that of NumPy, SciPy and the package.
+#: One process per folder, because importing NumPy, SciPy and the package takes most of the time.
 IMPORTS = """
 import importlib, os, sys, traceback
 peers, tests, *names = sys.argv[1:]
 path = sys.path[:]
 for name in names:
-    # Each finds for itself what is of this repository and not of the package.
+    # Each script finds the modules of this repository that are not in the package.
     sys.path[:] = path
     for known, module in list(sys.modules.items()):
         if (getattr(module, "__file__", None) or "").startswith((tests, os.getcwd())):
@@ -215,7 +215,7 @@ for name in names:
     "folder", ["docs", "benches/claims", "benches/decisions", "benches/python"]
 )
 def test_scripts_find_what_they_import(folder):
-    """The long ones are not run by the tests; a name that moved must not wait for the next run."""
+    """The tests do not run long scripts, so this test finds renamed or missing imports early."""
     names = sorted(path.stem for path in (ROOT / folder).glob("*.py"))
     assert names
     run = subprocess.run(

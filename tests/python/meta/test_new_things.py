@@ -1,4 +1,4 @@
-"""What stands in a room is in its table, what is in a table is shown and tried: each step says what is missing."""
+"""New effects, readers, exports and estimators are registered, public and tested; messages say what is missing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PACKAGE = ROOT / "python" / "allanite"
 
 
 def _modules(room):
-    """The modules of a room and its folders that are no helpers."""
+    """Modules of a package folder, except for private ones."""
     for path in sorted((PACKAGE / room).rglob("*.py")):
         if not path.stem.startswith("_"):
             inside = path.relative_to(PACKAGE).with_suffix("")
@@ -26,7 +26,7 @@ def _modules(room):
 
 
 def _own(module, name):
-    """What a module defines under this name itself."""
+    """The object with this name if the module itself defines it, else None."""
     found = vars(module).get(name)
     return found if getattr(found, "__module__", None) == module.__name__ else None
 
@@ -56,7 +56,7 @@ def test_every_export_has_a_name_a_consumer_and_a_place_on_the_page():
         m.__name__ for m in _modules("export") if _own(m, "render") and not hasattr(m, "TARGETS")
     ]
     assert not loose, f"declare TARGETS in {loose}"
-    # MATLAB's own reading and that of JSON stand in test_export.py.
+    # test_export.py covers the readers of MATLAB and JSON.
     tests = (ROOT / "tests" / "python" / "unit").glob("test_export*.py")
     tried = "\n".join(path.read_text(encoding="utf-8") for path in tests)
     missing = [name for name in TARGETS if f'"{name}"' not in tried]

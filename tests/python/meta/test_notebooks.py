@@ -1,4 +1,4 @@
-"""The notebooks of docs/ run from the first cell to the last, and are stored with their outputs."""
+"""The notebooks of docs/ run without errors and are stored with their outputs."""
 
 import json
 from pathlib import Path
@@ -9,12 +9,13 @@ NOTEBOOKS = sorted((Path(__file__).parents[3] / "docs" / "notebooks").glob("*.ip
 
 
 def cells(path):
+    """Code cells of a notebook."""
     return [c for c in json.loads(path.read_text("utf-8"))["cells"] if c["cell_type"] == "code"]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_outputs_are_stored(path):
-    """`python docs/make_notebooks.py` runs the cells and stores what they print and draw."""
+    """`python docs/make_notebooks.py` runs the cells and stores their outputs."""
     assert cells(path)
     assert all(cell["execution_count"] for cell in cells(path))
     outputs = [output for cell in cells(path) for output in cell["outputs"]]
@@ -26,7 +27,7 @@ def test_outputs_are_stored(path):
 
 
 @pytest.mark.long
-@pytest.mark.filterwarnings("default")  # of the messaging between the test and the notebook
+@pytest.mark.filterwarnings("default")  # the messaging library of notebooks warns
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs(path, tmp_path):
     nbformat = pytest.importorskip("nbformat")
@@ -38,7 +39,7 @@ def test_a_notebook_runs(path, tmp_path):
         timeout=300,
         resources={"metadata": {"path": str(tmp_path)}},
     ).execute()
-    # What is drawn is drawn: `.plot()` at the end of a cell shows itself.
+    # A cell that ends with `.plot()` must show its figure.
     shown = [c for c in notebook.cells if c.cell_type == "code" and c.source.endswith(".plot()")]
     assert shown
     assert all(o.data["image/svg+xml"] for c in shown for o in c.outputs[-1:])

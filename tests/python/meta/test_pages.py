@@ -1,4 +1,4 @@
-"""The programs on the pages of docs/ run as they stand."""
+"""The programs on the pages of docs/ run unchanged, and the pages are complete."""
 
 import re
 from pathlib import Path
@@ -73,7 +73,7 @@ def test_places_of_the_architecture_exist():
 
 
 def test_every_effect_can_be_pictured(monkeypatch):
-    """The page of an effect draws it beside white noise, at the middle of its grids."""
+    """The page of an effect draws it with white noise, at the middle of its grids."""
     pytest.importorskip("matplotlib")
     monkeypatch.syspath_prepend(DOCS / "site")
     import effect_pages

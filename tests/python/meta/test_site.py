@@ -1,4 +1,4 @@
-"""The pages that are made from the package: an entry has one place, and a link leads to it."""
+"""Pages generated from the package: anchors are unique, and links lead to anchors."""
 
 import importlib.util
 import re
@@ -11,6 +11,7 @@ SITE = Path(__file__).parents[3] / "docs" / "site"
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
+    """Text of each generated page by file name."""
     spec = importlib.util.spec_from_file_location("reference_pages", SITE / "reference_pages.py")
     made = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(made)
@@ -20,6 +21,7 @@ def pages(tmp_path_factory):
 
 
 def ids(text):
+    """Anchors of a page."""
     return re.findall(r"\{#(\S+)\}$", text, re.MULTILINE)
 
 
