@@ -66,7 +66,7 @@ def hand(seed, rate=100, seconds=240, only=None, rms=6.0):
     n = int(rate * seconds)
     attitude = smooth(lagged(rng, n, rate, 0.8, np.radians(rms), 3), int(rate * 0.3))
     force = smooth(lagged(rng, n, rate, 0.1, 0.3, 3), max(int(rate * 0.05), 1))
-    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
 
 
 def turns(rng, n, rate, number, angles, seconds=(8, 20)):
@@ -102,7 +102,7 @@ def bus(seed, rate=20, seconds=1800, only=None, number=18):
     force = rides * np.column_stack(
         [lagged(rng, n, rate, 3.0, 0.5, 2), lagged(rng, n, rate, 0.1, 0.5)]
     )
-    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
 
 
 def car(seed, rate=50, seconds=600, only=None):
@@ -118,7 +118,7 @@ def car(seed, rate=50, seconds=600, only=None):
     force = np.column_stack(
         [smooth(lagged(rng, n, rate, 4.0, 0.8, 2), rate), lagged(rng, n, rate, 0.05, 0.8)]
     )
-    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
 
 
 def drone(seed, rate=200, seconds=120, only=None):
@@ -136,7 +136,9 @@ def drone(seed, rate=200, seconds=120, only=None):
     )
     force = rotors * rng.uniform(0.5, 2.0, 3) + lagged(rng, n, rate, 0.5, 0.3, 3)
     return recorded(
-        *six_axes(rng, rate, attitude, force, extra_rate=np.radians(3) * rotors), rate, only
+        *six_axes(rng, rate, attitude, force, extra_rate=np.radians(3) * rotors),
+        rate=rate,
+        only=only,
     )
 
 
@@ -147,7 +149,7 @@ def boat(seed, rate=25, seconds=900, only=None, degrees=1.0):
     period = rng.uniform(3.5, 8.0)
     attitude = swell(rng, n, rate, period, np.radians([degrees, 0.5 * degrees, 0.3 * degrees]), 3)
     force = swell(rng, n, rate, period, [0.02, 0.02, 0.1], 3)
-    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
 
 
 MOVING = {"hand": hand, "bus": bus, "car": car, "drone": drone, "boat": boat}
