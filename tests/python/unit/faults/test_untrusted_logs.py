@@ -116,7 +116,7 @@ def test_a_pipe_in_the_folder_of_a_bag(tmp_path, forked):
     pytest.importorskip("rosbags")
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: {}")
     os.mkfifo(tmp_path / "bag.db3")
-    refused(tmp_path, "a pipe or a device lies in the folder of the bag")
+    refused(tmp_path, "the folder of the bag contains a pipe or a device")
 
 
 # -- promises of headers ------------------------------------------------------------------------------
