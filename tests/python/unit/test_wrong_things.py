@@ -57,7 +57,7 @@ def test_a_string_or_a_fit_stands_for_a_model():
     assert al.Watch(text, rate=10.0).model == al.parse_model(text)
     with pytest.raises(al.InputError, match=r"needs the unit and the rate"):
         al.error_growth(text, aided=60)
-    with pytest.raises(al.InputError, match=r"^a model is needed, found int: give a string"):
+    with pytest.raises(al.InputError, match=r"^expected a model, found int; give a string"):
         al.fit_model(LOG, 3)
 
 

@@ -106,7 +106,7 @@ def test_of_a_file_of_several_axes_that_of_the_column_is_taken(two, name):
 
 
 def test_a_file_of_several_axes_where_one_model_is_meant(two):
-    with pytest.raises(InputError, match=r"fit\.json: holds the models of several columns"):
+    with pytest.raises(InputError, match=r"fit\.json contains models of several columns"):
         parse_model(str(two / "fit.json"))
     path = two / "odd.json"
     path.write_text('{"schema": "allanite/fit/1", "columns": [1]}')
