@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.fft
+from results_file import Results
 
 import allanite as al
 from allanite.export import export
@@ -236,18 +237,17 @@ def new_data(name, segments, seed=0):
     return out
 
 
-def sensors_of(name, sensors, new, states=True, seed=0, folder=None, overbound=True):
-    """Yield number, model and NEES by target of each sensor of one truth."""
+def sensor_of(name, sensor, new, states=True, seed=0, folder=None, overbound=True):
+    """Model and NEES by target of one sensor of a truth."""
     place = list(TRUTHS).index(name)
-    for sensor in sensors:
-        kept = None if folder is None else folder / f"{place}-{sensor}.json"
-        if kept is not None and kept.exists():
-            document = json.loads(kept.read_text())
-        else:
-            document = model_of(np.random.default_rng([seed, place, sensor]), TRUTHS[name])
-            if kept is not None:
-                kept.write_text(json.dumps(document))
-        yield sensor, document["model"], nees_of(document, new, states, overbound)
+    kept = None if folder is None else folder / f"{place}-{sensor}.json"
+    if kept is not None and kept.exists():
+        document = json.loads(kept.read_text())
+    else:
+        document = model_of(np.random.default_rng([seed, place, sensor]), TRUTHS[name])
+        if kept is not None:
+            kept.write_text(json.dumps(document))
+    return {"model": document["model"], "nees": nees_of(document, new, states, overbound)}
 
 
 def summary(name, rows, segments):
@@ -270,27 +270,6 @@ def summary(name, rows, segments):
     return out
 
 
-def append(path, row):
-    """Append a line to a file of results, also after an incomplete line of an interrupted run."""
-    cut_off = path.exists() and not path.read_bytes().endswith(b"\n")
-    with path.open("a") as stream:
-        stream.write("\n" * cut_off + json.dumps(row) + "\n")
-
-
-def read_results(path, segments):
-    """Return the rows of a file of results without incomplete lines of an interrupted run."""
-    rows = []
-    for line in path.read_text().splitlines() if path and path.exists() else []:
-        try:
-            row = json.loads(line)
-        except ValueError:
-            continue
-        if row["segments"] != segments:
-            raise SystemExit(f"{path} has {row['segments']} segments: name another file")
-        rows.append(row)
-    return rows
-
-
 def main() -> None:
     """Print NEES at 10, 60 and 120 s of each truth and target."""
     warnings.simplefilter("ignore")
@@ -307,17 +286,14 @@ def main() -> None:
     parser.add_argument("--results", type=Path, help="file with one JSON line per sensor")
     parser.add_argument("--models", type=Path, help="folder in which fitted models are kept")
     given = parser.parse_args()
-    known = read_results(given.results, given.segments)
+    results = Results(given.results, f"{given.segments} segments")
     for name in list(TRUTHS)[: given.truths]:
-        rows = [r for r in known if r["truth"] == name]
-        missing = sorted(set(range(given.sensors)) - {r["sensor"] for r in rows})
-        if missing:
-            new = new_data(name, given.segments)
-            for sensor, model, nees in sensors_of(name, missing, new, folder=given.models):
-                row = {"truth": name, "sensor": sensor, "segments": given.segments}
-                rows.append({**row, "model": model, "nees": nees})
-                if given.results:
-                    append(given.results, rows[-1])
+        missing = [k for k in range(given.sensors) if f"{name} {k}" not in results.rows]
+        new = new_data(name, given.segments) if missing else None
+        for k in missing:
+            run = functools.partial(sensor_of, name, k, new, folder=given.models)
+            results.of(f"{name} {k}", run)
+        rows = [row for case, row in results.rows.items() if case.rpartition(" ")[0] == name]
         if rows:
             print("\n".join(summary(name, rows, given.segments)), flush=True)
 

@@ -3,15 +3,19 @@
 Each clock is fitted by `al.timing` on a record that ends before a held-out segment. Prints the share of
 bands that contain the phase after each time, for each kind of clock and for all.
 
-    python benches/claims/holdover.py [--clocks 300] [--samples 1200]
+    python benches/claims/holdover.py [--clocks 300] [--samples 1200] [--results FILE]
+
+The file of results gets one JSON line per clock; a repeated run continues it.
 """
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from time import process_time
 
 import numpy as np
+from results_file import Results
 
 import allanite as al
 
@@ -40,14 +44,21 @@ def one(name, seed, samples):
     log = al.Recording(phase[:samples], rate=RATE, quantity="angle")
     found = al.timing(log, after=AFTER)
     truth = [phase[samples - 1 + round(after * RATE)] for after in AFTER]
-    return [h.low <= x <= h.high for h, x in zip(found.holdover, truth, strict=True)]
+    return [bool(h.low <= x <= h.high) for h, x in zip(found.holdover, truth, strict=True)]
 
 
-def study(clocks, samples, first=0):
+def study(clocks, samples, first=0, results=None):
     """Return name → share of bands that contain the phase, shape (times,)."""
     each = max(1, clocks // len(CLOCKS))
+    results = results or Results()
+    # All kinds of clocks by turns: an interrupted study has the same number of each.
+    held = {
+        (name, seed): results.of(f"{name} {seed}", lambda n=name, s=seed: one(n, s, samples))
+        for seed in range(first, first + each)
+        for name in CLOCKS
+    }
     return {
-        name: np.mean([one(name, seed, samples) for seed in range(first, first + each)], axis=0)
+        name: np.mean([row for (own, _), row in held.items() if own == name], axis=0)
         for name in CLOCKS
     }
 
@@ -58,9 +69,11 @@ def main():
     parser.add_argument("--clocks", type=int, default=300, help="clocks in all")
     parser.add_argument("--samples", type=int, default=1200, help="samples of the fitted record")
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--results", type=Path, help="file with one JSON line per clock")
     given = parser.parse_args()
     began = process_time()
-    found = study(given.clocks, given.samples, given.first)
+    results = Results(given.results, f"{given.samples} samples")
+    found = study(given.clocks, given.samples, given.first, results)
     for name, shares in found.items():
         print(f"{name}: {' '.join(f'{100 * s:.1f} %' for s in shares)}")
     mean = np.mean(list(found.values()), axis=0)

@@ -4,19 +4,24 @@ Laws: linear, quadratic, cubic, with a lag, with hysteresis. Thermometers: fine,
 warm-up, a warm-up and cooling, three chamber runs. The samples come from tests/python/thermal_sensors.py, which does not
 use the package.
 
-    python benches/claims/thermal.py [--seeds 2] [--scale 1]
+    python benches/claims/thermal.py [--seeds 2] [--scale 1] [--results FILE]
+
+The file of results gets one JSON line per sensor; a repeated run continues it.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+
+from results_file import Results
 
 import allanite as al
 import thermal_sensors as ts
@@ -43,7 +48,7 @@ def is_right(form, law):
 
 
 def judged(sensor):
-    """Return for one sensor: band contains the law, K inside its interval, form right, form clear, and the fitted axis.
+    """Return for one sensor: band contains the law, K inside its interval, form right, form clear, and its name.
 
     The band must contain the law at 95 % of the temperatures.
     """
@@ -63,7 +68,13 @@ def judged(sensor):
         <= min((o.form.numbers for o in axis.tried if is_right(o.form, sensor.law)), default=0)
     ]
     clear = bool(right) and max(right) - max(simpler, default=0.0) >= CLEAR
-    return inside >= 0.95, low <= ts.K <= high, is_right(axis.form, sensor.law), clear, axis
+    return {
+        "band": inside >= 0.95,
+        "K": bool(low <= ts.K <= high),
+        "right": is_right(axis.form, sensor.law),
+        "clear": clear,
+        "form": axis.form.name,
+    }
 
 
 def main() -> None:
@@ -73,22 +84,24 @@ def main() -> None:
     parser.add_argument(
         "--scale", type=float, default=1.0, help="factor of the temperature dependence"
     )
+    parser.add_argument("--results", type=Path, help="file with one JSON line per sensor")
     given = parser.parse_args()
-    band, walk, forms = [], [], []
+    results = Results(given.results, f"scale {given.scale:g}")
+    rows = []
     for law, meter, schedule, seed in product(
         ts.LAWS, ts.THERMOMETERS, ts.SCHEDULES, range(given.seeds)
     ):
-        sensor = ts.sensor(law, meter, schedule, seed, given.scale)
-        inside, k, right, clear, axis = judged(sensor)
-        band.append(inside)
-        walk.append(k)
-        if clear:
-            forms.append(right)
+        made = partial(ts.sensor, law, meter, schedule, seed, given.scale)
+        row = results.of(f"{law} {meter} {schedule} {seed}", lambda made=made: judged(made()))
+        rows.append(row)
         print(
-            f"{law:11}{meter:6}{schedule:20}{seed}  band {'ok' if inside else 'MISS':5}K {'ok' if k else 'MISS':5}"
-            f"{'clear' if clear else '':6}{'' if right else 'not '}{'found':6}: {axis.form.name}",
+            f"{law:11}{meter:6}{schedule:20}{seed}  band {'ok' if row['band'] else 'MISS':5}"
+            f"K {'ok' if row['K'] else 'MISS':5}{'clear' if row['clear'] else '':6}"
+            f"{'' if row['right'] else 'not '}{'found':6}: {row['form']}",
             flush=True,
         )
+    band, walk = ([row[key] for row in rows] for key in ("band", "K"))
+    forms = [row["right"] for row in rows if row["clear"]]
     print(f"band holds the law: {np.mean(band):.1%} of {len(band)} (at least 93 %)")
     print(f"interval holds K: {np.mean(walk):.1%} (at least 93 %)")
     print(f"wrong form where ΔlogL ≥ 10: {1 - np.mean(forms):.1%} of {len(forms)} (at most 5 %)")

@@ -3,7 +3,6 @@
 docs/validation.md has the figures of the study with 50 sensors of each of its twelve truths.
 """
 
-import json
 import sys
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[3] / "benches" / "claims"))
 
 import filter_files as study
+from results_file import Results
 
 SEGMENTS, SENSORS = 300, 2
 
@@ -24,8 +24,8 @@ def test_a_filter_with_an_exported_file_is_consistent(name, monkeypatch):
     monkeypatch.setattr(study, "TARGETS", ("kalibr", "vins", "fastlio"))
     new = study.new_data(name, SEGMENTS)
     rows = [
-        nees
-        for _, _, nees in study.sensors_of(name, range(SENSORS), new, states=False, overbound=False)
+        study.sensor_of(name, sensor, new, states=False, overbound=False)["nees"]
+        for sensor in range(SENSORS)
     ]
     found = {target: np.mean([row[target] for row in rows], axis=0) for target in rows[0]}
     allowed = 3 * np.sqrt(2 / SEGMENTS)
@@ -57,20 +57,17 @@ def test_the_weights_of_a_filter_give_its_errors():
 
 def test_an_interrupted_study_continues(tmp_path, monkeypatch, capsys):
     """A half line at the end of the file is left out; a sensor of the file is not simulated again."""
-    row = {
-        "truth": "N+B",
-        "sensor": 0,
-        "segments": 7,
-        "model": "N+B",
-        "nees": {"kalibr": [1, 1, 1]},
-    }
     path = tmp_path / "results.jsonl"
-    path.write_text(json.dumps(row) + '\n{"truth": "N+B", "sens')
-    assert study.read_results(path, 7) == [row]
-    with pytest.raises(SystemExit, match="has 7 segments"):
-        study.read_results(path, 8)
-    study.append(path, row | {"sensor": 1})
-    assert [one["sensor"] for one in study.read_results(path, 7)] == [0, 1]
+    row = {"model": "N+B", "nees": {"kalibr": [1, 1, 1]}}
+    Results(path, "7 segments").of("N+B 0", lambda: row)
+    with path.open("a") as stream:
+        stream.write('{"case": "N+B')
+    again = Results(path, "7 segments")
+    assert again.rows == {"N+B 0": row}
+    again.of("N+B 1", lambda: row)
+    assert set(Results(path, "7 segments").rows) == {"N+B 0", "N+B 1"}
+    with pytest.raises(SystemExit, match="has the settings '7 segments'"):
+        Results(path, "8 segments")
     given = ["filter_files.py", "--sensors", "2", "--truths", "1", "--segments", "7"]
     monkeypatch.setattr(sys, "argv", [*given, "--results", str(path)])
     study.main()

@@ -1,6 +1,7 @@
 """Rates, holdover bands and the hat, on a few of the records of benches/claims/trends.py, holdover.py and hats.py."""
 
 import runpy
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ from counts import records
 
 pytestmark = pytest.mark.statistical
 CLAIMS = Path(__file__).parents[3] / "benches" / "claims"
+# The programs import their neighbors.
+sys.path.insert(0, str(CLAIMS))
 
 
 def study_of(name):
