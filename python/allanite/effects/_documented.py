@@ -43,7 +43,7 @@ def document(cls: type) -> None:
             continue
         first = next((c for c in reversed(cls.__mro__) if name in vars(c)), cls)
         if first is not cls and method.__code__.co_argcount > 1:
-            text = f"Parameters as of `{first.__name__}.{name}`."
+            text = f"For the parameters see `{first.__name__}.{name}`."
             if text not in method.__doc__:
                 method.__doc__ = _inserted(method.__doc__, text, ("Raises\n",))
 

@@ -144,7 +144,7 @@ class Filter(Modifier):
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """Terms of an effect after the filter at `rate` Hz."""
+        """Spectral terms after the filter, from the `terms` of an effect at `rate` Hz."""
         response = _cached_response(self, rate)
         # A moving band has dozens of exponentials; together they add one exponential for each pole of the filter.
         waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]

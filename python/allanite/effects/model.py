@@ -355,7 +355,7 @@ class Model:
         axis: int = 0,
         replicate: int = 0,
     ) -> Iterator[Recording]:
-        """The samples of `simulate` in consecutive segments of `size` samples; for the parameters see `simulate`."""
+        """The samples of `simulate` in consecutive segments of `size` samples; for the parameters see `Model.simulate`."""
         from allanite.simulate import simulate_chunks
 
         return simulate_chunks(

@@ -95,7 +95,7 @@ class NoiseLevels(Level):
 
     @property
     def changes(self) -> float:
-        """Number of changes."""
+        """Number of level changes."""
         return float(len(self.times or ()))
 
     @property

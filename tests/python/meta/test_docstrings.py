@@ -151,7 +151,9 @@ def test_what_help_says_of_a_parameter():
     assert "floor : 1, optional\n" in text
     assert "design : a choice\n" in text
     assert "sigma : U, derived\n" in inspect.getdoc(al.GaussMarkov)
-    assert inspect.getdoc(al.effects.BiasStep.grid).endswith("Parameters as of `Effect.grid`.")
+    assert inspect.getdoc(al.effects.BiasStep.grid).endswith(
+        "For the parameters see `Effect.grid`."
+    )
 
 
 #: Pattern of the cited source, by the name of the object that must cite it.

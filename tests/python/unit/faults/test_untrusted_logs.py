@@ -109,7 +109,9 @@ def test_pipes_and_devices_are_no_logs(tmp_path, suffix):
     os.mkfifo(tmp_path / f"pipe{suffix}")
     (tmp_path / f"zeros{suffix}").symlink_to("/dev/zero")
     for name in ("pipe", "zeros"):
-        refused(tmp_path / f"{name}{suffix}", "a pipe or a device, but a log is read more than once")
+        refused(
+            tmp_path / f"{name}{suffix}", "a pipe or a device, but a log is read more than once"
+        )
 
 
 def test_a_pipe_in_the_folder_of_a_bag(tmp_path, forked):
