@@ -9,8 +9,8 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.recording.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
-from allanite.recording.steps import WINDOW, Steps
-from allanite.recording.timebase import FILL, Stamps
+from allanite.recording.steps import MAX_DISORDER_ROWS, Steps
+from allanite.recording.timebase import MAX_MISSING_RATIO, Stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["Clock"]
 
 #: Rows at the end of a chunk that wait for the next chunk. Later stamps may show that a late stamp is no gap, or that
-#: diverging stamps return (`allanite.recording.steps.WINDOW`).
-HELD_BACK_ROWS = WINDOW + 1
+#: diverging stamps return (`allanite.recording.steps.MAX_DISORDER_ROWS`).
+HELD_BACK_ROWS = MAX_DISORDER_ROWS + 1
 #: Rows of the last chunk that are repeated, so that stamps at the border have neighbors. Chosen by judgment; not measured.
 REPEATED_ROWS = 1024
 #: Maximum number of NaN rows per yielded chunk.
@@ -89,7 +89,7 @@ class Clock:
         for row, missing in steps.gaps:
             if not begun - 1 <= row < end - 1:
                 continue
-            if missing > max(MAX_GAP_ROWS, FILL * self.rows):
+            if missing > max(MAX_GAP_ROWS, MAX_MISSING_RATIO * self.rows):
                 raise InputError(
                     f"the time column jumps by {missing / steps.rate:.4g} (in its own unit) after row"
                     f" {before + row}: give the log as a file, or ignore the column with --time-column none and"

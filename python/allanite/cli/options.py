@@ -454,11 +454,11 @@ def is_shown_early(finding: Finding) -> bool:
 
 def _show_early_findings(recording: Recording, options: LogOptions) -> None:
     """Print excluded columns and motion on standard error. JSON output has them in its audit instead."""
-    from allanite.recording.at_rest import finding_of
+    from allanite.recording.at_rest import motion_findings
 
     if not (options.quiet or options.as_json):
         early = filter(is_shown_early, recording.told)
-        for finding in (*early, *finding_of(recording)):
+        for finding in (*early, *motion_findings(recording)):
             mark = "!" if finding.severity == "warning" else "·"
             click.echo(f"{mark} {finding.worded(words_of(options.trim))}", err=True)
 

@@ -116,7 +116,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     from allanite.readers import contradicted, request_of
     from allanite.readers.columns import understand
     from allanite.readers.unit_names import unitless
-    from allanite.recording.findings import of_stamps
+    from allanite.recording.findings import stamp_findings
     from allanite.recording.samples import factors_to
 
     request = request_of(**{**options.reading(), "piece": None, "topic": None})
@@ -157,7 +157,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     stamps = None if clock is None else clock.stamps()
     rate = request.rate or (stamps.rate if stamps else 0.0)
     contradicted(request, None, stamps)
-    audit = (*layout.findings, *(of_stamps(stamps, rate) if stamps else ()))
+    audit = (*layout.findings, *(stamp_findings(stamps, rate) if stamps else ()))
     if request.unit is None and layout.quantity == "rate":
         audit += tuple(unitless([names[i] for i in layout.samples if units[i] is None]))
     return [column.result(rate, audit) for column in columns]

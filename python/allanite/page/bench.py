@@ -14,7 +14,7 @@ from allanite.page.jobs import Job
 from allanite.page.ladder import Board, Ladder, Step, Work
 from allanite.page.source import kept, part_of
 from allanite.page.words import WORDS
-from allanite.recording.at_rest import refusal_of
+from allanite.recording.at_rest import motion_error
 from allanite.study import Rung, Study
 from allanite.suggestion import Check, check_fit
 
@@ -260,7 +260,7 @@ class Bench:
                     watch = lambda: job.progress(0, 0)  # noqa: E731
                     recording = found or source.read(source.reading, watch)
                     if not source.reading.motion:
-                        refusal = refusal_of(recording.measured)
+                        refusal = motion_error(recording.measured)
                         self.moving = refusal is not None
                         if refusal is not None:
                             raise refusal

@@ -12,7 +12,7 @@ from allanite.common.errors import AllaniteError
 from allanite.common.isolation import POLL_S, Limits, call_isolated
 from allanite.recording.findings import Finding
 from allanite.recording.log_column import LogColumn
-from allanite.recording.recording import of_fields
+from allanite.recording.recording import recording_of_fields
 from allanite.recording.timebase import Stamps
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def _fields(record: Any) -> dict[str, Any]:
 def _restored(found: dict[str, Any]) -> Recording:
     """Recording built from its fields, which were checked in the child process."""
     stamps = found["stamps"]
-    return of_fields(
+    return recording_of_fields(
         {
             **found,
             "units": tuple(found["units"]),

@@ -29,7 +29,7 @@ from allanite.readers.topics import rosbag
 from allanite.readers.unit_names import unitless
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
-from allanite.recording.samples import locked
+from allanite.recording.samples import read_only
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -428,5 +428,5 @@ def _take(table: Table, layout: Layout) -> NDArray[Any]:
     if len(taken) > 1:
         size = sum(column.nbytes for column in taken)
         require_memory(size, f"a copy of {len(taken)} columns as one table")
-        return locked(np.column_stack(taken))
-    return locked(np.ascontiguousarray(taken[0])) if taken[0].flags.owndata else taken[0]
+        return read_only(np.column_stack(taken))
+    return read_only(np.ascontiguousarray(taken[0])) if taken[0].flags.owndata else taken[0]

@@ -38,7 +38,7 @@ from allanite.readers.unit_kinds import (
     time_unit,
 )
 from allanite.recording import find_column
-from allanite.recording.findings import Finding, named
+from allanite.recording.findings import Finding, listed_names
 from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
 
@@ -630,7 +630,7 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
             )
     if not groups:
         return []
-    listed = "; ".join(f"{named(names)} ({reason})" for reason, names in groups.items())
+    listed = "; ".join(f"{listed_names(names)} ({reason})" for reason, names in groups.items())
     both = (
         "; two units, such as deg/s,m/s^2, read both kinds"
         if loud and len(request.kinds) == 1

@@ -16,7 +16,7 @@ from allanite.readers.frame import is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
 from allanite.readers.unit_names import remedy_of
-from allanite.recording.at_rest import finding_of
+from allanite.recording.at_rest import motion_findings
 from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
 
@@ -265,7 +265,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
 def _moves(recording: Recording) -> list[Finding]:
     """Findings about motion. A sensor without a unit is tested in the usual unit of its kind."""
     assumed = assumed_units(recording)
-    found = finding_of(recording.in_units(assumed), MIN_MOTION_FRACTION)
+    found = motion_findings(recording.in_units(assumed), MIN_MOTION_FRACTION)
     if not assumed:
         return found
     units = ",".join(dict.fromkeys(assumed.values()))

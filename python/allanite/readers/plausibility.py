@@ -11,9 +11,9 @@ from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
 from allanite.readers.sensor_names import sensor_kind
 from allanite.readers.unit_names import usual_units
-from allanite.recording.at_rest import refusal_of
+from allanite.recording.at_rest import motion_error
 from allanite.recording.axis_names import triples
-from allanite.recording.findings import Finding, named
+from allanite.recording.findings import Finding, listed_names
 from allanite.recording.gravity import is_gravity, mean_acceleration, unit_by_gravity
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
         # Motion is tested in the unit that gravity suggests, and reported first: a corrected unit would not help then.
         likely = {measured.columns[at]: doubt.likely for doubt in doubted for at in doubt.places}
         assumed = assumed_units(measured)
-        refusal = refusal_of(measured.in_units(assumed | likely))
+        refusal = motion_error(measured.in_units(assumed | likely))
         if refusal is not None:
             raise refusal if not set(assumed) - set(likely) else _assuming(refusal, assumed)
     if doubts:
@@ -148,7 +148,7 @@ def _unit_of_values(mean: float, stated: str | None) -> str | None:
 
 def _finding(recording: Recording, doubt: _Doubt) -> Finding:
     """Finding about accelerometers in another unit, with the remedy."""
-    names = named([recording.columns[at] for at in doubt.places])
+    names = listed_names([recording.columns[at] for at in doubt.places])
     if doubt.stated is None:
         # The remedy also names a unit for gyroscopes without one.
         bare = [
@@ -199,7 +199,7 @@ def without_wrong_units(
         if parse_unit(stated).name == parse_unit(wanted).name:
             continue
         if _unit_of_values(mean, stated) == parse_unit(wanted).name:
-            names = named([table.names[at] for at in own])
+            names = listed_names([table.names[at] for at in own])
             found = (
                 f"{names} are read in {wanted} as given, although the log says {stated}: their mean is gravity in"
                 f" {wanted}"

@@ -1,4 +1,4 @@
-"""Whether a sensor is at rest, and where: noise models describe a sensor at rest, not its motion."""
+"""Detection of motion: whether a sensor is at rest, and when. Noise models describe a sensor at rest, not its motion."""
 
 from __future__ import annotations
 
@@ -20,75 +20,75 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["Rest", "finding_of", "quiet", "quiet_span", "refusal_of", "rest_of"]
+__all__ = ["Rest", "motion_error", "motion_findings", "quiet", "quiet_span", "rest_of"]
 
-#: Averaging time over which motion shows and white noise does not, s.
-AVERAGE = 0.2
-#: Averages in a window that is judged as a whole: about 5 s.
-WINDOW = 25
-#: Window of averages of 1 s, s: thirty changes make the usual change known to a fifth.
+#: Averaging time, s: long enough to average white noise, short enough to keep motion.
+AVERAGING_TIME = 0.2
+#: Averages in a window that is judged as a whole (about 5 s).
+WINDOW_AVERAGES = 25
+#: Length of the window of 1 s averages, s: thirty changes give the usual change to a fifth.
 SLOW_WINDOW = 30.0
-#: Changes from one average of 0.2 s to the next that no sensor at rest shows: ten times the noise of the worst gyroscopes
+#: Changes between averages of 0.2 s that no sensor at rest shows: ten times the noise of the worst gyroscopes
 #: (0.15 deg/s/√Hz → 0.3 deg/s) and accelerometers (2 mg/√Hz → 4 mg).
 LIMITS = {ANGULAR_RATE: (math.radians(1.0), "rad/s"), ACCELERATION: (0.3, "m/s^2")}
-#: The same of averages of 1 s, where motion is slow: driving, a boat.
-SLOW = {ANGULAR_RATE: (math.radians(0.6), "rad/s"), ACCELERATION: (0.12, "m/s^2")}
-#: Factor on SLOW where faster averages tell how large the white noise is, which then need not be allowed for: ten times
-#: the bias instability of the worst gyroscopes (100 °/h → 0.3 deg/s) and accelerometers (0.6 mg → 6 mg).
-WITHOUT_WHITE = 0.5
-#: Averages of which three neighbors tell what is noise, s: motion changes little within them, and most filters of a sensor
-#: are faster.
-SHORT = 0.05
-#: Noise of these is white, and that of longer averages, where the usual change between such is at most so many times what
-#: white noise makes. A road and rotors make more.
-WHITE = 1.5
-#: Standard errors of an activity by which it then has to exceed what that noise makes: one window of a column in 10 000
-#: does by chance, where five changes make a window, of more changes fewer. Steps of a walker in a part of a record are said
-#: from three times the noise of an average on, slow turns from eight times.
-SURELY = 6.0
-#: Change of direction of gravity that is no drift of three accelerometers, degrees.
-TILT = 10.0
-#: Sway, degrees, that no building makes: ten times the 0.01° of a tall one in wind.
-SWAY = 0.1
-#: Turns that are no accident: two could be burst noise of a sensor out of order.
+#: The same for averages of 1 s, for slow motion such as driving or a boat.
+SLOW_LIMITS = {ANGULAR_RATE: (math.radians(0.6), "rad/s"), ACCELERATION: (0.12, "m/s^2")}
+#: Factor on SLOW_LIMITS if shorter averages measure the white noise, which the limits then need not include: ten times the
+#: bias instability of the worst gyroscopes (100 °/h → 0.3 deg/s) and accelerometers (0.6 mg → 6 mg).
+FACTOR_WITHOUT_WHITE = 0.5
+#: Averaging time from which the noise is measured by three neighbors, s: motion changes little within it, and most filters
+#: of a sensor are faster.
+NOISE_AVERAGING_TIME = 0.05
+#: Largest ratio of the usual change between longer averages to that of white noise, up to which the noise is white. A road
+#: and rotors cause more.
+MAX_WHITE_RATIO = 1.5
+#: Standard errors by which an activity must exceed that of white noise. With five changes in a window, one window in 10 000
+#: does by chance; with more changes fewer. Steps of a walker are found from three times the noise of an average on, slow
+#: turns from eight times.
+MIN_STANDARD_ERRORS = 6.0
+#: Change of the direction of gravity that exceeds a drift of three accelerometers, degrees.
+MAX_TILT = 10.0
+#: Largest sway of a building, degrees: ten times the 0.01° of a tall one in wind.
+MAX_SWAY = 0.1
+#: Fewest turns that are motion; two could be burst noise of a faulty sensor.
 MIN_TURNS = 3
-#: Activity against that of the quietest quarter of the record, above which a window is not quiet, but
-#: for less than this share of what motion shows.
-LOUD, LEAST = 6.0, 0.2
-#: Relative scatter of an activity found from k changes is this over √k: the median of k normal magnitudes has a standard
-#: error of 0.787/√k of their deviation, and lies at 0.6745 of it.
-SCATTER = 1.17
-#: Samples of an average from which on it is the middle of three.
-MANY = 9
-#: Averages in a row, and the one before, that a tap takes at most.
-BRIEF = 4
-#: Share of the windows in motion above which the record is said to move.
-SHARE = 0.2
+#: Activity over that of the quietest quarter of the record, above which a window is not quiet; and the smallest activity
+#: over the limit of motion from which this rule applies.
+MAX_QUIET_RATIO, MIN_LIMIT_SHARE = 6.0, 0.2
+#: Relative standard error of an activity from k changes, times √k: the median of k normal magnitudes has a standard error
+#: of 0.787/√k of their standard deviation, and lies at 0.6745 of it.
+ACTIVITY_SCATTER = 1.17
+#: Fewest samples of an average that is the median of three thirds.
+MIN_SAMPLES_FOR_THIRDS = 9
+#: Most consecutive averages that a tap changes.
+MAX_TAP_AVERAGES = 4
+#: Share of the windows in motion above which the record moves.
+MAX_MOVING_SHARE = 0.2
 #: Share of the record that the longest quiet segment must have; else the record is mostly motion.
 MIN_QUIET = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """Where a recording is at rest.
+    """When a recording is at rest.
 
     Attributes
     ----------
     share : float
-        Share of the windows that move more than any noise.
+        Share of the windows with motion.
     activity, limit : float
-        Usual change between averages of the column that moves most, where it moves, and that of the worst
-        sensor at rest with the white noise that neighboring samples tell of, in `unit`.
+        Usual change between averages of the column that moves most, during its motion, and the limit of a sensor at
+        rest including the measured white noise, in `unit`.
     column, unit : str
-        That column.
+        The column that moves most, and the unit of its activity.
     tilt : float
         Change of the direction of gravity, degrees; 0 without three accelerometers.
     turns : int
         Number of turns of the gyroscope that turns most often.
     largest_turn : float
-        Degrees.
+        Angle of the largest turn, degrees.
     sway : float
-        Usual standard deviation of the tilt within 20 s, degrees, where it is more than a building's; else 0.
+        Usual standard deviation of the tilt within 20 s, degrees; 0 if it does not exceed that of a building.
     quiet : tuple of float or None
         Start and end of the longest quiet segment, s.
     duration : float
@@ -109,35 +109,35 @@ class Rest:
 
     @property
     def moves(self) -> bool:
-        """Whether it moves for more than a fifth of its length, turns again and again, or is turned over."""
-        return self.share > SHARE or self.tilt > TILT or self.turns >= MIN_TURNS
+        """True if the record moves for more than a fifth of its length, turns repeatedly, or is turned over."""
+        return self.share > MAX_MOVING_SHARE or self.tilt > MAX_TILT or self.turns >= MIN_TURNS
 
     @property
     def mostly_moves(self) -> bool:
-        """Whether it moves and no quiet segment is half of the record."""
+        """True if the record moves and no quiet segment is half of it."""
         length = 0.0 if self.quiet is None else self.quiet[1] - self.quiet[0]
         return self.moves and length < MIN_QUIET * self.duration
 
 
-# Sums of samples near the largest double are infinite: such a sensor moves.
+# Sums of samples near the largest double overflow to infinity, which counts as motion.
 @np.errstate(over="ignore", invalid="ignore")
 def rest_of(recording: Recording) -> Rest | None:
-    """Judge whether a recording of gyroscopes or accelerometers is at rest; None of other sensors.
+    """Motion of a recording of gyroscopes or accelerometers; None for other sensors or if it is too short.
 
-    Four things show motion: changes between averages of 0.2 s and of 1 s that no sensor at rest makes, each by its median
-    over windows, which outliers do not move; turns of a gyroscope; sway, where gravity follows the gyroscopes; and
-    another direction of gravity.
+    Four things show motion: changes between averages of 0.2 s and of 1 s that no sensor at rest makes (medians over
+    windows, which outliers do not affect); turns of a gyroscope; sway, in which gravity follows the gyroscopes; and a
+    change of the direction of gravity.
     """
-    if recording.quantity == "angle" or recording.n < 4 * WINDOW:
+    if recording.quantity == "angle" or recording.n < 4 * WINDOW_AVERAGES:
         return None
-    if recording.duration < 2.0 * AVERAGE:  # there is no change between averages
+    if recording.duration < 2.0 * AVERAGING_TIME:  # there is no change between averages
         return None
     kinds = [parse_unit(unit).kind for unit in recording.units]
     if not set(kinds) & set(LIMITS):
         return None
     worst: tuple[float, ...] = (0.0, 0.0, 0.0)
     name = unit = ""
-    length = _length(recording)
+    length = _window_samples(recording)
     windows = max(recording.n // length, 1)
     loud, moving, turning, swaying = np.zeros((4, windows), dtype=bool)
     turns: list[tuple[float, float, float]] = []
@@ -146,25 +146,27 @@ def rest_of(recording: Recording) -> Rest | None:
             continue
         x = _column(recording, at)
         excess = beyond = sure = slowly = np.zeros(windows)
-        for average, limits in ((AVERAGE, LIMITS), (1.0, SLOW)):
+        for average, limits in ((AVERAGING_TIME, LIMITS), (1.0, SLOW_LIMITS)):
             full, si = limits[kind]
             m = max(1, round(average * recording.rate))
             to_si = conversion(recording.units[at], si)
-            # Slow motion needs a longer window for as many changes; the short one tells where it ends.
+            # Slow motion needs a longer window for as many changes; the short window finds its end.
             longer = (
                 length if limits is LIMITS else max(length, round(SLOW_WINDOW * recording.rate))
             )
             for own in dict.fromkeys((length, longer)):
                 found = _activity(x, m, own, windows) * to_si
-                white = noise = _noise(x, m, recording.rate, own, windows) * to_si
-                shorter = m > max(1, round(SHORT * recording.rate))
-                level = full * (WITHOUT_WHITE if own > length and shorter else 1.0)
+                white = noise = _white_noise_activity(x, m, recording.rate, own, windows) * to_si
+                shorter = m > max(1, round(NOISE_AVERAGING_TIME * recording.rate))
+                level = full * (FACTOR_WITHOUT_WHITE if own > length and shorter else 1.0)
                 # Few changes make a noisy window: noise must not pass the limit by chance.
-                scatter = SCATTER / math.sqrt(_changes(m, own))
-                chance = SURELY * scatter / math.sqrt(max(recording.n // own, 1))
-                if np.median(found) > WHITE * (1.0 + chance) * np.median(noise):
+                scatter = ACTIVITY_SCATTER / math.sqrt(_change_count(m, own))
+                chance = MIN_STANDARD_ERRORS * scatter / math.sqrt(max(recording.n // own, 1))
+                if np.median(found) > MAX_WHITE_RATIO * (1.0 + chance) * np.median(noise):
                     noise = np.zeros(found.size)
-                least = np.hypot(level * (1.0 + 2.0 * scatter), noise * (1.0 + SURELY * scatter))
+                least = np.hypot(
+                    level * (1.0 + 2.0 * scatter), noise * (1.0 + MIN_STANDARD_ERRORS * scatter)
+                )
                 if own == length:
                     excess = np.maximum(excess, found / full)
                     rest = np.maximum(found**2 - (white * (1.0 + scatter)) ** 2, 0.0)
@@ -178,21 +180,21 @@ def rest_of(recording: Recording) -> Rest | None:
                 worst = (usual / limit, usual, limit)
                 name, unit = recording.columns[at], si
         quieter = float(np.quantile(excess, 0.25))
-        loud |= (sure > 1.0) | (excess > max(LOUD * quieter, LEAST))
+        loud |= (sure > 1.0) | (excess > max(MAX_QUIET_RATIO * quieter, MIN_LIMIT_SHARE))
         # A long window that moves may hold short ones that do not.
-        loud |= (slowly > 1.0) & (beyond > LEAST)
-        moving |= (sure > 1.0) | ((slowly > 1.0) & (beyond > LEAST))
+        loud |= (slowly > 1.0) & (beyond > MIN_LIMIT_SHARE)
+        moving |= (sure > 1.0) | ((slowly > 1.0) & (beyond > MIN_LIMIT_SHARE))
         if kind == ANGULAR_RATE:
             more = turns_of(x * conversion(recording.units[at], "deg/s"), recording.rate)
             turns = max(turns, more, key=len)
-            turning |= _windows_of(more, windows, length / recording.rate)
+            turning |= _windows_with_turns(more, windows, length / recording.rate)
     sways = _sways(recording, kinds)
     if sways is not None:
         places = np.minimum(np.arange(windows) * sways.size // windows, sways.size - 1)
-        swaying = sways[places] > SWAY
-    sway = float(np.median(sways[sways > SWAY])) if sways is not None and swaying.any() else 0.0
+        swaying = sways[places] > MAX_SWAY
+    sway = float(np.median(sways[sways > MAX_SWAY])) if sways is not None and swaying.any() else 0.0
     moving |= turning | swaying
-    span = _stillest(recording, kinds, ~(loud | turning | swaying), length)
+    span = _longest_still_segment(recording, kinds, ~(loud | turning | swaying), length)
     return Rest(
         share=float(moving.mean()),
         activity=worst[1],
@@ -208,10 +210,10 @@ def rest_of(recording: Recording) -> Rest | None:
     )
 
 
-def _windows_of(
+def _windows_with_turns(
     turns: list[tuple[float, float, float]], windows: int, seconds: float
 ) -> NDArray[np.bool_]:
-    """Return which windows of this length hold a part of a turn."""
+    """Mask of the windows of this length that contain a part of a turn."""
     found = np.zeros(windows, dtype=bool)
     for start, end, _ in turns:
         found[int(start / seconds) : math.ceil(end / seconds)] = True
@@ -219,7 +221,7 @@ def _windows_of(
 
 
 def _sways(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None:
-    """Return the sway in windows of 20 s, degrees; None without three axes of both sensors, or without sway."""
+    """Sway in windows of 20 s, degrees; None without three axes of both sensors, or without sway."""
     places: dict[tuple[str, str | None], int] = {}
     for at, (name, kind) in enumerate(zip(recording.columns, kinds, strict=True)):
         places.setdefault((kind, letter_of(name)), at)
@@ -240,50 +242,51 @@ def _sways(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None
     return sway_of(gyro, accel, recording.rate)
 
 
-def _length(recording: Recording) -> int:
-    """Samples of a window: 25 averages of 0.2 s or 1 sample, at most a tenth of the record, at least four."""
-    length = WINDOW * max(1, round(AVERAGE * recording.rate))
+def _window_samples(recording: Recording) -> int:
+    """Samples of a window: 25 averages of 0.2 s or 1 sample, at most a tenth of the record, at least four averages."""
+    length = WINDOW_AVERAGES * max(1, round(AVERAGING_TIME * recording.rate))
     return max(min(length, recording.n // 10), 4 * max(1, round(recording.rate)), 16)
 
 
-def _changes(m: int, length: int) -> int:
-    """Changes between averages of m samples in a window."""
+def _change_count(m: int, length: int) -> int:
+    """Number of changes between averages of m samples in a window."""
     return max(length // m, 3)
 
 
 def _column(recording: Recording, at: int) -> NDArray[Any]:
+    """Rate samples of a column as doubles."""
     x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
     x = x.astype(np.float64, copy=False)
     return x * recording.rate if recording.quantity == "increment" else x
 
 
-def _moves(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64]:
-    """Change from each average of m samples to the next, shape (averages − order,); or changes of those."""
+def _absolute_changes(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64]:
+    """Absolute changes between averages of m samples, shape (averages − order,), or second differences."""
     groups = x[: x.size // m * m].reshape(-1, m)
-    # A few outliers in a group must not move it: the middle of three thirds where there are so many.
-    mean = groups.mean(axis=1) if m < MANY else np.median(_thirds(groups), axis=1)
+    # The median of three thirds resists outliers if a group has enough samples.
+    mean = groups.mean(axis=1) if m < MIN_SAMPLES_FOR_THIRDS else np.median(_thirds(groups), axis=1)
     return np.abs(np.diff(mean, order))
 
 
-def _noise(
+def _white_noise_activity(
     x: NDArray[np.float64], m: int, rate: float, length: int, windows: int
 ) -> NDArray[np.float64]:
-    """Return the activity of averages of m samples, of each window, that white noise makes.
+    """Activity of averages of m samples that white noise causes, shape (windows,).
 
-    It is found from changes of changes of shorter averages, or of the same where the samples are too far apart.
+    It is found from second differences of shorter averages, or of the same averages if the samples are too far apart.
     """
-    short = min(max(1, round(SHORT * rate)), m)
-    # The middle of three thirds scatters by 0.670 √3 of what their mean does.
-    middle = 1.16 if short < MANY <= m else 1.0
+    short = min(max(1, round(NOISE_AVERAGING_TIME * rate)), m)
+    # The median of three thirds scatters 0.670 √3 times as much as their mean.
+    middle = 1.16 if short < MIN_SAMPLES_FOR_THIRDS <= m else 1.0
     return _activity(x, short, length, windows, order=2) * (middle * math.sqrt(short / m))
 
 
 def _activity(
     x: NDArray[np.float64], m: int, length: int, windows: int, order: int = 1
 ) -> NDArray[np.float64]:
-    """Return the usual change between averages of m samples, found in `length` samples, of each window: (windows,)."""
-    moves = _moves(x, m, order)
-    per = _changes(m, length)
+    """Usual change between averages of m samples, found within `length` samples, shape (windows,)."""
+    moves = _absolute_changes(x, m, order)
+    per = _change_count(m, length)
     if not moves.size:
         return np.zeros(windows)
     count = max(moves.size // per, 1)
@@ -294,24 +297,25 @@ def _activity(
         )
     # Median of |difference of two averages| → their standard deviation: Φ⁻¹(¾) = 0.6745; of three (1, −2, 1) √6.
     found = found / (0.6745 * math.sqrt(2 if order == 1 else 6))
-    if count < windows // 2:  # what moves in a long window says nothing of its neighbors
+    if count < windows // 2:  # long windows are not interpolated
         each: NDArray[np.float64] = found[np.arange(windows) * count // windows]
         return each
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 
 
 def _thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means of the three thirds of each group."""
     third = groups.shape[1] // 3
     return groups[:, : 3 * third].reshape(len(groups), 3, third).mean(axis=2)
 
 
 def _tilt(recording: Recording, kinds: list[str]) -> float:
-    """Largest angle between the direction of gravity in a tenth of the record and that of all, degrees."""
+    """Largest angle between the direction of gravity in a tenth of the record and that of the whole record, degrees."""
     axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
     if len(axes) != 3 or recording.quantity != "rate":
         return 0.0
     force = np.stack([_column(recording, i) for i in axes], axis=1)
-    # A direction needs all three: of a tenth in which an axis has no sample nothing is known.
+    # A direction needs all three axes, so a tenth without samples of an axis is skipped.
     parts = [p for p in np.array_split(force, 10) if np.isfinite(p).any(axis=0).all()]
     if not parts:
         return 0.0
@@ -319,22 +323,22 @@ def _tilt(recording: Recording, kinds: list[str]) -> float:
     level = np.linalg.norm(mean, axis=1)
     gravity = 9.81 / conversion(recording.units[axes[0]], "m/s^2")
     if not np.all((level > 0.5 * gravity) & (level < 1.5 * gravity)):
-        return 0.0  # not three axes of one sensor, or no gravity in it
+        return 0.0  # not three axes of one sensor, or without gravity
     unit = mean / level[:, np.newaxis]
     middle = np.median(unit, axis=0)
     cosine = unit @ middle / np.linalg.norm(middle)
     return float(np.degrees(np.arccos(np.clip(cosine.min(), -1, 1))))
 
 
-def _stillest(
+def _longest_still_segment(
     recording: Recording, kinds: list[str], calm: NDArray[np.bool_], length: int
 ) -> tuple[float, float] | None:
-    """Start and end, s, of the longest stretch of `calm` windows of this length in which no axis is moved for a moment.
+    """Start and end, s, of the longest segment of `calm` windows of this length in which no axis moves; or None.
 
-    The usual change of a window does not tell of a turn within it. A tap is shorter than `BRIEF`, and a sensor at rest has
-    some; but a stretch neither begins nor ends with what is left of a motion.
+    The usual change of a window does not show a turn within it. A tap is shorter than `MAX_TAP_AVERAGES`, and a sensor at
+    rest has some; but the segment neither begins nor ends with the rest of a motion.
     """
-    m = max(1, round(AVERAGE * recording.rate))
+    m = max(1, round(AVERAGING_TIME * recording.rate))
     moved = np.zeros(max(recording.n // m, 1), dtype=bool)
     quiet = calm[np.minimum(np.arange(moved.size) * m // length, calm.size - 1)]
     if not quiet.any():
@@ -343,22 +347,24 @@ def _stillest(
         if kind not in LIMITS:
             continue
         level, si = LIMITS[kind]
-        moves = _moves(_column(recording, at), m) / math.sqrt(2)
+        moves = _absolute_changes(_column(recording, at), m) / math.sqrt(2)
         there = moves[quiet[1:] & np.isfinite(moves)]
         usual = float(np.median(there)) / 0.6745 if there.size else 0.0
-        least = max(LOUD * usual, LEAST * level / conversion(recording.units[at], si))
+        least = max(
+            MAX_QUIET_RATIO * usual, MIN_LIMIT_SHARE * level / conversion(recording.units[at], si)
+        )
         over = moves > least
         moved[1:] |= over
         moved[:-1] |= over
     still = quiet.copy()
     for first, last in _runs(moved):
-        if last - first > BRIEF:
+        if last - first > MAX_TAP_AVERAGES:
             still[first:last] = False
     runs = _runs(still)
     if not runs:
         return None
     first, last = max(runs, key=lambda run: run[1] - run[0])
-    near = min(WINDOW, (last - first) // 2)
+    near = min(WINDOW_AVERAGES, (last - first) // 2)
     after, before = (
         np.flatnonzero(moved[first : first + near]),
         np.flatnonzero(moved[last - near : last]),
@@ -370,43 +376,43 @@ def _stillest(
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and end of each run of what is true."""
+    """First and end of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(int), [0])))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def quiet_span(recording: Recording) -> tuple[float, float]:
-    """Start and end of the longest quiet stretch, s.
+    """Start and end of the longest quiet segment, s.
 
     Raises
     ------
     InputError
         No gyroscope or accelerometer with a unit.
     TooShortError
-        No quiet stretch at all.
+        No segment is quiet.
     """
     rest = rest_of(recording)
     if rest is None:
         raise InputError(
-            "a quiet stretch is found by a gyroscope or accelerometer whose unit is known",
+            "a quiet segment needs a gyroscope or accelerometer with a known unit",
             missing="unit",
             remedy=": give {unit}, or {trim}",
         )
     if rest.quiet is None:
-        raise TooShortError("no stretch of the log is quiet: it moves all the time")
+        raise TooShortError("no segment of the log is quiet: it moves all the time")
     return rest.quiet
 
 
 def quiet(recording: Recording) -> Recording:
-    """Return the longest quiet stretch of a recording."""
+    """The longest quiet segment of a recording."""
     start, end = quiet_span(recording)
-    found = f"kept the longest quiet stretch, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
+    found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
     told = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
     return recording.trim(start, end).told_of([told])
 
 
-def finding_of(recording: Recording, least: float = SHARE) -> list[Finding]:
-    """Return the finding that a recording moves for more than this share of it, turns or is turned over; or none."""
+def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:
+    """Finding that a recording moves for more than this share of its length, turns or is turned over; empty if not."""
     rest = rest_of(recording)
     if rest is None or not (rest.moves or rest.share > least):
         return []
@@ -425,8 +431,8 @@ def finding_of(recording: Recording, least: float = SHARE) -> list[Finding]:
     ]
 
 
-def refusal_of(recording: Recording) -> InputError | None:
-    """Return the error that a recording is mostly motion, with its longest quiet segment; None if it is not."""
+def motion_error(recording: Recording) -> InputError | None:
+    """Error for a recording that is mostly motion, with its longest quiet segment; None if it is not."""
     rest = rest_of(recording)
     if rest is None or not rest.mostly_moves:
         return None
@@ -438,6 +444,7 @@ def refusal_of(recording: Recording) -> InputError | None:
 
 
 def _reasons(rest: Rest, least: float) -> str:
+    """Clause on the signs of motion."""
     why = []
     if rest.turns >= MIN_TURNS:
         why.append(f"{rest.turns} turns of up to {rest.largest_turn:.0f}°")
@@ -448,12 +455,13 @@ def _reasons(rest: Rest, least: float) -> str:
         )
     if rest.sway and rest.share > least:
         why.append(f"it sways by {rest.sway:.2g}° rms, in gyroscopes and accelerometers alike")
-    if rest.tilt > TILT:
+    if rest.tilt > MAX_TILT:
         why.append(f"the direction of gravity turns by {rest.tilt:.0f}°")
     return ", and ".join(why) or f"motion in {rest.share:.0%} of the record"
 
 
 def _longest_quiet(rest: Rest) -> str:
+    """Clause on the longest quiet segment."""
     if rest.quiet is None:
         return "no segment is quiet"
     start, end = rest.quiet
@@ -461,4 +469,5 @@ def _longest_quiet(rest: Rest) -> str:
 
 
 def _use_quiet(quiet: tuple[float, float]) -> str:
+    """Remedy that uses a quiet segment."""
     return f"{{this_span:{quiet[0]:.6g}:{quiet[1]:.6g}}}, or {{quiet}}"

@@ -1,7 +1,7 @@
-"""What is wrong with the data, before any model: reported with numbers, never repaired.
+"""Audit of the data before any model: findings with numbers; nothing is repaired.
 
-Each check is one small function of a column; together they cost a few passes over the samples.
-Checks that need a distribution look at blocks spread over the record instead of all of it.
+Each check is a small function of a column; together they cost a few passes over the samples. Checks that need a
+distribution use blocks spread over the record instead of all samples.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.units import coefficient_unit
-from allanite.recording.at_rest import finding_of
+from allanite.recording.at_rest import motion_findings
 from allanite.recording.coarse_column import coarse_step_of
-from allanite.recording.findings import Finding, of_stamps
+from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.locked import locked_of
 from allanite.recording.repeats import longest_run
 from allanite.recording.resolution import step_of, two_codes
-from allanite.recording.tails import CENSORED, outlier_limit, tail_of
+from allanite.recording.tails import CENSORED_SHARES, outlier_limit, tail_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -31,33 +31,34 @@ if TYPE_CHECKING:
 
 __all__ = ["Finding", "audit"]
 
-#: Part of the white variance from which on LSB²/12 is not what rounding adds: LSB > 1.9 σ of the samples. In simulation
-#: N² is that sum to 3 % at LSB = 2 σ of the noise before rounding, wherever its mean lies between two codes; to 13 % at
-#: 2.5 σ, 31 % at 3 σ and 72 % at 4 σ. The samples' own deviation tells 2 σ (at most 1.76) from 2.5 σ (1.90 at least, and
-#: 2 where they flip between two codes).
-COARSE = 0.3
-#: Averages that make a curve, at least.
-FEWEST = 100
-#: Largest power near half of the rate, over that of lower octaves, of values that were smoothed: the mean of two samples
-#: leaves 0.045, that of three 0.1. Octaves below the rate that are compared, of blocks of at least as many samples.
-SMOOTHED, OCTAVES = 0.25, 8
-#: Fewest changes of averages of which it is asked whether two make more than half of their squares: of 32 normal ones two
-#: do once in 100 000 records.
+#: Share of LSB²/12 in the white variance above which rounding adds something else: LSB > 1.9 σ of the samples. In
+#: simulations N² is the sum to 3 % at LSB = 2 σ of the noise before rounding, wherever its mean lies between two codes; to
+#: 13 % at 2.5 σ, 31 % at 3 σ and 72 % at 4 σ. The standard deviation of the samples distinguishes 2 σ (at most 1.76) from
+#: 2.5 σ (at least 1.90, and 2 if they flip between two codes).
+MAX_ROUNDING_SHARE = 0.3
+#: Fewest averages from which decimation is advised for a curve. Chosen by judgment; not measured.
+MIN_AVERAGES = 100
+#: Largest power near half of the rate over that of lower octaves for values that were smoothed: the mean of two samples
+#: leaves 0.045, that of three 0.1. And the number of octaves below the rate that are compared.
+MAX_SMOOTHED_RATIO, OCTAVES = 0.25, 8
+#: Fewest changes of averages for the check on one dominating event: two of 32 normal changes make more than half of the
+#: sum of squares once in 100 000 records.
 MIN_CHANGES = 32
-CHUNK = 1 << 18  # samples worked on at a time: stays in the cache, bounds the memory
+#: Samples processed at a time, so that they stay in the cache.
+CHUNK = 1 << 18
 
 
 def audit(recording: Recording) -> list[Finding]:
-    """Return the findings about the time stamps and about every column of a recording.
+    """Findings about the time stamps and about every column of a recording.
 
-    Markers and repeated samples are reported once; the other checks are made without them.
+    Markers and repeated samples are reported once; the other checks exclude them.
     """
     recording = recording.measured
-    findings = list(of_stamps(recording.stamps, recording.rate)) if recording.stamps else []
-    # That no unit was given comes last: what is wrong with the data is more than what is not known of it.
+    findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
+    # A missing unit comes last, since faults of the data matter more.
     last = [finding for finding in recording.told if finding.kind == "no_unit"]
     told = [finding for finding in recording.told if finding.kind != "no_unit"]
-    findings = [*finding_of(recording), *told, *findings]
+    findings = [*motion_findings(recording), *told, *findings]
     units = recording.units
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]
@@ -69,16 +70,16 @@ def audit(recording: Recording) -> list[Finding]:
         unit = units[i]
         if recording.quantity != "rate":
             unit = coefficient_unit(unit, 1).removeprefix("1·")
-        # Of numbers near the edge squares and single precision overflow: infinities are judged as such.
+        # Squares of extreme samples overflow; the checks handle the infinities.
         with np.errstate(all="ignore"):
             column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
             for check in CHECKS:
                 findings.extend(check(column))
-    return [*findings, *_of_coarse_columns(recording), *last]
+    return [*findings, *_coarse_column_findings(recording), *last]
 
 
-def _of_coarse_columns(recording: Recording) -> Iterator[Finding]:
-    """Report logged columns whose steps are those of the thermometer, not of the sensor."""
+def _coarse_column_findings(recording: Recording) -> Iterator[Finding]:
+    """Findings about logged columns with coarse steps, such as a thermometer's."""
     for name, values in recording.covariates.items():
         step = coarse_step_of(values)
         if step:
@@ -114,18 +115,19 @@ class _Column:
         self.white = float(middle.mean()) / 0.6934 / math.sqrt(6) if middle.size else 0.0
 
     def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
-        """(first row, samples) of stretches that cover the column, each reaching into the next."""
+        """First row and samples of consecutive pieces that cover the column, each reaching into the next."""
         for at in range(0, max(self.n - overlap, 1), CHUNK):
             yield at, self.x[at : at + CHUNK + overlap]
 
     def finding(
         self, kind: str, severity: str, found: str, *, remedy: str = "", **values: float
     ) -> Finding:
+        """Finding about this column."""
         return Finding(kind, severity, f"{self.name}: {found}", self.name, values, remedy)
 
 
 def _is_single(x: NDArray[Any]) -> bool:
-    """Whether doubles were printed or stored as single precision on their way."""
+    """True if doubles were stored or printed in single precision before."""
     some = x[: 1 << 12]
     return bool(
         x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True)
@@ -141,28 +143,30 @@ def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.f
 
 
 def _extremes(x: NDArray[Any]) -> tuple[float, float]:
+    """Smallest and largest sample, without NaN."""
     low, high = float(np.min(x)), float(np.max(x))
     if math.isnan(low) and (there := ~np.isnan(x)).any():
-        # np.nanmin takes a signaling NaN for the smallest of all.
+        # np.nanmin would return a signaling NaN.
         low = float(np.min(x, where=there, initial=np.inf))
         high = float(np.max(x, where=there, initial=-np.inf))
     return low, high
 
 
 def _check_missing(c: _Column) -> Iterator[Finding]:
+    """Report missing samples and their effect on the Allan deviation."""
     if c.x.dtype.kind != "f":
         return
     missing = sum(int(np.count_nonzero(np.isnan(piece))) for _, piece in c.pieces())
     if missing:
-        runs = _runs(c)
+        runs = _lengths_of_runs(c)
         few = remedy = ""
         half = _half_lost(runs, c.n)
         if half < c.n / 8:
             few = ". The plain Allan deviation loses more than half of its terms"
             few += f" beyond {half / c.rate:.3g} s" if half else ""
-            coarser = _coarser((c.n - missing) / (2 * runs.size), missing / runs.size)
-            # Fewer averages make no curve: of a long pause there is none to be had this way.
-            if coarser <= c.n / FEWEST:
+            coarser = _advised_decimation((c.n - missing) / (2 * runs.size), missing / runs.size)
+            # Fewer averages make no curve, so decimation does not help with a long pause.
+            if coarser <= c.n / MIN_AVERAGES:
                 remedy = f"; for its curve use {{decimate:{coarser}}}"
         yield c.finding(
             "missing",
@@ -173,15 +177,15 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
         )
 
 
-def _coarser(apart: float, gap: float) -> int:
-    """Samples to average so that nearly all averages have most of theirs: 1, 2 or 5 × 10ⁿ."""
+def _advised_decimation(apart: float, gap: float) -> int:
+    """Number of samples to average so that nearly all averages have most of their samples: 1, 2 or 5 × 10ⁿ."""
     least = max(4.0, 4.0 * gap, apart / 8.0)
     decade = 10.0 ** math.floor(math.log10(least))
     return int(next(k * decade for k in (1, 2, 5, 10) if k * decade >= 0.9 * least))
 
 
-def _runs(c: _Column) -> NDArray[np.int64]:
-    """Return the lengths of the stretches of samples that are there; (1,) of none."""
+def _lengths_of_runs(c: _Column) -> NDArray[np.int64]:
+    """Lengths of the runs of present samples; (1,) if there is none."""
     begins, ends = [], []
     before = False
     for at, piece in c.pieces():
@@ -197,9 +201,10 @@ def _runs(c: _Column) -> NDArray[np.int64]:
 
 
 def _half_lost(runs: NDArray[np.int64], n: int) -> int:
-    """Return the largest averaging factor at which half of the terms of the Allan deviation touch no missing sample.
+    """Largest averaging factor at which half of the terms of the Allan deviation touch no missing sample.
 
-    A term takes 2 m samples in a row; runs of samples that are there have these lengths. n // 2 if every m has so many.
+    A term needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. n // 2 if this holds for
+    all m.
     """
     low, high = 0, n // 2 + 1
     while high - low > 1:
@@ -210,6 +215,7 @@ def _half_lost(runs: NDArray[np.int64], n: int) -> int:
 
 
 def _check_constant(c: _Column) -> Iterator[Finding]:
+    """Report a column whose samples are all equal."""
     if c.low == c.high:
         yield c.finding(
             "constant", "warning", f"every sample is {c.low:g}: a stuck sensor or the wrong column"
@@ -217,7 +223,7 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
 
 
 def _check_stuck(c: _Column) -> Iterator[Finding]:
-    """Report a value that stands: a sensor that stopped, or a lost link."""
+    """Report a long run of one value: a sensor that stopped, or a lost link."""
     if c.n < 2 or c.low == c.high:
         return
     start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
@@ -242,7 +248,7 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
         at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
         if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
             continue
-        if at_edge > 3 * _beside(c, edge):
+        if at_edge > 3 * _count_next_to(c, edge):
             yield c.finding(
                 "clipping",
                 "warning",
@@ -253,8 +259,8 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
             )
 
 
-def _beside(c: _Column, edge: float) -> int:
-    """Count the samples at the value next to an extreme one."""
+def _count_next_to(c: _Column, edge: float) -> int:
+    """Number of samples at the value next to an extreme one."""
     nearest, count = math.nan, 0
     for _, piece in c.pieces():
         inner = piece[piece < edge] if edge == c.high else piece[piece > edge]
@@ -268,6 +274,7 @@ def _beside(c: _Column, edge: float) -> int:
 
 
 def _check_step(c: _Column) -> Iterator[Finding]:
+    """Report the resolution if its rounding matters, and columns that are locked to one code."""
     locked = locked_of(c.x)
     if locked is not None:
         yield c.finding(
@@ -280,17 +287,17 @@ def _check_step(c: _Column) -> Iterator[Finding]:
             most=locked.most,
         )
         return
-    # The step of two codes is for this check alone: the others judge such a column by its values.
+    # The step between two codes is used only here; other checks use the values of such a column.
     two = 0.0 if c.step else two_codes(c.spread, c.single)
     step = c.step or two
     if not step:
         return
     changes = np.diff(c.spread, axis=1)
-    changes = changes[np.isfinite(changes)]  # none where every second sample is missing
+    changes = changes[np.isfinite(changes)]  # empty if every second sample is missing
     share = step**2 / 12 / max(float(changes.var()) / 2 if changes.size else 0.0, step**2 / 12)
     if share < 1e-3:
         return
-    coarse = share > COARSE or two > 0.0
+    coarse = share > MAX_ROUNDING_SHARE or two > 0.0
     found = (
         "is as large as the noise: the samples rarely change code or flip between two, and the coefficients are deformed"
         if coarse
@@ -322,7 +329,7 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
         return
     sizes = np.abs(np.diff(c.spread, n=2, axis=1))
     sizes = sizes[np.isfinite(sizes)]
-    tail = tail_of(sizes, CENSORED[0])
+    tail = tail_of(sizes, CENSORED_SHARES[0])
     if tail is not None and tail.heavy:
         reached = max(limit, outlier_limit(sizes, 0.001 / c.n, c.step))
         x = c.x[rows[:, None] + np.array([-1, 0, 1])].astype(np.float64)
@@ -341,7 +348,7 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     # One spike moves three second differences.
     events = 1 + int(np.count_nonzero(np.diff(rows) > 2))
     usual = float(np.nanmedian(c.spread))
-    # The first and the last sample are in the middle of no second difference.
+    # Neighbors too, since the first and last sample are not the middle of a second difference.
     beside = np.unique(np.clip(rows[:, None] + np.array([-1, 0, 1]), 0, c.n - 1))
     worst = int(beside[np.nanargmax(np.abs(c.x[beside].astype(np.float64) - usual))])
     yield c.finding(
@@ -358,8 +365,8 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
 def _check_smoothed(c: _Column) -> Iterator[Finding]:
     """Report values that were averaged or low-passed before they were logged.
 
-    Near half of the rate their power is below that of every lower octave, and below what a power law through two
-    neighboring octaves leaves there. Noise that falls with a power law and white noise are above it.
+    Near half of the rate their power is below that of every lower octave, and below the continuation of a power law through
+    two neighboring octaves. Power-law noise and white noise are above it.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
     if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
@@ -372,13 +379,13 @@ def _check_smoothed(c: _Column) -> Iterator[Finding]:
         float(np.median(power[(share >= 2.0 ** -(k + 1)) & (share < 2.0**-k)]))
         for k in range(3, OCTAVES)
     ]
-    if not top > 0.0 or top > SMOOTHED * min(octaves):
+    if not top > 0.0 or top > MAX_SMOOTHED_RATIO * min(octaves):
         return
     for k, (upper, lower) in enumerate(pairwise(octaves), start=3):
         # Octaves from the middle of a band, 3/4 of its upper end, to that of the top, 7/16.
         apart = math.log2(7 / 16) - math.log2(0.75 * 2.0**-k)
         if math.log2(top / upper) < apart * min(math.log2(upper / lower), 0.0) + math.log2(
-            SMOOTHED
+            MAX_SMOOTHED_RATIO
         ):
             yield c.finding(
                 "smoothed",
@@ -393,7 +400,7 @@ def _check_smoothed(c: _Column) -> Iterator[Finding]:
 
 @dataclass(slots=True)
 class _Changes:
-    """Squared changes between neighboring averages of one length, as pieces of a column come."""
+    """Squared changes between neighboring averages of one length, updated piece by piece."""
 
     count: int = 0
     total: float = 0.0
@@ -403,7 +410,7 @@ class _Changes:
     square: float = 0.0
 
     def take(self, averages: NDArray[np.float64]) -> None:
-        """Add the next averages; `largest` is the largest sum of two squares in a row, `end` the average after it."""
+        """Add the next averages; `largest` is the largest sum of two consecutive squares, `end` the average after it."""
         changes = np.diff(np.concatenate([self.last, averages]))
         squares = np.where(np.isfinite(changes), changes, 0.0) ** 2
         if squares.size:
@@ -420,7 +427,7 @@ class _Changes:
 def _check_dominated(c: _Column) -> Iterator[Finding]:
     """Report averaging times at which one event makes most of the Allan variance.
 
-    An event lies within one average or between two, so that it makes one second difference of the phase or two in a row.
+    An event lies within one average or between two, so it makes one second difference of the phase or two in a row.
     """
     changes: dict[int, _Changes] = {}
     for _, piece in c.pieces():
@@ -447,13 +454,13 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
 
 
 def _check_static(c: _Column) -> Iterator[Finding]:
-    """Report stretches of several times the usual activity: handling, traffic."""
+    """Report segments with several times the usual activity: handling, traffic."""
     if c.n < 16 * 256:  # fewer blocks have no usual activity
         return
     blocks = _blocks(c.x, length=256, most=1024)
     moves = np.abs(np.diff(blocks, axis=1))
     moves[~np.isfinite(moves)] = 0.0
-    # The mean of the middle half is blind to outliers and not rounded to the step.
+    # The mean of the middle half ignores outliers and, unlike the median, is not rounded to the step.
     moves.sort(axis=1)
     activity = moves[:, 64:192].mean(axis=1)
     usual = float(np.median(activity))
@@ -471,24 +478,26 @@ def _check_static(c: _Column) -> Iterator[Finding]:
         f"not at rest: activity {activity[first : last + 1].max() / usual:.3g} times the usual"
         f" around {first * span:.4g}–{(last + 1) * span:.4g} s"
         + (
-            f" and in {loud.size - (last - first + 1)} other stretches"
+            f" and in {loud.size - (last - first + 1)} other segments"
             if loud.size > last - first + 1
             else ""
         ),
-        remedy=_without(loud, span, blocks, c),
+        remedy=_quiet_remedy(loud, span, blocks, c),
         start_s=float(first * span),
         end_s=float((last + 1) * span),
         share=float(loud.size / blocks.shape[0]),
     )
 
 
-def _without(loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], c: _Column) -> str:
-    """The remedy that takes the longest stretch without a loud block; none where that is short."""
+def _quiet_remedy(
+    loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], c: _Column
+) -> str:
+    """Remedy that uses the longest segment without a loud block; empty if that segment is short."""
     count = blocks.shape[0]
     quiet = np.setdiff1d(np.arange(count), loud)
     longest = max(np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1), key=len)
     first, last = int(longest[0]), int(longest[-1])
-    # A block beside a loud one may hold a few samples of the same motion.
+    # The block next to a loud one may contain the end of the motion.
     start = 0.0 if first == 0 else first * span + blocks.shape[1] / c.rate
     end = c.n / c.rate if last == count - 1 else last * span
     if end - start < 0.1 * c.n / c.rate:
@@ -496,6 +505,7 @@ def _without(loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], 
     return f"; {{this_span:{start:.6g}:{end:.6g}}} leaves {'it' if loud[-1] - loud[0] < loud.size else 'them'} out"
 
 
+#: All checks of a column, in the order of the findings.
 CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (
     _check_missing,
     _check_constant,

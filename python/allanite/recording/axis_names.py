@@ -1,4 +1,4 @@
-"""The letter of the axis in the name of a column."""
+"""Letter of the axis in the name of a column."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ AXIS = re.compile(r"(?<![a-z])[xyz](?![a-z])|[xyz]$", re.IGNORECASE)
 
 
 def letter_of(name: str) -> str | None:
-    """Return ``"x"``, ``"y"`` or ``"z"`` where the name of a column says of which axis it is."""
+    """``"x"``, ``"y"`` or ``"z"`` if the name of a column contains the letter of an axis, else None."""
     found = AXIS.search(name)
     return None if found is None else found.group().lower()
 
 
 def triples(names: Sequence[str]) -> list[tuple[int, ...]]:
-    """Return the places of three names each that differ in the letter of the axis alone; of three in all their places."""
+    """Indices of three names each that differ only in the letter of the axis; all indices if there are three names."""
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):
         letter = letter_of(name)

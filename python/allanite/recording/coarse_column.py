@@ -1,4 +1,4 @@
-"""Logged columns in coarse steps, such as a thermometer of whole degrees: the curve behind the steps."""
+"""Logged columns with coarse steps, such as a thermometer of whole degrees, and the curve behind the steps."""
 
 from __future__ import annotations
 
@@ -11,53 +11,53 @@ if TYPE_CHECKING:
 
 __all__ = ["coarse_step_of", "without_steps"]
 
-#: Mean number of samples between two changes from which on the steps are visible as such. A thermometer that changes
-#: more often resolves its quantity by its own noise.
+#: Smallest mean number of samples between changes of a coarse column. A thermometer that changes more often resolves its
+#: quantity by its own noise.
 MIN_RUN = 20
-#: Least share of the changes that are exactly one step. Changes of several steps are a slow sampler, not rounding.
-ONE_STEP = 0.9
-#: Changes below which no curve can be told from the steps.
+#: Smallest share of changes by exactly one step. Changes by several steps come from slow sampling, not rounding.
+MIN_ONE_STEP_SHARE = 0.9
+#: Fewest changes from which a curve can be found.
 MIN_CHANGES = 3
 #: Points of the curve.
-POINTS = 1500
-#: How far the curve may leave the half step to each side, in steps: a thermometer's own noise.
+CURVE_POINTS = 1500
+#: Largest distance of the curve from the half steps around the codes, in steps: a thermometer's own noise.
 TOLERANCE = 0.05
 #: Standard error of a threshold between two codes, in steps.
 THRESHOLD = 0.02
-#: Weights of the squared third differences that are tried, from a parabola to the steps, in squared steps.
+#: Weights of the squared third differences that are tried, from a parabola to the steps themselves, in squared steps.
 SMOOTHNESS = 10.0 ** np.arange(12.0, -1.0, -2.0)
-#: Rounds in which the curve is pulled back into the half steps for one weight.
+#: Rounds for each weight in which the curve is pulled back into the half steps.
 ROUNDS = 4
 #: Time constants of a relaxation that are tried, in lengths of the record; the best is refined between its neighbors.
 RELAXATIONS = 2.0 ** np.arange(-6.0, 2.5, 0.5)
 
 
 def coarse_step_of(values: NDArray[np.float64]) -> float:
-    """Return the step in which a column of shape (n,) is logged if it is coarse, else 0."""
+    """Step in which a column of shape (n,) is logged if the step is coarse, else 0."""
     places = np.flatnonzero(values[1:] != values[:-1])
     if places.size < MIN_CHANGES or values.size < MIN_RUN * places.size:
         return 0.0
     sizes = np.abs(values[places + 1] - values[places])
     step = float(np.median(sizes))
     one = np.abs(sizes / step - 1.0) < 0.01
-    return step if float(np.mean(one)) >= ONE_STEP else 0.0
+    return step if float(np.mean(one)) >= MIN_ONE_STEP_SHARE else 0.0
 
 
 def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the smoothest curve that rounds to a coarse column; a column that is not coarse as it is.
+    """Smoothest curve that rounds to a coarse column; a column that is not coarse is returned unchanged.
 
-    The quantity was at the threshold of two codes where the column changed, and within half a step of the code elsewhere.
-    If a ramp with one exponential relaxation is such a curve, it is taken: a body that warms up relaxes, and before the
-    first change and after the last one nothing else tells the curve. Otherwise it is the one with the least squared third
-    differences. Rounding errors of up to half a step, correlated over as long as a code stands, would pass for noise of
-    the sensor.
+    The quantity was at the threshold of two codes when the column changed, and within half a step of the code otherwise. A
+    ramp with one exponential relaxation is preferred if it rounds to the column: a warming body relaxes, and nothing else
+    determines the curve before the first and after the last change. Otherwise the curve has the smallest squared third
+    differences. Without it, rounding errors of up to half a step, correlated for as long as a code lasts, would look like
+    noise of the sensor.
     """
     step = coarse_step_of(values)
     if step == 0.0:
         return values
     from scipy.interpolate import CubicSpline
 
-    count = min(POINTS, values.size)
+    count = min(CURVE_POINTS, values.size)
     grid = np.linspace(0.0, values.size - 1.0, count)
     code = values[np.rint(grid).astype(np.int64)]
     curve = _curve(values, grid, code, step)
@@ -69,6 +69,7 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _curve(
     values: NDArray[np.float64], grid: NDArray[np.float64], code: NDArray[np.float64], step: float
 ) -> NDArray[np.float64]:
+    """Smoothest curve on a grid that rounds to the codes."""
     from scipy.sparse import csc_array, diags_array
     from scipy.sparse.linalg import spsolve
 
@@ -81,7 +82,7 @@ def _curve(
         [-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(count - 3, count)
     ).tocsc()
     rough = third.T @ third
-    # Beside a change the code of a point of the grid may be the other one.
+    # Next to a change, the code of a grid point may be that of the other side.
     spacing = (values.size - 1.0) / (count - 1.0)
     after = np.clip(np.searchsorted(changes, grid), 0, changes.size - 1)
     before = np.maximum(after - 1, 0)
@@ -90,7 +91,7 @@ def _curve(
     edge_place, edge_value = np.empty(0), np.empty(0)
 
     def beyond_codes(curve: NDArray[np.float64]) -> NDArray[np.float64]:
-        """By how much the curve leaves the half steps about its codes, in steps."""
+        """Distance of the curve from the half steps around its codes, in steps."""
         beyond: NDArray[np.float64] = np.abs(curve - code) / step - 0.5
         beyond[near] -= 1.0
         return beyond
@@ -128,17 +129,19 @@ def _curve(
 def _relaxation(
     place: NDArray[np.float64], values: NDArray[np.float64], count: int
 ) -> NDArray[np.float64]:
-    """Return the ramp with an exponential relaxation nearest to values at some places, at all places 0 … count − 1."""
+    """Least-squares ramp with an exponential relaxation through values at some places, evaluated at 0 … count − 1."""
     from scipy.optimize import minimize_scalar
 
     def basis(at: NDArray[np.float64], octave: float) -> NDArray[np.float64]:
+        """Constant, ramp and relaxation at some places."""
         u = at / count
-        # expm1 and the ramp: of long relaxations the constant and the slope are taken out, which leaves a parabola.
+        # Constant and slope are subtracted from the relaxation, so that a long one becomes a parabola.
         return np.column_stack(
             [np.ones(at.size), u, (np.expm1(-u / 2.0**octave) + u / 2.0**octave)]
         )
 
     def misfit(octave: float) -> float:
+        """Squared misfit of the best curve with this time constant."""
         rows = basis(place, octave)
         rows /= np.linalg.norm(rows, axis=0)
         return float(np.sum((rows @ np.linalg.lstsq(rows, values, rcond=None)[0] - values) ** 2))
@@ -153,7 +156,7 @@ def _relaxation(
 
 
 def _worst_of_runs(mask: NDArray[np.bool_], size: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the place of the largest value in each run of a mask."""
+    """Index of the largest value in each run of a mask."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
     pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     return np.array(

@@ -1,4 +1,4 @@
-"""What an audit finds: one record a finding; and the findings of time stamps."""
+"""Findings of an audit, and the findings about time stamps."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ if TYPE_CHECKING:
 
     from allanite.recording.timebase import Stamps
 
-__all__ = ["Finding", "merged", "named", "of_stamps"]
+__all__ = ["Finding", "listed_names", "merged", "stamp_findings"]
 
 
-#: Share of longer steps above which the sampling itself is irregular: about half of the samples are then beside one.
-IRREGULAR = 0.25
+#: Share of longer steps above which the sampling is irregular: about half of the samples are then next to one.
+MIN_IRREGULAR_SHARE = 0.25
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is odd about the data.
+    """One irregularity of the data.
 
     Attributes
     ----------
@@ -30,13 +30,13 @@ class Finding:
     severity : str
         ``"info"`` (worth knowing) or ``"warning"`` (will distort a result if ignored).
     found : str
-        What was found, with the numbers.
+        Sentence with the numbers.
     column : str or None
         Column concerned; None for the whole recording.
     values : mapping of str to float
-        The numbers, in SI or the unit of the samples.
+        Numbers of the finding, in SI or the unit of the samples.
     remedy : str
-        What to do, joined to `found`; parameters as of `allanite.common.errors`.
+        Clause on what to do, appended to `found`; its parameters are those of `allanite.common.errors`.
     """
 
     kind: str
@@ -48,15 +48,15 @@ class Finding:
 
     @property
     def message(self) -> str:
-        """One sentence for a person."""
+        """Sentence of the finding with its remedy."""
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """The same in the words of the command line or the page."""
+        """Sentence of the finding with parameters in the `words` of the call, the command line or the page."""
         return self.found + worded(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """JSON record."""
         return {
             "kind": self.kind,
             "severity": self.severity,
@@ -69,13 +69,13 @@ class Finding:
         return self.message
 
 
-def named(names: Sequence[str]) -> str:
-    """``GyrX, GyrY``; of many the first and the last."""
+def listed_names(names: Sequence[str]) -> str:
+    """Text of some names: ``GyrX, GyrY``; the first and the last of many."""
     return ", ".join(names) if len(names) < 4 else f"{names[0]} … {names[-1]}"
 
 
 def merged(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings for people to read: what is said of several columns in the same words is said once, of all of them."""
+    """Findings in which equal sentences about several columns are combined to one."""
     columns: dict[tuple[str, str, str], list[str]] = {}
     first: dict[tuple[str, str, str], Finding] = {}
     for one in findings:
@@ -86,13 +86,15 @@ def merged(findings: Iterable[Finding]) -> list[Finding]:
         if one.column is not None and one.column not in own:
             own.append(one.column)
     return [
-        replace(one, found=f"{named(columns[key])}: {key[1]}") if len(columns[key]) > 1 else one
+        replace(one, found=f"{listed_names(columns[key])}: {key[1]}")
+        if len(columns[key]) > 1
+        else one
         for key, one in first.items()
     ]
 
 
-def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
-    """Yield what is odd about time stamps, beside the rate stated."""
+def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
+    """Findings about time stamps, for a stated rate."""
     if abs(stamps.rate / rate - 1) > max(1e-3, 3 * stamps.resolution * stamps.rate / stamps.n):
         yield Finding(
             "rate",
@@ -109,7 +111,7 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
             values={"measured_hz": stamps.rate},
             remedy="; {rate} overrides",
         )
-    yield from _pieces(stamps)
+    yield from _jump_findings(stamps)
     if stamps.wraps:
         yield Finding(
             "wraps",
@@ -182,7 +184,7 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
             f" missing, the longest {longest / stamps.rate:.3g} s after row {row}; kept as NaN"
         )
         first, end = stamps.rows
-        if len(gaps) > IRREGULAR * (end - first):
+        if len(gaps) > MIN_IRREGULAR_SHARE * (end - first):
             found = (
                 f"irregular sampling: {len(gaps)} of {end - first - 1} steps of the time column are up to {longest + 1}"
                 f" times the usual {1.0 / stamps.rate:.4g} s; the {missing} samples between are kept as NaN"
@@ -195,7 +197,8 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         )
 
 
-def _pieces(stamps: Stamps) -> Iterator[Finding]:
+def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
+    """Finding about jumps of time that split the record."""
     if len(stamps.pieces) < 2:
         return
     first, end = stamps.rows
@@ -214,4 +217,5 @@ def _pieces(stamps: Stamps) -> Iterator[Finding]:
 
 
 def _ppm(share: float) -> str:
+    """Text of a relative change in ppm or %."""
     return f"{1e6 * share:.3g} ppm" if share < 1e-3 else f"{share:.2%}"

@@ -1,4 +1,4 @@
-"""Columns that hardly leave one code: rounding hides the noise, and a bound is all that they tell."""
+"""Columns that hardly leave one code: rounding hides the noise, and only an upper limit can be given."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.recording.resolution import FLIPS, is_fill
+from allanite.recording.resolution import MIN_FLIPS, is_fill
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["Locked", "locked_of"]
 
-#: Share of samples of one code from which on a column is locked. Normal noise in the middle of a code then has a standard
-#: deviation below a quarter of the step, and N of the rounded samples is 13 % too low or worse, depending on the mean.
+#: Smallest share of samples with one code of a locked column. Normal noise in the middle of a code then has a standard
+#: deviation below a quarter of the step, and N of the rounded samples is at least 13 % too low, depending on the mean.
 MIN_SHARE = 0.95
 #: One-sided probability of the limits of the two shares that leave the code: together 95 %.
-LIMIT = 0.975
-#: Most different values of a column that is looked at, and samples that are looked at first: hardly any column goes on.
-MOST_CODES, FIRST = 16, 4096
+LIMIT_PROBABILITY = 0.975
+#: Most different values of a locked column, and samples in which they are counted first, since few columns are locked.
+MAX_CODES, FIRST_SAMPLES = 16, 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,22 +44,22 @@ class Locked:
 
 
 def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
-    """Return how samples of shape (n,) are locked to one code, or None.
+    """How samples of shape (n,) are locked to one code, or None.
 
     Noise with a standard deviation σ and a mean m within the code leaves it upwards with probability Q((½ − m)/σ) and
-    downwards with Q((½ + m)/σ), in steps. The two normal quantiles add to 1/σ whatever the mean is, so the upper limits of
+    downwards with Q((½ + m)/σ), in steps. The sum of the two normal quantiles is 1/σ for any mean, so the upper limits of
     both shares give the upper limit of σ.
     """
-    if np.unique(x[:FIRST]).size > MOST_CODES:
+    if np.unique(x[:FIRST_SAMPLES]).size > MAX_CODES:
         return None
     values = x[np.isfinite(x)] if x.dtype.kind == "f" else x
     codes, counts = np.unique(values, return_counts=True)
-    if not 1 < codes.size <= MOST_CODES:
+    if not 1 < codes.size <= MAX_CODES:
         return None
     usual = int(np.argmax(counts))
     share = float(counts[usual]) / values.size
-    # A few odd samples of a dead column are no codes that noise reaches.
-    if share < MIN_SHARE or values.size - counts[usual] < FLIPS:
+    # A few odd samples of a dead column are not codes that noise reaches.
+    if share < MIN_SHARE or values.size - counts[usual] < MIN_FLIPS:
         return None
     distances = np.abs(codes.astype(np.float64) - float(codes[usual]))
     distances[usual] = math.inf
@@ -72,6 +72,8 @@ def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
     quantiles = 0.0
     for outside in (counts[:usual].sum(), counts[usual + 1 :].sum()):
         # Clopper and Pearson (1934): upper limit of a probability from a count.
-        most = float(betaincinv(float(outside) + 1.0, float(values.size - outside), LIMIT))
+        most = float(
+            betaincinv(float(outside) + 1.0, float(values.size - outside), LIMIT_PROBABILITY)
+        )
         quantiles -= float(ndtri(most))
     return Locked(share, step, step / quantiles if quantiles > 0.0 else math.inf)

@@ -1,4 +1,4 @@
-"""What is known about one column of a log, and where each part of this knowledge came from."""
+"""Knowledge about one column of a log, and the source of each part of it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 __all__ = ["SOURCES", "LogColumn"]
 
-#: Where a fact about a column can come from, the most certain source first.
+#: Sources of a fact about a column, the most certain one first.
 SOURCES = ("header", "file", "option", "guess")
 
 
@@ -23,7 +23,7 @@ class LogColumn:
     role : str
         ``"time"``, ``"sensor"``, ``"temperature"`` or ``"other"``.
     used : bool
-        Whether the column is read as samples, as time or as a covariate.
+        True if the column is read as samples, as time or as a covariate.
     unit : str or None
         Unit of the numbers in the log; None if neither the log nor an option states it.
     scale : float

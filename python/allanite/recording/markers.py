@@ -36,9 +36,9 @@ MIN_GAP = 2.0
 MIN_COUNT = 3
 #: Largest share of markers: where more samples have one value, the value is a state of the sensor.
 MAX_SHARE = 0.2
-#: Fewest different values among the other samples: fewer are a status, not a measurement.
+#: Fewest different values among the other samples; fewer are a status, not a measurement.
 MIN_VALUES = 3
-#: Samples from which the step is found.
+#: Samples from which the step is computed.
 STEP_SAMPLES = 1 << 16
 
 
@@ -62,10 +62,10 @@ class Marker:
 
 
 def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
-    """Return the no-data markers among the samples of one column, shape (n,).
+    """No-data markers among the samples of one column, shape (n,).
 
-    A marker is the smallest or the largest value, far beyond all other samples, without values between. It is the end of
-    an integer type, a usual fill value, or occurs at least three times.
+    A marker is the smallest or the largest value, far beyond all other samples, without values between. It is the end of an
+    integer type, a usual fill value, or occurs at least three times.
     """
     found: list[Marker] = []
     values = x[np.isfinite(x)] if x.dtype.kind == "f" else x
@@ -82,6 +82,7 @@ def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
 
 
 def _marker(values: NDArray[np.floating | np.integer], edge: float) -> Marker | None:
+    """Marker at the smallest or largest value, or None."""
     some = values[:: max(1, values.size // STEP_SAMPLES)].astype(np.float64)
     middle = float(np.median(some))
     quarter, three_quarters = np.quantile(some, [0.25, 0.75])

@@ -1,4 +1,4 @@
-"""The samples that a sensor measured: without no-data markers and without samples that repeat the one before."""
+"""Samples that a sensor measured: without no-data markers and without samples that repeat the previous one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.recording.findings import Finding, of_stamps
+from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.markers import markers_of
 from allanite.recording.repeats import polling_of
 
@@ -20,15 +20,16 @@ __all__ = ["measured_samples"]
 
 
 def measured_samples(recording: Recording) -> Recording:
-    """Return the recording with markers as missing samples and without repeated samples; itself if it has neither.
+    """Recording with markers as missing samples and without repeated samples; the recording itself if it has neither.
 
-    Markers are looked for in each column; a row is a repeat if no column changes. The findings ``marker`` and ``repeats``
-    say what was done.
+    Markers are searched in each column. A row is a repeat if no column changes. The findings ``marker`` and ``repeats``
+    describe the changes.
     """
     return _without_repeats(_without_markers(recording))
 
 
 def _without_markers(recording: Recording) -> Recording:
+    """Recording with no-data markers as missing samples."""
     found: list[Finding] = []
     samples: NDArray[Any] | None = None
     for at, name in enumerate(recording.columns):
@@ -45,10 +46,12 @@ def _without_markers(recording: Recording) -> Recording:
 
 
 def _float_type(samples: NDArray[Any]) -> type[np.floating]:
+    """Floating-point type of samples with NaN."""
     return np.float32 if samples.dtype == np.float32 else np.float64
 
 
 def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
+    """Finding about a marker."""
     several = marker.count > 1
     what = f", {marker.type_end}" if marker.type_end else ", far from all other samples"
     unit = "" if unit == "1" else f" {unit}"
@@ -62,7 +65,8 @@ def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
 
 
 def _without_repeats(recording: Recording) -> Recording:
-    # The integral of a held rate is no repeat: increments and angles are left as they are.
+    # Increments and angles of a held rate do not repeat, so they are not changed.
+    """Recording without repeated rows, at the rate of the sensor."""
     if recording.quantity != "rate":
         return recording
     polling = polling_of(recording.samples)
@@ -75,5 +79,7 @@ def _without_repeats(recording: Recording) -> Recording:
     )
     values = {"share": polling.share, "sensor_hz": rate, "read_hz": recording.rate}
     kept = recording.with_rows(polling.kept, rate)
-    stamps = [] if recording.stamps is None else list(of_stamps(recording.stamps, recording.rate))
+    stamps = (
+        [] if recording.stamps is None else list(stamp_findings(recording.stamps, recording.rate))
+    )
     return kept.told_of([*stamps, Finding("repeats", "warning", found, values=values)])

@@ -1,4 +1,4 @@
-"""Samples of a sensor: rate, units, named columns, covariates, gaps. Immutable; owns its array."""
+"""Recording: samples of a sensor with rate, units, column names, covariates and gaps. Immutable; owns its array."""
 
 from __future__ import annotations
 
@@ -13,8 +13,15 @@ from allanite.common.errors import InputError, about
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate, sample_index
 from allanite.recording import samples as arrays
-from allanite.recording.findings import of_stamps
-from allanite.recording.samples import column_names, find_column, group_means, index_of, locked, own
+from allanite.recording.findings import stamp_findings
+from allanite.recording.samples import (
+    column_names,
+    find_column,
+    group_means,
+    index_of,
+    owned,
+    read_only,
+)
 from allanite.recording.timebase import Stamps, epoch_of, fill_gaps, read_stamps, uneven_times
 
 if TYPE_CHECKING:
@@ -32,6 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["QUANTITIES", "Recording", "find_column"]
 
+#: Quantities that samples may be.
 QUANTITIES = ("rate", "increment", "angle")
 
 
@@ -42,39 +50,39 @@ class Recording:
     Parameters
     ----------
     samples : array_like of shape (n,) or (n, columns)
-        Samples in `unit`; integers are kept as integers, NaN marks a missing sample.
-        A pint quantity brings its own unit.
+        Samples in `unit`; integers stay integers, NaN marks a missing sample.
+        A pint quantity has its own unit.
     rate : float, optional
-        Sampling rate in Hz; found from `time` if left out.
+        Sampling rate, Hz; by default computed from `time`.
     time : array_like of shape (n,), optional
-        Time stamps, numbers or date-times; of a pandas or xarray object its index, if that is a time.
-        Gaps in them become NaN rows on the regular grid.
+        Time stamps, numbers or date-times; by default the index of a pandas or xarray object, if it is a time.
+        Gaps become NaN rows on the regular grid.
     unit : str or sequence of str
         Unit of the rate (or of each column's): ``deg/s``, ``m/s^2``, ``1``, …
     quantity : {"rate", "increment", "angle"}
-        What the samples are: the rate itself, its integral over one sample, or its integral from
+        Quantity of the samples: the rate itself, its integral over one sample, or its integral from
         the start (the phase of a clock).
     columns : sequence of str, optional
         Names of the columns.
     covariates : mapping of str to array_like of shape (n,), optional
-        Columns offered as an explanation, e.g. a temperature.
+        Columns that may explain the samples, e.g. a temperature.
     path : str or Path, optional
-        Where the samples came from.
+        Source of the samples.
     covariate_units : mapping of str to str, optional
         Units of the covariates, free text.
     time_unit : {"s", "ms", "us", "ns", "min", "h", "d"}, optional
-        Unit of `time`; guessed from its magnitude if left out, which the audit tells.
+        Unit of `time`; by default guessed from its magnitude, which the audit reports.
     piece : int, optional
-        Where gaps are so long that filling them would be most of the record, the piece to take,
-        counted from 1; by default that of most samples, which the audit tells.
+        Segment to use if jumps of time split the record, counted from 1; by default the segment with
+        most samples, which the audit reports.
 
     Raises
     ------
     InputError
         A rate that is missing or not positive, an unknown unit or quantity, infinite samples,
-        lengths that differ.
+        or different lengths.
     TooShortError
-        No sample at all, or nothing but NaN.
+        No samples, or only NaN.
 
     Examples
     --------
@@ -140,7 +148,7 @@ class Recording:
             if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
                 columns = [str(name) for name in samples.columns]
             index = index_of(samples)
-            array = own(samples, columns)
+            array = owned(samples, columns)
             if array.ndim == 2 and array.shape[1] == 1:
                 array = array[:, 0]
             n = array.shape[0]
@@ -170,25 +178,26 @@ class Recording:
             units = (unit,) * len(names) if isinstance(unit, str) else _unit_names(unit)
             if len(units) != len(names):
                 raise InputError(f"{len(units)} units for {len(names)} columns")
-            self._fix(
-                samples=locked(array),
+            self._set_fields(
+                samples=read_only(array),
                 rate=rate,
                 units=tuple(rate_unit(text, quantity).name for text in units),
                 quantity=quantity,
                 columns=names,
-                covariates=MappingProxyType({name: locked(v) for name, v in extra.items()}),
+                covariates=MappingProxyType({name: read_only(v) for name, v in extra.items()}),
                 covariate_units=MappingProxyType(dict(covariate_units or {})),
                 path=None if path is None else str(path),
                 stamps=stamps,
                 epoch=epoch,
-                times=None if times is None else locked(times),
+                times=None if times is None else read_only(times),
                 told=(),
                 log_columns=(),
                 _audit=None,
                 _measured=None,
             )
 
-    def _fix(self, **fields: Any) -> None:
+    def _set_fields(self, **fields: Any) -> None:
+        """Set fields of the frozen object."""
         for name, value in fields.items():
             object.__setattr__(self, name, value)
 
@@ -196,23 +205,23 @@ class Recording:
         """Copy with some fields changed; the checks of `__init__` are not repeated."""
         other = object.__new__(Recording)
         same = {field.name: getattr(self, field.name) for field in fields(self)}
-        other._fix(**{**same, "_audit": None, "_measured": None, **changes})
+        other._set_fields(**{**same, "_audit": None, "_measured": None, **changes})
         return other
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
-        """Return the recording with other units said of some columns, by name; no sample is changed."""
+        """Recording with other `units` declared for some columns, by name; samples are unchanged."""
         said = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
         return self._with(units=tuple(rate_unit(text, self.quantity).name for text in said))
 
     def told_of(
         self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None
     ) -> Recording:
-        """Return the recording with findings of the reader, which its audit tells, and what is known of its log.
+        """Recording with findings of the reader, which its audit reports, and the columns of its log.
 
         Parameters
         ----------
         findings : sequence of Finding
-            Added to those that are there.
+            Findings to add.
         log_columns : sequence of LogColumn, optional
             Every column of the log, used or not.
         """
@@ -251,15 +260,16 @@ class Recording:
     @property
     def missing(self) -> int:
         """Number of rows in which a sample is missing."""
-        return int(np.count_nonzero(self._holes()))
+        return int(np.count_nonzero(self._missing_rows()))
 
     @property
     def gaps(self) -> int:
-        """Number of stretches of missing samples."""
-        holes = self._holes()
+        """Number of runs of missing samples."""
+        holes = self._missing_rows()
         return int(holes[0]) + int(np.count_nonzero(holes[1:] & ~holes[:-1])) if holes.size else 0
 
-    def _holes(self) -> NDArray[np.bool_]:
+    def _missing_rows(self) -> NDArray[np.bool_]:
+        """Mask of rows in which a sample is missing, shape (n,)."""
         if self.samples.dtype.kind != "f":
             return np.zeros(self.n, dtype=bool)
         holes = np.isnan(self.samples)
@@ -267,67 +277,70 @@ class Recording:
 
     @property
     def audit(self) -> list[Finding]:
-        """What is odd about the data; found at the first access, never repaired."""
+        """Findings about the data; computed at the first access. Nothing is repaired."""
         if self._audit is None:
             from allanite.recording.audit import audit
 
-            self._fix(_audit=audit(self))
+            self._set_fields(_audit=audit(self))
         return list(self._audit or [])
 
     @property
     def measured(self) -> Recording:
         """The samples that the sensor measured: no-data markers are missing, repeated samples removed.
 
-        The recording itself if it has neither. Every fit uses these samples, and the audit says what was done.
+        It is the recording itself if it has neither. Every fit uses these samples, and the audit reports the changes.
         """
         if self._measured is None:
             from allanite.recording.measured import measured_samples
 
             found = measured_samples(self)
-            self._fix(_measured=True if found is self else found)
+            self._set_fields(_measured=True if found is self else found)
             if found is not self:
-                found._fix(_measured=True)
+                found._set_fields(_measured=True)
         return self._measured if isinstance(self._measured, Recording) else self
 
     def seconds(self) -> NDArray[np.float64]:
-        """Time of each sample, s from the first, shape (n,): the stamps where these are unevenly spaced, else the grid."""
+        """Time of each sample from the first, s, shape (n,): from uneven stamps if there are any, else on the grid."""
         return np.arange(self.n) / self.rate if self.times is None else self.times
 
     def with_samples(self, samples: NDArray[Any]) -> Recording:
-        """Return the recording with other samples of the same shape."""
-        return self._with(samples=locked(samples))
+        """Recording with other `samples` of the same shape."""
+        return self._with(samples=read_only(samples))
 
     def with_rows(self, rows: NDArray[np.bool_], rate: float) -> Recording:
-        """Return the rows of a mask as a recording with this sampling rate; its time stamps are left out."""
-        extra = {name: locked(values[rows]) for name, values in self.covariates.items()}
-        kept = locked(self.samples[rows])
-        times = None if self.times is None else locked(self.times[rows])
+        """Recording with the `rows` of a mask and the sampling rate `rate`, without time stamps."""
+        extra = {name: read_only(values[rows]) for name, values in self.covariates.items()}
+        kept = read_only(self.samples[rows])
+        times = None if self.times is None else read_only(self.times[rows])
         columns = MappingProxyType(extra)
         return self._with(samples=kept, rate=rate, stamps=None, times=times, covariates=columns)
 
     # -- parts of it -----------------------------------------------------------------------------
 
     def column(self, name: str | int) -> Recording:
-        """Return the recording of one column, by name or index.
+        """Recording of one column, by `name` or index.
 
         Raises
         ------
         InputError
             There is no such column; the names are listed.
         """
-        return self._taking([find_column(name, self.columns)])
+        return self._with_columns([find_column(name, self.columns)])
 
     def __getitem__(self, columns: str | int | Sequence[str | int]) -> Recording:
         """``recording["gyro_x"]`` is `column`; ``recording[["gyro_x", "gyro_y"]]`` has several, in that order."""
         names = (columns,) if isinstance(columns, (str, int)) else columns
         if not names:
             raise InputError(f"no column is named: there are {', '.join(self.columns)}")
-        return self._taking([find_column(name, self.columns) for name in names])
+        return self._with_columns([find_column(name, self.columns) for name in names])
 
-    def _taking(self, places: list[int]) -> Recording:
+    def _with_columns(self, places: list[int]) -> Recording:
+        """Recording of the columns with these indices."""
         kept = self.samples
         if kept.ndim > 1:
-            kept = locked(np.ascontiguousarray(kept[:, places[0] if len(places) == 1 else places]))
+            kept = read_only(
+                np.ascontiguousarray(kept[:, places[0] if len(places) == 1 else places])
+            )
         names, units = zip(*((self.columns[i], self.units[i]) for i in places), strict=True)
         return self._with(samples=kept, columns=names, units=units)
 
@@ -336,7 +349,7 @@ class Recording:
         return (self.column(i) for i in range(len(self.columns)))
 
     def trim(self, start_s: float | None = None, end_s: float | None = None) -> Recording:
-        """Return the samples from `start_s` to `end_s`, in seconds from the first sample."""
+        """Samples from `start_s` to `end_s`, in seconds from the first sample."""
         first = 0 if start_s is None else max(sample_index(start_s, self.rate), 0)
         last = self.n if end_s is None else min(sample_index(end_s, self.rate), self.n)
         if last <= first:
@@ -347,7 +360,7 @@ class Recording:
         return self._rows(slice(first, last))
 
     def quiet(self) -> Recording:
-        """Return the longest stretch at rest; see `allanite.recording.at_rest.quiet_span`."""
+        """Longest segment at rest; see `allanite.recording.at_rest.quiet_span`."""
         from allanite.recording.at_rest import quiet
 
         return quiet(self)
@@ -358,21 +371,22 @@ class Recording:
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 
     def _rows(self, rows: slice) -> Recording:
+        """Recording of a slice of the rows."""
         extra = {name: values[rows] for name, values in self.covariates.items()}
         first = rows.start or 0
         times, begin = None, first / self.rate
         if self.times is not None:
             begin = float(self.times[first])
-            times = locked(self.times[rows] - begin)
+            times = read_only(self.times[rows] - begin)
         epoch = None if self.epoch is None else self.epoch + begin
         parts = {"samples": self.samples[rows], "times": times, "epoch": epoch}
         return self._with(**parts, covariates=MappingProxyType(extra))
 
     def decimate(self, k: int) -> Recording:
-        """Averages of k samples (sums of increments, every k-th angle); covariates are averaged.
+        """Averages of `k` samples (sums of increments, every k-th angle); covariates are averaged.
 
-        Averaging keeps the white level N; skipping samples would alias it up by √k. Where samples are
-        missing, those that are there are averaged, if they are at least half; else the average is missing.
+        Averaging keeps the white level N; skipping samples would raise it by √k. If samples are missing, the present ones
+        are averaged if they are at least half; otherwise the average is missing.
         """
         if k < 1 or k > self.n:
             raise InputError(
@@ -381,28 +395,30 @@ class Recording:
         if k == 1:
             return self
         samples = arrays.averaged(self.samples, k, self.quantity)
-        extra = {name: locked(group_means(values, k)) for name, values in self.covariates.items()}
-        # The stamps are those of the samples that were averaged, and what they tell is of their rate.
-        told = () if self.stamps is None else tuple(of_stamps(self.stamps, self.rate))
-        new = {"samples": locked(samples), "rate": self.rate / k, "stamps": None, "times": None}
+        extra = {
+            name: read_only(group_means(values, k)) for name, values in self.covariates.items()
+        }
+        # The stamps belong to the samples that were averaged, so their findings are kept instead.
+        told = () if self.stamps is None else tuple(stamp_findings(self.stamps, self.rate))
+        new = {"samples": read_only(samples), "rate": self.rate / k, "stamps": None, "times": None}
         return self._with(**new, told=(*self.told, *told), covariates=MappingProxyType(extra))
 
     def called(self, path: str) -> Recording:
-        """Return the recording with `path` as the name of its file."""
+        """Recording with `path` as the name of its file."""
         return self._with(path=path)
 
     def to(self, unit: str) -> Recording:
-        """Return the recording with its samples in another unit of the same kind; ``"deg/h,ug"`` of two kinds.
+        """Recording with its samples in another `unit` of the same kind; ``"deg/h,ug"`` for two kinds.
 
         Raises
         ------
         InputError
-            No column is of such a kind.
+            No column is of this kind.
         """
         factors, units = arrays.factors_to(unit, self.units)
         if units == self.units:
             return self
-        samples = locked(self.samples * (factors if self.samples.ndim == 2 else factors[0]))
+        samples = read_only(self.samples * (factors if self.samples.ndim == 2 else factors[0]))
         return self._with(samples=samples, units=units)
 
     def rate_samples(self) -> NDArray[Any]:
@@ -439,7 +455,7 @@ class Recording:
     def deviations(
         self, kind: str = "oadev", taus: Taus = "octave", factors: ArrayLike | None = None
     ) -> Deviations:
-        """A deviation of every column; parameters as of `allanite.deviations`."""
+        """Deviation of every column; parameters as of `allanite.deviations`."""
         from allanite.deviation import deviations
 
         return deviations(self, kind, taus, factors)
@@ -451,7 +467,7 @@ class Recording:
         return psd(self)
 
     def describe(self) -> dict[str, Any]:
-        """JSON form: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
+        """JSON record: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
         return {
             "path": self.path,
             "column": ", ".join(self.columns),
@@ -464,7 +480,7 @@ class Recording:
         }
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Samples over time, a panel a column.
+        """Figure of the samples over time, one panel for each column.
 
         Parameters
         ----------
@@ -488,12 +504,12 @@ class Recording:
 
 
 def _unit_names(unit: Any) -> tuple[str, ...]:
-    """One name of a unit for each column.
+    """Name of the unit of each column.
 
     Raises
     ------
     InputError
-        Something else than names.
+        The units are not names.
     """
     try:
         names = tuple(unit)
@@ -507,16 +523,19 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 
 
 def _restore(state: dict[str, Any]) -> Recording:
+    """Recording from a pickled state."""
     recording = object.__new__(Recording)
     state = aligned(state)
     state = {"epoch": None, "times": None, **state}
-    locked(state["samples"])
-    state["covariates"] = MappingProxyType({k: locked(v) for k, v in state["covariates"].items()})
+    read_only(state["samples"])
+    state["covariates"] = MappingProxyType(
+        {k: read_only(v) for k, v in state["covariates"].items()}
+    )
     state["covariate_units"] = MappingProxyType(state["covariate_units"])
-    recording._fix(**state, _audit=None, _measured=None)
+    recording._set_fields(**state, _audit=None, _measured=None)
     return recording
 
 
-def of_fields(fields: Mapping[str, Any]) -> Recording:
-    """Return the recording with these fields, those of an earlier recording: they are not checked again."""
+def recording_of_fields(fields: Mapping[str, Any]) -> Recording:
+    """Recording from the fields of an earlier recording, without checks."""
     return _restore(dict(fields))

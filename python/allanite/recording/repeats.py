@@ -1,4 +1,4 @@
-"""Samples that repeat the one before: stuck values, and sensors that are read faster than they measure."""
+"""Repeated samples: stuck values, and sensors that are read faster than they measure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 __all__ = ["Polling", "longest_run", "polling_of"]
 
-#: Least share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
+#: Smallest share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
 MIN_SHARE = 0.02
 #: Largest share of samples that equal an earlier one by chance, up to which all equal neighbors are taken as repeats.
 #: 0.5 % of chance repeats change the rate and the white variance by 0.5 % at most.
@@ -22,11 +22,11 @@ WINDOWS = 64
 #: Largest ratio of the count of repeats in a window to the mean of all windows, and of the mean to the smallest count.
 #: 64 windows of 50 repeats or more stay within it with probability 1 − 1e-4 even if repeats come at random.
 MAX_RATIO = 2.0
-#: Fewest repeats: 50 in each window tell a steady share from bursts.
+#: Fewest repeats: 50 in each window distinguish a steady share from bursts.
 MIN_COUNT = 50
-#: Samples in which the rate of the sensor is searched, and in which its phase against the log is followed.
-SEARCHED, FOLLOWED = 1 << 18, 1 << 10
-#: Least share of the expected repeats that are equal to the sample before. Chance alone makes the share of CHANCE_LAGS,
+#: Samples in which the rate of the sensor is searched, and samples of a block in which its phase is measured.
+SEARCH_SAMPLES, PHASE_BLOCK = 1 << 18, 1 << 10
+#: Smallest share of the expected repeats that equal the previous sample. Chance alone makes the share of CHANCE_LAGS,
 #: which is below one half for any sensor that is not locked to one code.
 MIN_MATCH = 0.95
 
@@ -45,7 +45,7 @@ class Polling:
 
     @property
     def share(self) -> float:
-        """Share of samples that repeat the one before."""
+        """Share of samples that repeat the previous one."""
         return 1.0 - float(np.mean(self.kept))
 
     @property
@@ -55,7 +55,7 @@ class Polling:
 
 
 def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
-    """Return the repeats of samples of shape (n,) or (n, columns) if the sensor is slower than the log, else None.
+    """Repeats of samples of shape (n,) or (n, columns) if the sensor is slower than the log, else None.
 
     A row is a repeat if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them are
     found by the regular pattern that two steady rates make.
@@ -63,12 +63,12 @@ def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
     n = len(rows)
     if n < 2 * max(CHANCE_LAGS):
         return None
-    equal = _equal(rows, 1)
+    equal = _equals_earlier(rows, 1)
     share = float(np.mean(equal))
     if share < MIN_SHARE or np.count_nonzero(equal) < MIN_COUNT:
         return None
-    chance = max(float(np.mean(_equal(rows, lag))) for lag in CHANCE_LAGS)
-    repeats = equal if chance < min(MAX_CHANCE, 0.25 * share) else _regular(equal, chance)
+    chance = max(float(np.mean(_equals_earlier(rows, lag))) for lag in CHANCE_LAGS)
+    repeats = equal if chance < min(MAX_CHANCE, 0.25 * share) else _regular_repeats(equal, chance)
     if repeats is None:
         return None
     count = int(np.count_nonzero(repeats))
@@ -83,21 +83,22 @@ def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
     return Polling(np.concatenate(([True], ~repeats)))
 
 
-def _equal(rows: NDArray[np.floating | np.integer], lag: int) -> NDArray[np.bool_]:
+def _equals_earlier(rows: NDArray[np.floating | np.integer], lag: int) -> NDArray[np.bool_]:
+    """Mask of rows that equal the row `lag` before."""
     same = rows[lag:] == rows[:-lag]
     found: NDArray[np.bool_] = same if same.ndim == 1 else same.all(axis=1)
     return found
 
 
-def _regular(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:
-    """Return the repeats of a sensor with a steady rate among neighbors that may be equal by chance, or None.
+def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:
+    """Repeats of a sensor with a steady rate among neighbors that may be equal by chance, or None.
 
-    Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come where that number
+    Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come when that number
     changes, which makes a line at r in the spectrum of `equal`.
     """
     if chance > 0.5:
         return None
-    some = equal[:SEARCHED].astype(np.float64)
+    some = equal[:SEARCH_SAMPLES].astype(np.float64)
     power = np.abs(np.fft.rfft(some - some.mean(), 4 * some.size)) ** 2
     frequency = float(np.argmax(power)) / (4 * some.size)
     best: NDArray[np.bool_] | None = None
@@ -116,9 +117,9 @@ def _regular(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | Non
 
 
 def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool_]:
-    """Return where the pattern of two steady rates expects repeats; its phase is followed along the record."""
+    """Mask of repeats in the pattern of two steady rates; its phase is measured along the record."""
     k = np.arange(1, equal.size + 1, dtype=np.float64)
-    blocks = max(equal.size // FOLLOWED, 1)
+    blocks = max(equal.size // PHASE_BLOCK, 1)
     edges = np.linspace(0, equal.size, blocks, endpoint=False).astype(np.int64)
     turned = (1.0 - equal) * np.exp(-2j * np.pi * ratio * k)
     angles = np.unwrap(np.angle(np.add.reduceat(turned, edges)))
@@ -129,7 +130,7 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
 
 
 def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tuple[int, int, int]:
-    """First sample and length of the longest run of one value, and how many of n samples equal the one before.
+    """First sample and length of the longest run of one value, and how many of n samples equal the previous one.
 
     `pieces` are (first sample, samples), each reaching one sample into the next; NaN equals nothing.
     """

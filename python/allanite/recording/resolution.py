@@ -1,4 +1,4 @@
-"""The step (LSB) of which samples are multiples."""
+"""Resolution: the step (LSB) of which samples are multiples."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FLIPS", "is_fill", "step_of", "two_codes"]
+__all__ = ["MIN_FLIPS", "is_fill", "step_of", "two_codes"]
 
-#: Times that a column goes to the rarer of two values from which on that is no accident.
-FLIPS = 5
+#: Fewest visits to the rarer of two values that are noise rather than an accident. Chosen by judgment; not measured.
+MIN_FLIPS = 5
 
 
 def step_of(values: NDArray[np.float64], single: bool) -> float:
@@ -20,8 +20,8 @@ def step_of(values: NDArray[np.float64], single: bool) -> float:
     levels = np.unique(values)
     if levels.size < 2 or levels.size > 0.5 * values.size:
         return 0.0
-    noise = _last_digit(levels, single)
-    levels = _told_apart(levels, noise) - levels[0]
+    noise = _storage_error(levels, single)
+    levels = _distinct_levels(levels, noise) - levels[0]
     if levels.size < 3:
         return 0.0
     smallest = float(np.diff(levels).min())
@@ -33,39 +33,40 @@ def step_of(values: NDArray[np.float64], single: bool) -> float:
     return 0.0
 
 
-def _last_digit(levels: NDArray[np.float64], single: bool) -> float:
+def _storage_error(levels: NDArray[np.float64], single: bool) -> float:
+    """Rounding error of stored values."""
     return (2.0**-23 if single else 2.0**-48) * float(np.abs(levels).max())
 
 
-def _told_apart(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
-    """Levels without those that differ by how a number is stored alone."""
+def _distinct_levels(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
+    """Levels without those that differ only by rounding errors of storage."""
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
 
 def is_fill(value: float, step: float) -> bool:
-    """Return whether a rare value, so far from the usual one, is what loggers write for lost samples: 0 or -999."""
+    """True if a rare value is what loggers write for lost samples: 0, or a value like -999 far from the usual one."""
     size = abs(value)
     return size == 0.0 or (size >= 99.0 and size.is_integer() and step > 0.5 * size)
 
 
 def two_codes(spread: NDArray[np.float64], single: bool) -> float:
-    """Distance of the two codes between which blocks of samples flip, or 0: odd samples and a status are no codes."""
+    """Distance of the two codes between which blocks of samples flip, or 0; odd samples and a status are not codes."""
     levels = np.unique(spread[np.isfinite(spread)])
     if levels.size < 2 or levels.size > 0.5 * spread.size:
         return 0.0
-    levels = _told_apart(levels, _last_digit(levels, single))
+    levels = _distinct_levels(levels, _storage_error(levels, single))
     if levels.size != 2:
         return 0.0
     step = float(levels[1] - levels[0])
-    if not np.isfinite(step):  # of samples near the largest double
+    if not np.isfinite(step):  # samples near the largest double
         return 0.0
     rare = spread > levels.mean()
     if rare.mean() > 0.5:
         rare = spread < levels.mean()
     value = float(spread[rare][0])
-    # Noise flips again and again, for a sample or two; a status stays.
+    # Noise flips often, for one or two samples; a status lasts.
     edges = np.diff(np.pad(rare.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     starts, ends = (np.argwhere(edges == sign)[:, 1] for sign in (1, -1))
     lengths = ends - starts
-    few = lengths.size < FLIPS or (is_fill(value, step) and rare.mean() < 0.05)
+    few = lengths.size < MIN_FLIPS or (is_fill(value, step) and rare.mean() < 0.05)
     return 0.0 if few or float(np.median(lengths)) > 3 else step

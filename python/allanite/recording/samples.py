@@ -1,4 +1,4 @@
-"""Arrays of samples: taken over, checked, made read-only."""
+"""Arrays of samples: conversion, checks, names and units."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-CHUNK = 1 << 18  # rows looked at at a time
+#: Rows checked at a time, so that they stay in the cache.
+CHUNK = 1 << 18
 
 __all__ = [
     "averaged",
@@ -28,13 +29,13 @@ __all__ = [
     "from_pint",
     "group_means",
     "index_of",
-    "locked",
-    "own",
+    "owned",
+    "read_only",
 ]
 
 
-def own(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
-    """Read-only array of one or two dimensions."""
+def owned(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
+    """Array of one or two dimensions that nobody else can change."""
     array = np.asarray(samples)
     if array.dtype.kind == "b":
         array = array.astype(np.int64)
@@ -45,19 +46,19 @@ def own(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
     if array.size == 0:
         raise TooShortError("no samples")
     if array.dtype.kind == "f":
-        _finite(array, columns)
+        _require_finite(array, columns)
     if array.flags.writeable:
-        # A view, or an array someone else holds, could change under a running computation.
+        # A view, or an array of the caller, could change during a computation.
         array = array.copy()
     return array
 
 
-def _finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
-    """Refuse infinities, and nothing but NaN; in pieces, because the array may be a mapped file."""
+def _require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
+    """Raise an error for infinite samples, or if all are NaN; in pieces, because the array may be a mapped file."""
     count, first, present = 0, "", False
     for at in range(0, len(array), CHUNK):
         piece = array[at : at + CHUNK]
-        # A sum is finite only of finite terms: the details are looked at only where it is not.
+        # A finite sum has only finite terms, so details are checked only if the sum is not finite.
         with np.errstate(invalid="ignore", over="ignore"):
             total = np.sum(piece, dtype=np.float64)
         if np.isfinite(total):
@@ -77,7 +78,7 @@ def _finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
 def _place(
     piece: NDArray[Any], bad: NDArray[np.bool_], at: int, columns: Sequence[str] | None
 ) -> str:
-    """Describe the position of the first infinity, counting from 1."""
+    """Text with the position of the first infinity, counted from 1."""
     row, *rest = (int(i) for i in np.argwhere(bad)[0])
     k = 1 if piece.ndim == 1 else piece.shape[1]
     names = columns if columns is not None and len(columns) == k else column_names(None, piece)
@@ -86,7 +87,7 @@ def _place(
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    """Check the names given, or make them up: x, or x0 and so on."""
+    """Names of the columns, checked; by default x, or x0 and so on."""
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
@@ -96,7 +97,7 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
 
 
 def distinct(names: Iterable[str]) -> tuple[str, ...]:
-    """Names of columns, of which those that repeat one are told apart: ``g``, ``g [2]``, ``g [3]``."""
+    """Column names in which repeated names get a number: ``g``, ``g [2]``, ``g [3]``."""
     counts: dict[str, int] = {}
     found: dict[str, None] = {}
     for name in names:
@@ -110,21 +111,21 @@ def distinct(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def covariate_of(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
-    """Take over a covariate of n rows."""
+    """Covariate of n rows as doubles."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
         raise InputError(f"covariate {name!r} has shape {array.shape}, the samples have {n} rows")
     return array
 
 
-def locked(array: NDArray[Any]) -> NDArray[Any]:
-    """Make an array read-only and return it."""
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """The array, made read-only."""
     array.flags.writeable = False
     return array
 
 
 def index_of(samples: Any) -> NDArray[Any] | None:
-    """Time stamps that an object of pandas or xarray carries as its index, or None.
+    """Time stamps that a pandas or xarray object has as its index, or None.
 
     Date-times, time differences and floats are stamps; whole numbers are row numbers.
     """
@@ -147,7 +148,7 @@ def index_of(samples: Any) -> NDArray[Any] | None:
 
 
 def find_column(name: str | int, columns: Sequence[str]) -> int:
-    """Index of a column by name, or by 0-based index also as text."""
+    """Index of a column by name, or by 0-based index, which may be text."""
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
     if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
@@ -159,7 +160,7 @@ def find_column(name: str | int, columns: Sequence[str]) -> int:
 
 
 def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
-    """Means of groups of k rows; where some are missing, of those that are there if they are half."""
+    """Means of groups of k rows; with missing samples, means of the present ones if they are at least half."""
     groups = values[: len(values) // k * k].reshape(-1, k, *values.shape[1:])
     found: NDArray[Any] = groups.mean(axis=1, dtype=np.float64)
     if np.isnan(found).any():
@@ -181,25 +182,25 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
 
 
 def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Factor of each column to another unit or one of each kind, 1 for other kinds of sensor, and the units that follow.
+    """Factor of each column to another unit (1 for other kinds of sensor), and the resulting units.
 
     Raises
     ------
     InputError
-        No column is of a kind of `unit`.
+        No column has a kind of `unit`.
     """
     targets = {kind: parse_unit(one) for kind, one in units_by_kind(unit).items()}
-    pairs = [(own, targets.get(parse_unit(own).kind)) for own in units]
+    pairs = [(owned, targets.get(parse_unit(owned).kind)) for owned in units]
     if not any(target for _, target in pairs):
         names, kind = ", ".join(dict.fromkeys(units)), parse_unit(units[0]).kind
         wanted = " or ".join(f"{target.name} ({target.kind})" for target in targets.values())
         raise InputError(f"cannot express {names} ({kind}) in {wanted}")
-    factors = np.array([conversion(own, t.name) if t else 1.0 for own, t in pairs])
-    return factors, tuple(t.name if t else own for own, t in pairs)
+    factors = np.array([conversion(owned, t.name) if t else 1.0 for owned, t in pairs])
+    return factors, tuple(t.name if t else owned for owned, t in pairs)
 
 
 def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:
-    """Numbers and unit of a pint quantity, in the unit asked for or else its own."""
+    """Values and unit of a pint quantity, in the requested unit or its own."""
     if unit == "1":
         return samples.magnitude, f"{samples.units:~C}".replace("**", "^")
     return samples.to(str(unit).replace("^", "**").replace("°", "deg")).magnitude, unit

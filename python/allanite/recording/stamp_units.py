@@ -1,4 +1,4 @@
-"""What the numbers of a time column mean: date-times, s, ms, µs or ns, found and told."""
+"""Unit of a time column: date-times, s, ms, µs or ns, from their type, rate or magnitude."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PRESENT", "TIME_UNITS", "numbers_of", "unit_of_stamps"]
 
-#: Units of stamps, s. A day is that of a Julian date, a year has 365.25 of them.
+#: Units of stamps, s. A day has 86 400 s, a year 365.25 days.
 TIME_UNITS = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "ps": 1e-12, "min": 60.0, "h": 3600.0, "d": 86400.0,
     "week": 604800.0, "y": 31557600.0, "100us": 1e-4
@@ -26,23 +26,23 @@ _SPACING_LIMITS = ((2.0, "s"), (500.0, "ms"), (2e5, "us"), (math.inf, "ns"))
 # Stamps of the present give their unit away: seconds since 1970 of the years 2000 to 2100. Nanoseconds since a telephone
 # was switched on, a week ago, are microseconds of 1991.
 PRESENT = (9.4e8, 4.1e9)
-# Share of steps of two and more from which whole numbers are no rounded seconds.
-_VARIED = 0.1
-# Rates of logs, Hz: epochs whose rate would lie beyond are counters that happen to be as large.
+# Share of steps of two or more above which whole numbers are not rounded seconds.
+_MAX_LONG_STEPS = 0.1
+# Range of log rates, Hz: epochs with a rate outside are counters that happen to be as large.
 _RATES = (1e-2, 1e6)
 # Stamps of the years 1900 to 2100 in units of the calendar.
 _CALENDARS = (
     ("days, as Modified Julian Dates are", "d", (15_020.0, 88_069.0)),
     ("decimal years", "y", (1_900.0, 2_100.0)),
 )
-# Intervals, s, at which clocks, satellites and stations are logged; as fractions of a day few are rates of a sensor.
+# Intervals, s, at which clocks, satellites and stations are logged; few rates of a sensor are such fractions of a day.
 _CADENCES = (1, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 86400)
 # Years of 365 or 366 days, and stamps printed with few digits, differ by this much from a cadence.
 _SAME_CADENCE = 0.005
 
 
 def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
-    """Stamps as integers or floats, and their unit if their type tells it.
+    """Stamps as integers or floats, and their unit if their type defines it.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | N
         Numbers, numpy datetime64 or timedelta64, date-times of pandas, polars or Python, ISO 8601
         texts.
     unit : str or None
-        What the caller says the numbers are in; date-times need none.
+        Unit given by the caller; date-times need none.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | N
     if t.dtype.kind in "OUST":
         t = _dates(t)
     if t.dtype.kind in "mM":
-        _refuse(np.isnat(t), t)
+        _refuse_invalid(np.isnat(t), t)
         return t.astype(f"{t.dtype.kind}8[ns]").astype(np.int64), "ns"
     if t.dtype.kind not in "iufb":
         raise InputError(
@@ -74,13 +74,13 @@ def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | N
             remedy=": give {rate} and leave the column out",
         )
     if t.dtype.kind == "f":
-        _refuse(~np.isfinite(t), t)
+        _refuse_invalid(~np.isfinite(t), t)
         return t.astype(np.float64), unit
     return t.astype(np.int64), unit
 
 
 def _dates(t: NDArray[Any]) -> NDArray[Any]:
-    """Date-times of Python, pandas or text as numpy's, in UTC."""
+    """Date-times of Python, pandas or text as numpy date-times in UTC; else numbers."""
     try:
         naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]
         # 31.01.2026 12:00:00.5: the day first.
@@ -97,7 +97,8 @@ def _dates(t: NDArray[Any]) -> NDArray[Any]:
         ) from None
 
 
-def _refuse(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
+def _refuse_invalid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
+    """Raise an error for invalid stamps, with the row of the first one."""
     if bad.any():
         row = int(np.argmax(bad))
         raise InputError(
@@ -109,7 +110,7 @@ def _refuse(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
 
 
 def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[str, str]:
-    """Guess the unit of stamps.
+    """Unit of stamps, guessed from the stated rate, the epoch or the magnitude.
 
     Parameters
     ----------
@@ -118,7 +119,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     step : float
         Usual step between two.
     rate : float or None
-        The rate that was stated, Hz: decides where it fits one unit.
+        Stated rate, Hz; it decides if it fits one unit.
 
     Returns
     -------
@@ -154,14 +155,14 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
         )
     # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, since 0.6 Hz is no usual rate.
     steps = np.diff(some)
-    varied = whole and np.mean(steps > 1) > _VARIED
+    varied = whole and np.mean(steps > 1) > _MAX_LONG_STEPS
     limits = _SPACING_LIMITS[1:] if whole and (step > 1.0 or varied) else _SPACING_LIMITS
     unit = next(unit for limit, unit in limits if step <= limit)
     return unit, "usual" if unit == "s" and not whole else "size"
 
 
 def _ask_about_calendar(middle: float, step: float, rate: float | None) -> None:
-    """Refuse stamps that may be Modified Julian Dates or decimal years as well as seconds.
+    """Raise an error for stamps that may be Modified Julian Dates or decimal years as well as seconds.
 
     Parameters
     ----------
@@ -170,7 +171,7 @@ def _ask_about_calendar(middle: float, step: float, rate: float | None) -> None:
     step : float
         Usual step between two stamps.
     rate : float or None
-        A rate that was stated settles it.
+        With a stated rate there is no doubt.
     """
     if rate is not None or not step > 0.0:
         return

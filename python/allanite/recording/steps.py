@@ -1,4 +1,4 @@
-"""Steps between time stamps: the usual one, counters that wrap, disorder, seams, missing samples."""
+"""Steps between time stamps: the usual step, counters that wrap, disorder, seams, missing samples."""
 
 from __future__ import annotations
 
@@ -14,33 +14,32 @@ if TYPE_CHECKING:
 
 __all__ = ["Steps", "usual_step"]
 
-#: Spans after which counters begin anew, in their own numbers.
+#: Spans after which counters restart, in their own unit.
 _BINARY = tuple(2.0**bits * scale for bits in (16, 32) for scale in (1.0, 1e-3, 1e-6))
-#: A day, a GPS week, and the fraction of a second, in each unit: logs joined that are as long begin at 0.
+#: A day, a GPS week, and a second, in each unit: counters with these spans restart at 0.
 _DECIMAL = (1e6, 1e9, *(s * u for s in (86400.0, 604800.0) for u in (1.0, 1e3, 1e6, 1e9)))
-#: Rows within which time that ran off comes back: stamps out of order, or damaged ones.
-WINDOW = 16
-#: Disorder that is looked at event by event; more is no order at all.
-EVENTS = 20_000
-#: Missing samples of one gap that are counted.
-MOST = 1e18
-#: Samples before and after a stamp that comes late, the earliest of which say whether some are missing.
-NEAR = 1024
-#: Missing samples up to which a late stamp takes part in the estimate of the rate.
-SHORT = 32
+#: Most rows of stamps that are out of order or damaged, after which time continues as usual.
+MAX_DISORDER_ROWS = 16
+#: Most events of disorder; with more the column is not a time.
+MAX_EVENTS = 20_000
+#: Largest number of missing samples of one gap.
+MAX_MISSING = 1e18
+#: Samples before and after a late stamp whose earliest arrivals show whether samples are missing.
+COMPARED_SAMPLES = 1024
+#: Most missing samples of a gap that is used in the estimate of the rate.
+MAX_SHORT_GAP = 32
 
 
 def usual_step(steps: NDArray[np.float64]) -> float:
-    """Usual step of stamps: the median of those that advance, or a shorter one of which they are multiples.
+    """Usual step of stamps: the median of the positive steps, or a shorter one of which they are multiples.
 
-    The median is the mode of nearly every log, and holds under jitter. Where most samples are
-    missing it is a multiple of the step; the shorter one is taken if one step in eight is that
-    short, and most steps are multiples of it.
+    The median is the mode of nearly every log, and robust against jitter. If most samples are missing, it is a multiple of
+    the step. The shorter one is taken if one step in eight is that short, and most steps are multiples of it.
 
     Raises
     ------
     InputError
-        No step advances.
+        No step is positive.
     """
     forward = steps[steps > 0]
     if forward.size == 0:
@@ -50,7 +49,7 @@ def usual_step(steps: NDArray[np.float64]) -> float:
             remedy="; give {rate} and leave the column out",
         )
     middle = float(np.median(forward))
-    rounded = _rounded(steps, middle)
+    rounded = _mean_of_rounded(steps, middle)
     if rounded:
         return rounded
     some = forward[:: max(forward.size // 100_000, 1)]
@@ -66,11 +65,10 @@ def usual_step(steps: NDArray[np.float64]) -> float:
     return middle
 
 
-def _rounded(steps: NDArray[np.float64], middle: float) -> float:
-    """Mean step of regular stamps rounded about as coarsely as they are apart (1, 2, 2, 1, … ms), else 0.
+def _mean_of_rounded(steps: NDArray[np.float64], middle: float) -> float:
+    """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms), else 0.
 
-    Their sum stays within one step of a line, which that of steps with samples missing at random
-    does not.
+    Their sum stays within one step of a line, unlike that of steps with randomly missing samples.
     """
     length = 200
     if steps.size < length:
@@ -86,7 +84,7 @@ def _rounded(steps: NDArray[np.float64], middle: float) -> float:
 
 @dataclass(slots=True)
 class Steps:
-    """Steps between stamps, taken apart.
+    """Steps between stamps, separated into usual steps and irregularities.
 
     Parameters
     ----------
@@ -98,24 +96,23 @@ class Steps:
     Attributes
     ----------
     clean : ndarray of shape (n − 1,)
-        Steps with wraps undone, and disorder and seams replaced by usual steps.
+        Steps without wraps, with disorder and seams replaced by usual steps.
     usual : float
-        The usual step; of shared stamps, their span by their number.
+        The usual step; for shared stamps, their span over their number.
     wrap, wraps : float, list of int
-        Span of a counter that began anew, and the rows before it did.
+        Span of a counter that restarts, and the rows before each restart.
     disorder : list of (int, int)
-        First and last row of stamps that are not in order; time is itself again after them.
+        First and last row of stamps that are not in order, after which time continues as usual.
     seams : list of int
-        Rows after which time runs back for good: joined logs.
+        Rows after which time runs back permanently: joined logs.
     coarse : bool
-        The stamps resolve no single sample.
+        True if several samples share a stamp.
     lost : bool
-        No gap can be told from jitter.
+        True if gaps cannot be distinguished from jitter.
     gaps : list of (int, int)
         (row after which samples are missing, number missing); 1 at a seam.
     counts, times : ndarray of shape (n − 1,)
-        Samples taken, and time passed, in each step, where both are known: the rate is the ratio of
-        their sums.
+        Samples and time of each step, if both are known; the rate is the ratio of their sums.
     """
 
     raw: NDArray[np.float64]
@@ -138,7 +135,7 @@ class Steps:
         self.counts = np.ones(self.raw.size)
         self._unwrap()
         self._order()
-        self._constant()
+        self._require_constant_interval()
         self.times = self.clean.copy()
         forward = np.count_nonzero(self.clean > 0)
         self.coarse = bool(forward < 0.7 * self.clean.size)
@@ -160,12 +157,12 @@ class Steps:
             )
         return float(self.counts.sum()) / span
 
-    def _apart(self, rows: NDArray[np.int64]) -> None:
-        """Leave steps out of the rate."""
+    def _exclude_from_rate(self, rows: NDArray[np.int64]) -> None:
+        """Exclude steps from the rate."""
         self.counts[rows] = self.times[rows] = 0.0
 
     def _unwrap(self) -> None:
-        """Undo the wraps of a counter: it ran back by its span less one step, from near its end."""
+        """Undo the wraps of a counter, which runs back by its span less one step from near its end."""
         back = np.flatnonzero(self.raw < -20 * self.usual)
         if back.size == 0:
             return
@@ -175,7 +172,7 @@ class Steps:
             forward = self.raw[back] + span
             if not any(base <= low and high <= base + span for base in (0.0, -span / 2)):
                 continue
-            # The end of a counter may fall into a gap, a thousandth of its span long at most: logs joined seldom look so.
+            # The end of a counter may lie in a gap of up to a thousandth of its span; joined logs rarely look like that.
             most = max(3 * self.usual, span / 1000 if span in _BINARY else 0.0)
             if 0.3 * self.usual < float(np.median(forward)) < most and forward.min() > 0:
                 self.clean[back] = forward
@@ -183,13 +180,13 @@ class Steps:
                 return
 
     def _order(self) -> None:
-        """Find where stamps are not in order, and where time runs back for good."""
+        """Find stamps that are out of order, and rows after which time runs back permanently."""
         back = np.flatnonzero(self.clean < 0)
         if back.size > max(0.01 * self.clean.size, 5):
-            # Jitter larger than the interval is no disorder; only what is far beyond it is a seam.
+            # Jitter larger than the interval is not disorder; only a step far beyond it is a seam.
             self.lost = True
             back = back[self.clean[back] < -100 * self.usual]
-        if back.size > EVENTS:
+        if back.size > MAX_EVENTS:
             raise InputError(
                 f"the time column runs back {back.size} times, first after row {int(back[0])}: no"
                 " time stamps, or a counter",
@@ -200,7 +197,7 @@ class Steps:
         for i in back.tolist():
             if i < done:
                 continue
-            place = self._window(i)
+            place = self._disorder_around(i)
             if place is None:
                 self.seams.append(i)
                 self.clean[i] = self.usual
@@ -208,27 +205,29 @@ class Steps:
                 first, end = place
                 self.disorder.append((first + 1, end - 1))
                 mean = float(self.clean[first:end].sum()) / (end - first)
-                # A huge stamp swallows the digits of the others.
+                # A huge stamp removes the digits of the others.
                 self.clean[first:end] = mean if 0.5 < mean / self.usual < 1.5 else self.usual
                 done = end
 
-    def _window(self, i: int) -> tuple[int, int] | None:
-        """Shortest stretch of steps around a backward one over which time advances as usual."""
-        low = max(i - WINDOW, 0)
-        sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + WINDOW])))
+    def _disorder_around(self, i: int) -> tuple[int, int] | None:
+        """Shortest run of steps around a backward one over which time advances as usual, or None."""
+        low = max(i - MAX_DISORDER_ROWS, 0)
+        sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + MAX_DISORDER_ROWS])))
         starts, ends = np.arange(low, i + 1), np.arange(i + 1, low + sums.size)
         width = ends[np.newaxis, :] - starts[:, np.newaxis]
         total = sums[ends - low][np.newaxis, :] - sums[starts - low][:, np.newaxis]
         scale = 1e-12 * float(np.abs(sums).max())
-        fits = (np.abs(total - width * self.usual) <= 0.6 * self.usual + scale) & (width <= WINDOW)
+        fits = (np.abs(total - width * self.usual) <= 0.6 * self.usual + scale) & (
+            width <= MAX_DISORDER_ROWS
+        )
         if not fits.any():
             return None
-        at = np.argmin(np.where(fits, width, WINDOW + 1))
+        at = np.argmin(np.where(fits, width, MAX_DISORDER_ROWS + 1))
         row, column = np.unravel_index(at, fits.shape)
         return int(starts[row]), int(ends[column])
 
-    def _constant(self) -> None:
-        """Refuse stamps whose interval changes for good: two recordings in one."""
+    def _require_constant_interval(self) -> None:
+        """Raise an error if the interval of the stamps changes permanently: two recordings in one."""
         blocks = 16
         length = self.clean.size // blocks
         if length < 100:
@@ -255,11 +254,12 @@ class Steps:
     # -- stamps of single samples -----------------------------------------------------------------
 
     def _single(self) -> None:
+        """Find gaps and the rate from stamps of single samples."""
         steps = self.clean
         for _ in range(3):
             ratio = steps / self.usual
             near = steps[(ratio > 0.5) & (ratio < 1.5)]
-            if near.size == 0:  # repaired until nothing has the interval that was usual before
+            if near.size == 0:  # no step has the usual interval after the repairs
                 break
             usual = float(np.mean(near))
             if abs(usual / self.usual - 1) < 1e-9:
@@ -267,36 +267,41 @@ class Steps:
             self.usual = usual
         steps, usual = self.clean, self.usual
         late = np.flatnonzero(steps > 1.5 * usual)
-        if self.lost or (late.size > 0.05 * steps.size and not self._multiples(late)):
+        if self.lost or (
+            late.size > 0.05 * steps.size and not self._are_late_by_whole_samples(late)
+        ):
             # Bursts, or jitter as large as the interval, say nothing about single samples.
             self.lost = True
             late = late[steps[late] > max(20 * usual, 20 * float(np.mean(steps)))]
             late = late[~self._caught_up(late)]
-            self._apart(late)
-            missing = np.rint(np.minimum(steps[late] * self.rate, MOST)) - 1
+            self._exclude_from_rate(late)
+            missing = np.rint(np.minimum(steps[late] * self.rate, MAX_MISSING)) - 1
             self.gaps = list(zip(late.tolist(), missing.astype(np.int64).tolist(), strict=True))
             return
-        self._missing(late)
+        self._count_missing(late)
 
     def _caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Whether what came late came all the same: the samples after it are as early as those before it ever were."""
+        """Mask of late stamps without missing samples: the samples after them arrive as early as those before."""
         steps = self.clean
         step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)
         delay = np.concatenate([[0.0], np.cumsum(steps - step)])
 
         def earliest(first: int, end: int) -> float:
+            """Smallest delay of a range of samples."""
             return float(delay[max(first, 0) : end].min())
 
         return np.array(
             [
-                earliest(i + 1, i + 1 + NEAR) - earliest(i + 1 - NEAR, i + 1) < 0.5 * steps[i]
+                earliest(i + 1, i + 1 + COMPARED_SAMPLES)
+                - earliest(i + 1 - COMPARED_SAMPLES, i + 1)
+                < 0.5 * steps[i]
                 for i in late.tolist()
             ],
             dtype=bool,
         )
 
-    def _multiples(self, late: NDArray[np.int64]) -> bool:
-        """Whether late stamps are late by whole samples, and not bursts of one length."""
+    def _are_late_by_whole_samples(self, late: NDArray[np.int64]) -> bool:
+        """True if late stamps are late by whole samples, and are not bursts of one length."""
         ratio = self.clean[late] / self.usual
         short = ratio[ratio < 20]
         if short.size and np.median(np.abs(short - np.rint(short))) > 0.1:
@@ -307,36 +312,38 @@ class Steps:
         )
         return not (periodic and np.median(ratio) > 3)
 
-    def _missing(self, late: NDArray[np.int64]) -> None:
-        """Count what is missing: short gaps by the usual step, then the rate, then long ones by it."""
+    def _count_missing(self, late: NDArray[np.int64]) -> None:
+        """Count missing samples: short gaps by the usual step, long ones by the rate."""
         steps, usual = self.clean, self.usual
         alone = np.rint(steps[late] / usual) - 1
-        # A late stamp beside an early one is jitter; in a gap, time does not come back.
+        # A late stamp next to an early one is jitter; after a gap, time does not catch up.
         total = np.concatenate(([0.0], np.cumsum(np.minimum(steps, 1e6 * usual))))
         low, high = np.maximum(late - 1, 0), np.minimum(late + 3, steps.size)
         around = np.rint((total[high] - total[low]) / usual) - (high - low)
         missing = np.where(alone < 3, np.minimum(alone, around), alone)
         late, missing = late[missing >= 1], missing[missing >= 1]
-        short = missing <= SHORT
+        short = missing <= MAX_SHORT_GAP
         self.counts[late] += missing
-        self._apart(np.concatenate((late[~short], self.seams)).astype(np.int64))
-        missing[~short] = np.rint(np.minimum(steps[late[~short]] * self.rate, MOST)) - 1
+        self._exclude_from_rate(np.concatenate((late[~short], self.seams)).astype(np.int64))
+        missing[~short] = np.rint(np.minimum(steps[late[~short]] * self.rate, MAX_MISSING)) - 1
         self.gaps = list(zip(late.tolist(), missing.astype(np.int64).tolist(), strict=True))
 
     # -- stamps that several samples share --------------------------------------------------------
 
     def _shared(self) -> None:
-        """Whole seconds of a 5 Hz log: rate from the samples per stamp, gaps where none came for several stamps."""
+        """Find the rate and gaps from stamps that several samples share, such as whole seconds of a 5 Hz log."""
         at = np.flatnonzero(self.clean > 0)
         steps = self.clean[at]
         unit = self.usual
         rows = np.diff(at)
         each = float(np.mean(rows)) if rows.size else float(self.clean.size)
-        # Two stamps without a sample may be chance where there is about one to a stamp.
+        # Two stamps without a sample may be chance if there is about one sample per stamp.
         holes = steps > (2.5 + 2 / each) * unit
         late = at[holes]
         self.times[late] = 0.0
-        # A stretch of samples begins and ends inside a stamp: only whole stamps between are counted.
+        # A run of samples begins and ends within a stamp, so only whole stamps between are counted.
         self.counts[late] = 1.0 - each
-        missing = np.rint(np.minimum((steps[holes] - unit) * self.rate, MOST)).astype(np.int64)
+        missing = np.rint(np.minimum((steps[holes] - unit) * self.rate, MAX_MISSING)).astype(
+            np.int64
+        )
         self.gaps = [(i, k) for i, k in zip(late.tolist(), missing.tolist(), strict=True) if k >= 1]

@@ -1,4 +1,4 @@
-"""Swaying of a platform: gravity turns in the accelerometers as the gyroscopes say."""
+"""Sway of a platform: the direction of gravity in the accelerometers changes as the gyroscopes measure."""
 
 from __future__ import annotations
 
@@ -11,29 +11,30 @@ if TYPE_CHECKING:
 
 __all__ = ["sway_of"]
 
-#: Averaging time, s, and averages in a window of 20 s: swells and hands are slower than the one and faster than the other.
+#: Averaging time, s, and averages in a window of 20 s: swell and hands are slower than an average, faster than a window.
 AVERAGE, WINDOW = 0.2, 100
-#: Least correlation of both directions over the whole record. Independent noise of ten windows or more stays below 0.5
+#: Smallest correlation of both directions over the whole record. Independent noise of ten windows or more stays below 0.5
 #: with probability 1 − 1e-6.
 MIN_CORRELATION = 0.5
 #: Fewest windows.
 MIN_WINDOWS = 10
-#: Ratio of the angles that accelerometers and gyroscopes show: 1 for turning alone, else accelerations dominate.
-RATIOS = (0.3, 3.0)
+#: Range of the ratio of the angles from accelerometers and gyroscopes. It is 1 for pure rotation; outside of the range
+#: accelerations dominate.
+ANGLE_RATIOS = (0.3, 3.0)
 
 
 def sway_of(
     rates: NDArray[np.float64], force: NDArray[np.float64], rate: float
 ) -> NDArray[np.float64] | None:
-    """Return the standard deviation of the tilt, degrees, in windows of 20 s; None without sway.
+    """Standard deviation of the tilt in windows of 20 s, degrees; None without sway.
 
-    The rates of a turning platform, integrated, are the change of the direction of gravity: df/dt = −ω × f. The covariance
-    of both is the variance of the tilt, whatever the noise of the two sensors.
+    The integrated rates of a turning platform are the change of the direction of gravity: df/dt = −ω × f. The covariance of
+    both is the variance of the tilt, whatever the noise of the two sensors.
 
     Parameters
     ----------
     rates, force : ndarray of shape (n, 3)
-        Of gyroscopes, rad/s, and accelerometers, in any unit, in the order x, y, z.
+        Samples of gyroscopes, rad/s, and accelerometers, in any unit, in the order x, y, z.
     rate : float
         Sampling rate, Hz.
     """
@@ -52,7 +53,7 @@ def sway_of(
         return None
     up = middle / level
     turned = np.cumsum(-np.cross(omega, up), axis=0) * (m / rate)
-    # Averages are of the middle of their interval, the sum is of its end.
+    # Averages refer to the middle of their interval, sums to its end.
     turned = 0.5 * (turned + np.vstack([np.zeros(3), turned[:-1]]))
     tilted = seen / level
     predicted, measured = _detrended(turned, windows), _detrended(tilted, windows)
@@ -64,14 +65,14 @@ def sway_of(
     total = float(both.sum())
     if not total > MIN_CORRELATION * float(np.sqrt(gyro * accel)):
         return None
-    if not RATIOS[0] < float(accel) / total < RATIOS[1]:
+    if not ANGLE_RATIOS[0] < float(accel) / total < ANGLE_RATIOS[1]:
         return None
     found: NDArray[np.float64] = np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW))
     return found
 
 
 def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
-    """Return windows without their parabola, shape (windows, averages, 3): drifts of bias and integrated noise."""
+    """Windows without their best parabola, shape (windows, averages, 3), which removes drifts and integrated noise."""
     basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3))[0]
     parts = x.reshape(windows, WINDOW, 3)
     left: NDArray[np.float64] = parts - basis @ (basis.T @ parts)

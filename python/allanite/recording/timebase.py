@@ -1,4 +1,4 @@
-"""Time stamps → sampling rate and a regular grid, with everything odd about them counted."""
+"""Time base: sampling rate and regular grid from time stamps, with counts of all irregularities."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ if TYPE_CHECKING:
 
 __all__ = ["TIME_UNITS", "Stamps", "epoch_of", "pieces_of", "read_stamps", "uneven_times"]
 
-#: Missing samples to each sample that is there, above which a record is no longer one piece.
-FILL = 4
-#: Gaps of fewer samples part nothing: a record of which every tenth sample is there is sparse.
-SPARSE = 64
-#: Standard deviation of the spacing over the interval, above which each sample keeps its own time: a random walk, of which
-#: the step grows with the spacing, then differs by 1 % from one on a grid.
-UNEVEN = 0.01
-#: Samples above which times of their own are not kept.
-MOST_TIMES = 1 << 20
+#: Most missing samples per present sample of one segment.
+MAX_MISSING_RATIO = 4
+#: Smallest gap that splits a record, samples: a record with every tenth sample is sparse, not split.
+MIN_SPLITTING_GAP = 64
+#: Standard deviation of the spacing over the interval above which samples keep their own times: a random walk, whose step
+#: grows with the spacing, then differs by 1 % from one on a grid.
+MIN_UNEVENNESS = 0.01
+#: Most samples of a recording that keeps their times.
+MAX_KEPT_TIMES = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
 class Stamps:
-    """What a time column says.
+    """Properties of a time column.
 
     Attributes
     ----------
     rate : float
-        Samples per second: samples taken over time passed, long gaps left out.
+        Samples per second, without long gaps.
     unit : str
         Unit of the column: s, ms, us, ns, min, h or d.
     why : str
@@ -44,7 +44,7 @@ class Stamps:
     n : int
         Number of stamps.
     jitter : float
-        Standard deviation of the spacing, gaps left out, s.
+        Standard deviation of the spacing without gaps, s.
     resolution : float
         Smallest positive step of the stamps, s.
     duplicates, backwards : int
@@ -54,23 +54,23 @@ class Stamps:
     gaps : tuple of (int, int)
         (row after which samples are missing, number missing); one is put at a seam.
     coarse : bool
-        The stamps resolve no single sample (whole seconds of a 5 Hz log): short gaps cannot be found.
+        True if several samples share a stamp (whole seconds of a 5 Hz log), so that short gaps cannot be found.
     lost : bool
-        Jitter is as large as the interval, or samples come in bursts: only long gaps can be found.
+        True if jitter is as large as the interval, or samples come in bursts, so that only long gaps can be found.
     seams : tuple of (int, float)
-        (row after which time runs back for good, by how many s): logs joined, or a clock set back.
+        (row after which time runs back permanently, by how many s): joined logs, or a clock set back.
     wraps : tuple of int
-        Rows after which a counter began anew.
+        Rows after which a counter restarted.
     wrap : float
         Span of that counter, s.
     drift : float
-        Largest interval of 16 stretches over the smallest, less 1, where beyond jitter; else 0.
+        Largest mean interval of 16 segments over the smallest, less 1; 0 if within jitter.
     changed : int
         Row about which the rate changes by more than 2 %, or −1.
     pieces : tuple of (int, int)
-        First row, and row behind the last, of the pieces that gaps too long to be filled leave.
+        First row and end (exclusive) of each segment between gaps that are too long to fill.
     piece : int
-        The one that is used.
+        Index of the segment that is used.
     """
 
     rate: float
@@ -98,28 +98,28 @@ class Stamps:
 
     @property
     def guessed(self) -> bool:
-        """Whether the unit is a guess that nothing but the size of the numbers supports."""
+        """True if the unit is a guess from the magnitude of the numbers alone."""
         return self.why == "size"
 
     @property
     def missing(self) -> int:
-        """Samples missing in all gaps."""
+        """Number of samples missing in all gaps."""
         return sum(count for _, count in self.gaps)
 
     @property
     def rows(self) -> tuple[int, int]:
-        """First row of the piece used, and the row behind its last."""
+        """First row and end (exclusive) of the segment used."""
         return self.pieces[self.piece] if self.pieces else (0, self.n)
 
     @property
     def inside(self) -> tuple[tuple[int, int], ...]:
-        """Gaps of the piece used."""
+        """Gaps within the segment used."""
         first, end = self.rows
         return tuple((row, count) for row, count in self.gaps if first <= row < end - 1)
 
 
-#: Wider steps of damaged stamps count as this, narrower ones than its reciprocal as none: squares and ratios are numbers.
-WIDEST = 1e140
+#: Limit of the steps of damaged stamps, so that squares and ratios do not overflow; steps below its reciprocal count as 0.
+MAX_STEP = 1e140
 
 
 def read_stamps(
@@ -128,31 +128,30 @@ def read_stamps(
     rate: float | None = None,
     piece: int | None = None,
 ) -> Stamps:
-    """Read a time column.
+    """Properties of a time column.
 
     Parameters
     ----------
     time : array_like of shape (n,)
         Stamps: integers, floats or date-times.
     unit : str, optional
-        s, ms, us, ns, min, h or d; guessed if left out.
+        s, ms, us, ns, min, h or d; by default guessed.
     rate : float, optional
-        The rate that was stated, Hz: helps to guess the unit.
+        Stated rate, Hz; helps to guess the unit.
     piece : int, optional
-        Which of the pieces that very long gaps leave, counted from 1; the one of most samples if left
-        out.
+        Segment to use if very long gaps split the record, counted from 1; by default the one with most samples.
 
     Raises
     ------
     InputError
-        Fewer than two stamps, stamps that are not finite, that do not advance, or whose unit cannot
-        be told; an unknown piece.
+        Fewer than two stamps; stamps that are not finite, do not advance, or have no identifiable unit;
+        an unknown segment.
     """
     t, unit = numbers_of(time, unit)
     # Differences before the conversion to float keep nanoseconds since 1970 exact.
     with np.errstate(over="ignore"):
-        raw = np.clip(np.diff(t).astype(np.float64), -WIDEST, WIDEST)
-    raw[np.abs(raw) < 1.0 / WIDEST] = 0.0
+        raw = np.clip(np.diff(t).astype(np.float64), -MAX_STEP, MAX_STEP)
+    raw[np.abs(raw) < 1.0 / MAX_STEP] = 0.0
     steps = Steps(raw, t)
     why = "given"
     if unit is None:
@@ -192,12 +191,12 @@ def read_stamps(
         drift=drift,
         changed=int(np.flatnonzero(regular)[changed]) if changed >= 0 else -1,
         pieces=pieces,
-        piece=_chosen(pieces, piece),
+        piece=_chosen_segment(pieces, piece),
     )
 
 
 def _drift(steps: NDArray[np.float64], jitter: float, resolution: float) -> tuple[float, int]:
-    """Change of the interval over the record, and where it is more than 2 %."""
+    """Relative change of the interval over the record, and the row where it exceeds 2 % (else −1)."""
     blocks = 16
     length = steps.size // blocks
     if length < 50:
@@ -213,17 +212,16 @@ def _drift(steps: NDArray[np.float64], jitter: float, resolution: float) -> tupl
 
 
 def pieces_of(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Stretches of rows between gaps so long that filling them would be most of the record.
+    """Segments of rows between gaps that are too long to fill.
 
-    The longest gaps part the record, until what is missing in each piece is at most four times what is
-    there.
+    The longest gaps split the record, until each segment misses at most four times as many samples as it has.
     """
-    if sum(count for _, count in gaps) <= FILL * n:
+    if sum(count for _, count in gaps) <= MAX_MISSING_RATIO * n:
         return ((0, n),)
     rows = np.array([row for row, _ in gaps])
     counts = np.array([count for _, count in gaps], dtype=np.float64)
     limit = float(counts.max())
-    if limit < SPARSE:
+    if limit < MIN_SPLITTING_GAP:
         return ((0, n),)
     while True:
         limit /= 2
@@ -233,11 +231,12 @@ def pieces_of(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...
         inside = np.bincount(
             np.searchsorted(cuts, rows[kept], side="right"), counts[kept], minlength=starts.size
         )
-        if np.all(inside <= FILL * (ends - starts)) or limit < SPARSE:
+        if np.all(inside <= MAX_MISSING_RATIO * (ends - starts)) or limit < MIN_SPLITTING_GAP:
             return tuple(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
-def _chosen(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
+def _chosen_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
+    """Index of the segment to use."""
     if piece is None:
         return int(np.argmax([end - first for first, end in pieces]))
     if not 1 <= piece <= len(pieces):
@@ -249,7 +248,7 @@ def _chosen(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
 
 
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:
-    """Rows of the piece used, with rows of NaN where the stamps show missing samples."""
+    """Rows of the segment used, with rows of NaN for missing samples."""
     first, end = stamps.rows
     if end - first < len(array):
         array = array[first:end]
@@ -262,12 +261,16 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
 
 
 def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
-    """Return the time of each row of the regular grid, s from its first, if the stamps are unevenly spaced; else None.
+    """Time of each row of the regular grid from its first row, s, if the stamps are unevenly spaced; else None.
 
     Rows of missing samples have times between those of their neighbors. Stamps that run back have no such times.
     """
     first, end = stamps.rows
-    if stamps.jitter * stamps.rate <= UNEVEN or end - first > MOST_TIMES or stamps.seams:
+    if (
+        stamps.jitter * stamps.rate <= MIN_UNEVENNESS
+        or end - first > MAX_KEPT_TIMES
+        or stamps.seams
+    ):
         return None
     t, _ = numbers_of(time, stamps.unit)
     seconds = (t[first:end] - t[first]).astype(np.float64) * TIME_UNITS[stamps.unit]
@@ -281,7 +284,7 @@ def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
 
 
 def epoch_of(time: ArrayLike, stamps: Stamps) -> float | None:
-    """Return the time of the first row used, s since 1970, if the stamps are date-times or decimal years."""
+    """Time of the first row used, s since 1970, if the stamps are date-times or decimal years; else None."""
     kind = np.asarray(time).dtype.kind
     t, _ = numbers_of(time, stamps.unit)
     first = float(t[stamps.rows[0]])

@@ -1,4 +1,4 @@
-"""Turns of a platform: the rate of a gyroscope leaves its usual level for some seconds and comes back."""
+"""Turns of a platform: the rate of a gyroscope leaves its usual level for some seconds and returns."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ if TYPE_CHECKING:
 
 __all__ = ["MIN_ANGLE", "turns_of"]
 
-#: Averaging time, s, at which turns are looked for.
-AVERAGE = 1.0
-#: Least rate within a turn, deg/s. Bias instability of the worst MEMS gyroscopes is 0.05 deg/s.
+#: Averaging time of the search for turns, s.
+AVERAGING_TIME = 1.0
+#: Smallest rate within a turn, deg/s. The bias instability of the worst MEMS gyroscopes is 0.05 deg/s.
 MIN_RATE = 1.0
-#: The same in standard errors of the averages: 6 σ in three averages in a row do not occur by chance.
+#: Smallest rate in standard errors of the averages, and fewest averages in a row: three of 6 σ do not occur by chance.
 MIN_ERRORS, MIN_AVERAGES = 6.0, 3
-#: Least angle of a turn, degrees.
+#: Smallest angle of a turn, degrees.
 MIN_ANGLE = 10.0
 #: Longest turn, s. A rate that stays longer is a step or a warm-up of the bias.
-LONGEST = 60.0
+MAX_SECONDS = 60.0
 
 
 def turns_of(rates: NDArray[np.float64], rate: float) -> list[tuple[float, float, float]]:
-    """Return start, end (s) and angle (degrees) of each turn in the samples of a gyroscope.
+    """Start (s), end (s) and angle (degrees) of each turn in the samples of a gyroscope.
 
     Parameters
     ----------
     rates : ndarray of shape (n,)
-        In deg/s; NaN for missing samples.
+        Samples, deg/s; NaN for missing ones.
     rate : float
         Sampling rate, Hz.
     """
-    m = max(1, round(AVERAGE * rate))
+    m = max(1, round(AVERAGING_TIME * rate))
     seconds = m / rate
     count = rates.size // m
-    window = 2 * round(LONGEST / seconds) + 1
+    window = 2 * round(MAX_SECONDS / seconds) + 1
     if count < 2 * MIN_AVERAGES or window < 2 * MIN_AVERAGES:
         return []
     groups = rates[: count * m].reshape(count, m)
@@ -61,7 +61,7 @@ def turns_of(rates: NDArray[np.float64], rate: float) -> list[tuple[float, float
         edges = np.flatnonzero(np.diff(np.concatenate(([0], fast.astype(np.int8), [0]))))
         for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             angle = float(change[first:end].sum()) * seconds
-            short = end - first < MIN_AVERAGES or (end - first) * seconds > LONGEST
+            short = end - first < MIN_AVERAGES or (end - first) * seconds > MAX_SECONDS
             if not short and abs(angle) >= MIN_ANGLE:
                 # A turn begins and ends slower than the limit.
                 start, stop = max(int(places[first]) - 2, 0), int(places[end - 1]) + 3

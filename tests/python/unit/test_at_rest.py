@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
-from allanite.recording.at_rest import finding_of, quiet_span, refusal_of, rest_of
+from allanite.recording.at_rest import motion_error, motion_findings, quiet_span, rest_of
 
 RATE = 100
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
@@ -94,7 +94,7 @@ def test_records_at_rest(seed):
     rest = rest_of(r)
     assert (rest.moves, rest.share) == (False, 0.0)
     assert rest.quiet == (0.0, r.duration)
-    assert finding_of(r) == []
+    assert motion_findings(r) == []
 
 
 def test_a_tap_a_step_and_a_line_are_no_motion():
@@ -117,18 +117,18 @@ def test_the_longest_quiet_stretch(make, start, end):
     # Windows are 5 s long.
     assert found == (pytest.approx(start, abs=5), pytest.approx(end, abs=5))
     assert not rest_of(r.quiet()).moves
-    assert f"{found[0]:g}–{found[1]:g} s" in finding_of(r)[0].message
+    assert f"{found[0]:g}–{found[1]:g} s" in motion_findings(r)[0].message
 
 
 def test_a_record_turned_over():
     x = still(2)
     x[len(x) // 2 :, 3:] = x[len(x) // 2 :, [5, 4, 3]]
-    finding = finding_of(recorded(x))[0]
+    finding = motion_findings(recorded(x))[0]
     assert "gravity turns by" in finding.message
 
 
 def test_quiet_of_what_has_none_or_no_unit():
-    with pytest.raises(TooShortError, match="no stretch"):
+    with pytest.raises(TooShortError, match="no segment"):
         recorded(carried()).quiet()
     with pytest.raises(InputError, match="unit="):
         al.Recording(np.random.default_rng(0).standard_normal(5000), RATE).quiet()
@@ -199,7 +199,7 @@ def test_the_quiet_stretch_that_was_kept_is_told():
     units = ["deg/s", "m/s^2"]
     kept = al.Recording(in_the_hand(60.0), rate=50, unit=units, columns=["gx", "ax"]).quiet()
     (told,) = [f for f in kept.audit if f.kind == "quiet_stretch"]
-    assert told.message.startswith("kept the longest quiet stretch, ")
+    assert told.message.startswith("kept the longest quiet segment, ")
     assert told.message.endswith("–600 s of 600 s")
 
 
@@ -263,7 +263,7 @@ def test_a_noisy_sensor_at_rest_is_not_said_to_move(change):
         x = np.repeat(x[::2], 2)
     if change == "lag":
         x += lag(rng, n, 30.0, 2.5e-3 * np.sqrt(15.0), 1)[:, 0]
-    assert finding_of(al.Recording(x, RATE, unit="rad/s")) == []
+    assert motion_findings(al.Recording(x, RATE, unit="rad/s")) == []
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])
@@ -287,7 +287,7 @@ def test_motion_in_a_part_of_a_noisy_record_is_still_said(rate):
 def test_white_noise_of_any_size_is_no_motion():
     """Also in a short record, in which the usual change is known to a fifth."""
     refused = [
-        refusal_of(
+        motion_error(
             al.Recording(np.random.default_rng(seed).standard_normal((400, 3)), 10.0, unit="rad/s")
         )
         for seed in range(40)

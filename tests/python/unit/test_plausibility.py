@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.recording.at_rest import refusal_of
+from allanite.recording.at_rest import motion_error
 from allanite.recording.coarse_column import coarse_step_of, without_steps
 from allanite.recording.locked import locked_of
 from allanite.recording.markers import markers_of
@@ -304,9 +304,9 @@ def test_raw_counts_are_scaled(tmp_path, capsys):
 def test_moving_records_are_refused(kind, seed):
     make = MOVING[kind]
     for only in (None, ("acc_x", "acc_y", "acc_z"), ("gyro_x", "gyro_y", "gyro_z")):
-        assert refusal_of(make(seed, only=only)) is not None
+        assert motion_error(make(seed, only=only)) is not None
         assert (
-            refusal_of(
+            motion_error(
                 make(seed + 50, only=only).to("rad/s,g") if only is None else make(seed, only=only)
             )
             is not None
@@ -314,7 +314,7 @@ def test_moving_records_are_refused(kind, seed):
 
 
 def test_turns_of_a_bus_are_named():
-    assert "17 turns of up to 89°" in str(refusal_of(bus(3, only=("gyro_z",))))
+    assert "17 turns of up to 89°" in str(motion_error(bus(3, only=("gyro_z",))))
 
 
 @pytest.mark.long

@@ -21,7 +21,7 @@ from allanite.fit.likelihood.remembered import ArrayCache, series_cache, times_o
 from allanite.fit.likelihood.sections import SectionsOfSamples
 from allanite.fit.likelihood.stop_band import bins_with_stop_band
 from allanite.recording.coarse_column import without_steps
-from allanite.recording.resolution import FLIPS
+from allanite.recording.resolution import MIN_FLIPS
 from allanite.spectrum import Bins, bridge_gaps
 
 if TYPE_CHECKING:
@@ -314,7 +314,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
     changes = int(np.count_nonzero(filled[1:] != filled[:-1]))
-    if changes < 2 * FLIPS:  # one flip changes the value twice: to another value and back
+    if changes < 2 * MIN_FLIPS:  # one flip changes the value twice: to another value and back
         raise TooShortError(
             f"{label} changes its value only {changes} time{'s' * (changes > 1)}; there is no noise to fit"
         )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.parameters import NORMAL
 from allanite.fit.likelihood.whitened import whitened_ordinates
-from allanite.recording.tails import CENSORED, Tail, coarse_step, tail_of
+from allanite.recording.tails import CENSORED_SHARES, Tail, coarse_step, tail_of
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -58,7 +58,7 @@ def widened_by_tails(
     if coarse_step(there) > 0.0:
         few, many = _quantiles_by_kurtosis(sizes)
     else:
-        tail = tail_of(sizes, CENSORED[0])
+        tail = tail_of(sizes, CENSORED_SHARES[0])
         if tail is None or not tail.heavy:
             return ends
         few, many = sum_of_squares_quantiles(tail, sizes)

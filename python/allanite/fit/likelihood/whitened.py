@@ -28,7 +28,7 @@ from allanite.fit.likelihood.bands_in_time import (
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import nodes_of
 from allanite.fit.likelihood.stop_band import zero_empty_bins
-from allanite.recording.tails import CENSORED, coarse_step, tail_of
+from allanite.recording.tails import CENSORED_SHARES, coarse_step, tail_of
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -246,7 +246,7 @@ def _is_normal(samples: NDArray[np.float64]) -> bool:
     usual = np.median(size, axis=1, keepdims=True)
     if not usual.all():
         return False
-    tail = tail_of((size / usual).ravel(), CENSORED[0])
+    tail = tail_of((size / usual).ravel(), CENSORED_SHARES[0])
     return tail is None or not tail.heavy
 
 

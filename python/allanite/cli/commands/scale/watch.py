@@ -162,12 +162,12 @@ class _Start:
 
         from allanite.common.plain import plain
         from allanite.recording import Recording
-        from allanite.recording.at_rest import finding_of
+        from allanite.recording.at_rest import motion_findings
 
         samples, self.samples, self.left = self.samples, [], 0
         if samples:
             recording = Recording(np.concatenate(samples), self.rate, unit=self.unit)
-            for finding in finding_of(recording):
+            for finding in motion_findings(recording):
                 warning = (
                     f"! {plain(self.name)}: {finding.found}; an alarm may be due to the motion"
                 )
