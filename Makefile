@@ -6,8 +6,8 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-slow test-claims test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
-help: ## this list
+.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-slow test-claims test-long floors lint bench bars miri sanitize clean gallery notebooks docs fuzz fuzz-core release
+help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
 # A stamp a step, so that nothing is built or installed twice.
@@ -27,10 +27,10 @@ $(VENV)/.developed: $(VENV)/.made $(RUST) pyproject.toml
 	$(BIN)/maturin develop --release --quiet --locked --extras plots,page,logs,scale
 	touch $@ $(VENV)/.installed
 
-demo: $(VENV)/.installed ## build, install into .venv and run the whole loop on a recording with a hidden effect
+demo: $(VENV)/.installed ## build, install into .venv, and find two hidden effects in a simulated gyroscope
 	$(BIN)/allanite demo --output demo
 
-screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chromium)
+screenshots: $(VENV)/.developed ## take pictures of the page and the report in both themes (needs chromium)
 	$(BIN)/python docs/screenshot_page.py
 	$(BIN)/python docs/screenshot_report.py
 
@@ -91,7 +91,7 @@ fuzz-core: ## the text reader of the core by libFuzzer, a minute each of its tar
 	    -max_total_time=$(or $(SECONDS_EACH),60) -rss_limit_mb=2000 -timeout=10 || exit 1; \
 	done
 
-release: $(VENV)/.made ## VERSION=1.2.3: everything of a release but the push (a dry run; nothing leaves this machine)
+release: $(VENV)/.made ## VERSION=1.2.3: check and build a release; nothing leaves this machine
 	@$(BIN)/python docs/release.py "$(VERSION)"
 	$(BIN)/maturin build --release --locked --sdist --out dist
 	$(BIN)/python -m pip install --quiet twine
@@ -103,25 +103,29 @@ bench: $(VENV)/.developed ## ratios against other programs, side by side, writte
 	cargo bench --quiet --locked
 	$(BIN)/python benches/python/run.py
 
-gallery: $(VENV)/.developed ## what the loop does on real recordings (ALLANITE_DATA), written to docs/gallery
+gallery: $(VENV)/.developed ## build models of real recordings (ALLANITE_DATA) and write docs/gallery
 	$(BIN)/python docs/make_gallery.py
 
-docs: $(VENV)/.developed ## the site, in target/site: pages of docs/ and those made from the package; links are checked
+notebooks: $(VENV)/.developed ## run the notebooks of docs/ and store their outputs
+	$(BIN)/python -m pip install --quiet --group docs
+	$(BIN)/python docs/make_notebooks.py
+
+docs: $(VENV)/.developed ## build the site in target/site from docs/ and the package; check all links
 	$(BIN)/python -m pip install --quiet --group docs
 	$(BIN)/python docs/site/make_site.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --config-file target/mkdocs.yml
 
-bars: $(VENV)/.developed ## every promised ratio beside its bar (quiet machine, ten minutes)
+bars: $(VENV)/.developed ## compare each promised ratio with its measurement (quiet machine, ten minutes)
 	$(BIN)/python -m pip install --quiet --group bench
 	$(BIN)/python benches/python/bars.py
 
-miri: ## undefined behaviour in the loops with unsafe code, plain and wide (needs nightly with miri)
+miri: ## test loops with unsafe code for undefined behavior (needs nightly with miri)
 	cargo +nightly miri test --quiet --test unsafe_code
 	RUSTFLAGS='-C target-feature=+avx2,+fma' cargo +nightly miri test --quiet --test unsafe_code
 
-sanitize: ## the same tests and the readers' and kernels' under AddressSanitizer (needs nightly)
+sanitize: ## run tests of unsafe code, readers and kernels under AddressSanitizer (needs nightly)
 	RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/sanitize cargo +nightly test --quiet --locked \
 	  --target $$(rustc -vV | sed -n 's/host: //p') --test unsafe_code --test kernels --test text --test accumulator
 
-clean: ## remove what was built
+clean: ## remove all built files
 	rm -rf target $(VENV) demo dist
