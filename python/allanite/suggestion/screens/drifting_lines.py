@@ -106,12 +106,20 @@ def solved_with(
 def _places(
     spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
-    """Bands in which the ordinates have more power than the model, and the band of the best resonance, Hz."""
+    """Bands in Hz: all frequencies if they fit into one band, bands with excess power, and that of the best resonance.
+
+    A line that drifts far raises each of its ordinates by too little for an excess to show.
+    """
+    whole = white.size <= 2 * MAX_BAND_FREQUENCIES
+    if whole:
+        yield 1.0 / data.duration, 0.5 * data.rate - 1.0 / data.duration
     total = np.square(white)
     total[0] = 0.0
     np.cumsum(np.minimum(total, MAX_ORDINATE_POWER, out=total), out=total)
     for width in WIDTHS:
         narrow = width <= MAX_EXHAUSTIVE_FREQUENCIES
+        if whole and not narrow:
+            continue
         min_excess = MIN_BAND_EXCESS if narrow else MIN_WIDE_BAND_EXCESS
         if width < total.size // (MIN_NARROW_BANDS if narrow else MIN_WIDE_BANDS):
             mean = (total[width:] - total[:-width]) / width
