@@ -29,7 +29,9 @@ def swell(rng, n, rate, period, rms, axes=1, bandwidth=0.15):
     return x / x.std(axis=0) * rms
 
 
-def six_axes(rng, rate, attitude, force=0.0, gyro_noise=0.01, accel_noise=0.002, extra_rate=0.0):
+def six_axes(
+    rng, rate, attitude, force=0.0, gyro_noise=0.01, accel_noise=0.002, extra_rate=0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Gyroscope and accelerometer samples for an attitude (n, 3) in rad (small roll and pitch) and a force in m/s²."""
     n = len(attitude)
     rates = np.gradient(attitude, 1 / rate, axis=0) + extra_rate
@@ -66,7 +68,7 @@ def hand(seed, rate=100, seconds=240, only=None, rms=6.0):
     n = int(rate * seconds)
     attitude = smooth(lagged(rng, n, rate, 0.8, np.radians(rms), 3), int(rate * 0.3))
     force = smooth(lagged(rng, n, rate, 0.1, 0.3, 3), max(int(rate * 0.05), 1))
-    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
 
 
 def turns(rng, n, rate, number, angles, seconds=(8, 20)):
@@ -102,7 +104,7 @@ def bus(seed, rate=20, seconds=1800, only=None, number=18):
     force = rides * np.column_stack(
         [lagged(rng, n, rate, 3.0, 0.5, 2), lagged(rng, n, rate, 0.1, 0.5)]
     )
-    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
 
 
 def car(seed, rate=50, seconds=600, only=None):
@@ -118,7 +120,7 @@ def car(seed, rate=50, seconds=600, only=None):
     force = np.column_stack(
         [smooth(lagged(rng, n, rate, 4.0, 0.8, 2), rate), lagged(rng, n, rate, 0.05, 0.8)]
     )
-    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
 
 
 def drone(seed, rate=200, seconds=120, only=None):
@@ -149,7 +151,7 @@ def boat(seed, rate=25, seconds=900, only=None, degrees=1.0):
     period = rng.uniform(3.5, 8.0)
     attitude = swell(rng, n, rate, period, np.radians([degrees, 0.5 * degrees, 0.3 * degrees]), 3)
     force = swell(rng, n, rate, period, [0.02, 0.02, 0.1], 3)
-    return recorded(*six_axes(rng, rate, attitude, force), rate=rate, only=only)
+    return recorded(*six_axes(rng, rate, attitude, force), rate, only)
 
 
 MOVING = {"hand": hand, "bus": bus, "car": car, "drone": drone, "boat": boat}

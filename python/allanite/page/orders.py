@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isclose
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
@@ -84,9 +85,13 @@ def _read(tab: Tab, order: dict[str, Any]) -> None:
     for unit in units.values():
         parse_unit(unit[:80])
     before = tab.sources[tab.place_of_source].reading
+    rate = _number(order, "rate")
+    # The form returns a rate that was confirmed before with eight digits.
+    same = rate is not None and before.rate is not None and isclose(rate, before.rate, rel_tol=1e-7)
     reading = replace(
         before,
-        rate=_number(order, "rate"),
+        rate=rate,
+        overrides_rate=before.overrides_rate and same,
         unit=_text(order, "unit"),
         quantity=_text(order, "quantity"),
         time_column=_text(order, "time_column"),
@@ -143,7 +148,7 @@ def _rate(tab: Tab, order: dict[str, Any]) -> None:
         raise InputError("Give a rate, in Hz")
     if source.recording is not None:
         raise InputError("The rate was set in Python: change it in `al.Recording(…, rate=…)`")
-    tab.open(tab.place_of_source, replace(source.reading, rate=rate))
+    tab.open(tab.place_of_source, replace(source.reading, rate=rate, overrides_rate=True))
 
 
 def _motion(tab: Tab, order: dict[str, Any]) -> None:

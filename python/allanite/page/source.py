@@ -57,11 +57,13 @@ class Reading:
     piece: int | None = None
     #: What to do with a log that is mostly motion: "" refuses it, "quiet" takes its longest quiet segment, "anyway" all.
     motion: str = ""
+    #: True to use `rate` even if the log states another one.
+    overrides_rate: bool = False
 
     def options(self) -> dict[str, Any]:
         """Arguments of the reader."""
         return {
-            "rate": self.rate,
+            "rate": f"{self.rate!r}!" if self.overrides_rate else self.rate,
             "unit": self.unit,
             "quantity": self.quantity,
             "time_column": self.time_column,

@@ -404,6 +404,26 @@ def test_a_rate_that_is_missing_is_asked_for(client, hidden, monkeypatch):
 
 
 @pytest.mark.slow
+def test_the_offered_rate_of_the_stamps_overrides_that_of_the_file(client, hidden):
+    tab, _ = opened(client, checked=False)
+    samples = np.asarray(hidden.samples[:20_000])
+    file = io.BytesIO()
+    np.savez(file, data=samples, rate_hz=10.0, t=np.arange(samples.size) / 9.86, unit="rad/s")
+    assert send(client, tab, "drift.npz", file.getvalue()).status_code == 200
+    state = wait(client, tab, checked=False)
+    assert state["recording"]["rate"] == 10.0
+    offers = [offer for found in state["recording"]["audit"] for offer in found["offers"]]
+    offer = next(offer for offer in offers if offer["act"]["do"] == "rate")
+    # The form sends the rate with eight digits when the log is read again.
+    again = {"do": "read", "rate": f"{offer['act']['rate']:.8g}", "unit": "rad/s"}
+    for order in (offer["act"], again):
+        assert client.post(f"tabs/{tab}/act", json=order).status_code == 200
+        state = wait(client, tab, checked=False)
+        assert state["problem"] is None
+        assert state["recording"]["rate"] == pytest.approx(9.86)
+
+
+@pytest.mark.slow
 def test_units_of_bare_axes_are_asked_for(client):
     rows = np.random.default_rng(1).standard_normal((400, 3)).round(4)
     text = "time,z,y,x\n" + "".join(

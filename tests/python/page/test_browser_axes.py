@@ -207,7 +207,7 @@ def test_limits_are_typed_beside_a_number(tab):
 @pytest.mark.slow
 def test_another_deviation_at_other_averaging_times(tab):
     def choose(name, value, shown):
-        """Other things are drawn meanwhile (a check that ends): waited for is what was asked for."""
+        """Wait for the requested figure: others may be drawn in the meantime, when a check ends."""
         tab.locator(f"[data-option={name}]").select_option(value, force=True)
         tab.wait_for_function(f"() => {shown}")
 
@@ -218,7 +218,7 @@ def test_another_deviation_at_other_averaging_times(tab):
     fitted = tab.evaluate(points)
     choose("kind", "ohdev", titled("Hadamard deviation"))
     names = tab.evaluate("document.getElementById('plot').data.map(t => t.name)")
-    assert any("twin" in name for name in names)
+    assert any("Simulated sensor" in name for name in names)
     choose("grid", "octave", f"{points} < {fitted}")
     assert tab.evaluate(points) > 8
     # The numbers are those of the figure.
@@ -350,7 +350,7 @@ def test_the_catalogue_is_searched_and_closed(tab):
 @pytest.mark.slow
 def test_a_file_says_whether_to_use_it_before_it_is_saved(tab, tmp_path):
     tab.locator(".menu summary").click()
-    tab.wait_for_selector("#export:enabled")
+    tab.wait_for_selector("#export-verdict p:not(.faint)")
     said = tab.inner_text("#export-verdict")
     assert re.match(r"Use: (yes|no)\.", said)
     assert "Without gyro_y, acc_x: not yet checked" in said

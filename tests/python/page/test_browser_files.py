@@ -73,7 +73,7 @@ def test_from_the_file_to_the_filters_file_in_eight_clicks(tab, data, name):
         tab.wait_for_selector("#offers button", state="detached")
         tab.wait_for_selector(READY)
         found = next(f for f in recording.audit if "measured_hz" in f.values)
-        recording = al.read(path, rate=found.values["measured_hz"])
+        recording = al.read(path, rate=f"{found.values['measured_hz']!r}!")
     improve_all(tab)
     assert tab.locator(".axis.adequate").count() == 6
     exported = saved(tab, "#export")

@@ -53,9 +53,9 @@ def deviation_figure(
     if fit is not None and kind in ALLAN:
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
     elif fit is not None and log.n <= MAX_SIMULATED:
-        twin = _twin(fit, kind, grid, kept)
-        marks.append(Line(*_drawn(twin), "model", "Simulated sensor", 1.6))
-        shown.append(np.asarray(twin.deviation))
+        simulated = _simulated(fit, kind, grid, kept)
+        marks.append(Line(*_drawn(simulated), "model", "Simulated sensor", 1.6))
+        shown.append(np.asarray(simulated.deviation))
     tau, values = _drawn(found)
     there = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
     low, high = np.asarray(found.low)[there], np.asarray(found.high)[there]
@@ -82,7 +82,7 @@ def _found(log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]) -> 
     return kept[log, kind, grid]
 
 
-def _twin(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
+def _simulated(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
     """Deviation of a sensor simulated from the fit, from the cache if possible."""
     if (fit, kind, grid) not in kept:
         data = fit.data

@@ -117,7 +117,13 @@ def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
         raise InputError("No log is open: drop a file or choose one")
     # Without the chosen columns and units, which the form shows on top.
     reading = source.reading
-    found = source.inspect(Reading(rate=reading.rate, time_column=reading.time_column))
+    found = source.inspect(
+        Reading(
+            rate=reading.rate,
+            time_column=reading.time_column,
+            overrides_rate=reading.overrides_rate,
+        )
+    )
     for column in found["columns"]:
         column["kind"] = sensor_kind(column["name"] or "")
     units = {kind: [u for u in UNITS if parse_unit(u).kind == kind] for kind in KINDS}
