@@ -69,7 +69,7 @@ class Sensor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Common:
-    """What the axes have in common: model forms, lines, events and noise.
+    """Model forms, lines, events and noise that the axes share.
 
     Attributes
     ----------
@@ -316,7 +316,7 @@ class Characterization:
 
 
 def common_of(studies: Mapping[str, Study]) -> Common:
-    """What several characterized columns have in common.
+    """Model forms, lines, events and noise that several characterized columns share.
 
     Parameters
     ----------
@@ -328,6 +328,7 @@ def common_of(studies: Mapping[str, Study]) -> Common:
     cross = cross_spectra(fits)
 
     def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:
+        """Task that compares the columns of one sensor."""
         own = {name: fits[name] for name in names}
         kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
         within = tuple(c for c in cross if own.keys() >= {*c.columns})

@@ -76,7 +76,7 @@ class Form:
 
     @property
     def agree(self) -> bool:
-        """True if no parameter differs between axes at 5 %, divided by the number of parameters."""
+        """True if the p-value of every parameter is at least 5 % over the number of parameters."""
         least = min((n.pooled.p_value for n in self.numbers), default=1.0)
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 

@@ -164,13 +164,16 @@ def improve_columns(
         return max((end - time.monotonic()) * min(parallel_columns(), left) / left, MIN_SECONDS)
 
     def task(column: Recording, model: Start) -> Callable[[], Study]:
+        """Task that builds the study of a column."""
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
+            """Report the steps done of this column."""
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 
         def study() -> Study:
+            """Study of this column within its share of the time."""
             own = share()
             _ = column.audit  # kept by the column
             try:

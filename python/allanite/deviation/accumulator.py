@@ -177,6 +177,7 @@ class Accumulator:
             notes.extend(gap_notes(self.gaps, self.n, m / self.rate, share))
 
         def freedom() -> NDArray[np.float64]:
+            """Degrees of freedom at each averaging time."""
             return np.array(
                 [
                     degrees_of_freedom(a, int(f), int(c), stride=int(s))

@@ -120,7 +120,7 @@ class Deviation:
         return f"{100.0 * self.level:.3g} %"
 
     def at_confidence(self, level: float) -> Deviation:
-        """The same estimates with intervals of another confidence.
+        """Deviation with the same estimates and intervals of another confidence.
 
         Parameters
         ----------

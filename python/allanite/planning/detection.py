@@ -38,7 +38,7 @@ __all__ = ["Power", "detection_power"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Power:
-    """What a record will show about an effect and the parameters of its model.
+    """Detection power for an effect, and standard errors of the parameters, of a planned record.
 
     Attributes
     ----------

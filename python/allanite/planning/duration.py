@@ -204,6 +204,7 @@ def _found(
     """Function of duration and rate: True if the effect is found with the wanted probability."""
 
     def enough(duration: float, rate: float) -> bool:
+        """True if a record of this duration and rate suffices."""
         data = _expected.blank(round(duration * rate), rate)
         odds = odds_of(base, effect, data, _expected.coarse(data, covariates))
         return odds.probability >= wanted
@@ -218,6 +219,7 @@ def _distinguished(
     truth, other = models_to_distinguish(base, names)
 
     def enough(duration: float, rate: float) -> bool:
+        """True if a record of this duration and rate suffices."""
         data = _expected.blank(round(duration * rate), rate)
         return log_odds(truth, other, data, covariates) >= np.log(MIN_ODDS)
 
@@ -231,6 +233,7 @@ def _known_enough(
     value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
 
     def enough(duration: float, rate: float) -> bool:
+        """True if a record of this duration and rate suffices."""
         data = _expected.blank(round(duration * rate), rate)
         found = standard_errors(base, data, _expected.coarse(data, covariates))
         return found[name] <= wanted * abs(value)

@@ -77,7 +77,7 @@ def blank(n: int, rate: float) -> Data:
 
 
 def coarse(data: Data, covariates: Columns | None = None) -> Data:
-    """The same time span in at most `COARSE_SAMPLES` samples, with the expected columns."""
+    """Record of the same time span with at most `COARSE_SAMPLES` samples and the expected columns."""
     n = min(data.n, COARSE_SAMPLES)
     rate = n / data.duration
     # Cells of the coarse grid begin and end where the record's do.

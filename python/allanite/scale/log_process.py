@@ -227,6 +227,7 @@ class LogProcess:
         late = threading.Event()
 
         def stop() -> None:
+            """Kill the child when its time limit has passed."""
             late.set()
             process.kill()
 
@@ -310,6 +311,7 @@ def _writer(answers: int) -> Callable[[dict[str, Any]], None]:
     """Function that writes an answer as one line."""
 
     def say(value: dict[str, Any]) -> None:
+        """Write an answer as one line."""
         line = memoryview(json.dumps(value).encode() + b"\n")
         while line:
             line = line[os.write(answers, line) :]

@@ -280,9 +280,9 @@ def run_fleet(
     except BaseException:
         if rows and not had_table:
             why = "not reached before the run was ended: run it again"
-            _write(rows + [failed_row(path, why) for path in waiting], target)
+            _write_sorted(rows + [failed_row(path, why) for path in waiting], target)
         raise
-    return _write(rows, target)
+    return _write_sorted(rows, target)
 
 
 def _without_table(logs: list[Path], target: Path) -> list[Path]:
@@ -367,6 +367,7 @@ def _run(logs: list[str], setup: Setup, scheduler: str | None, workers: int) -> 
     answers: SimpleQueue[Answer | BaseException] = SimpleQueue()
 
     def work(process: LogProcess) -> None:
+        """Put the answers of waiting logs into the queue until none is left."""
         try:
             while True:
                 answers.put(process.answer(waiting.popleft()))
@@ -403,7 +404,7 @@ def _run_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answ
         ) from None
     with client:
         (common,) = client.scatter([setup], hash=False)
-        paths = {client.submit(_answer_of, common, path, pure=False): path for path in logs}
+        paths = {client.submit(_answer_in_child, common, path, pure=False): path for path in logs}
         for task in as_completed(list(paths)):
             path = paths.pop(task)
             try:
@@ -413,7 +414,8 @@ def _run_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answ
                 yield Answer(path, "", [failed_row(path, f"the workers of Dask failed ({what})")])
 
 
-def _answer_of(setup: Setup, path: str) -> Answer:
+def _answer_in_child(setup: Setup, path: str) -> Answer:
+    """Answer of a log, from a child process of its own."""
     process = LogProcess(setup)
     try:
         return process.answer(path)
@@ -421,7 +423,8 @@ def _answer_of(setup: Setup, path: str) -> Answer:
         process.close()
 
 
-def _write(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:
+def _write_sorted(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:
+    """Rows sorted by file and column, after writing them to the table."""
     rows = sorted(rows, key=lambda row: (row["file"], row["column"]))
     write_table(rows, target)
     return rows

@@ -155,7 +155,7 @@ class Growth:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The same error measured in segments of a recording at rest.
+    """Error growth measured in segments of a recording at rest.
 
     Attributes
     ----------

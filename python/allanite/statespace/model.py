@@ -31,7 +31,9 @@ UNKNOWN_LEVEL_RATIO = 1e7
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """s(k+1) = F s(k) + w(k), x(k) = H s(k) + v(k) with cov w = Q, var v = R, s(0) ~ (0, P0).
+    """State-space form of a model: the matrices F, Q, H, R and P0 of its noise.
+
+    s(k+1) = F s(k) + w(k), x(k) = H s(k) + v(k) with cov w = Q, var v = R, s(0) ~ (0, P0).
 
     F is block diagonal; the blocks are independent of each other.
 

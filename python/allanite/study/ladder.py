@@ -67,7 +67,7 @@ class Rung:
     def changes(self) -> tuple[str, ...]:
         """Texts of the changes, one for each effect: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``."""
         further = {e.kind for e in self.new if e.further} & set(self.removed)
-        # What left and came back beside another is where it was.
+        # An effect that left and came back with another one has not changed.
         back = Counter(self.removed) & Counter(e.kind for e in self.brought if not e.further)
         left = Counter(self.removed) - back - Counter(further)
         gone = tuple(

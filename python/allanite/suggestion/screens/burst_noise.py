@@ -1,4 +1,4 @@
-"""Screen of burst noise: two levels, told from a Gauss-Markov process of the same spectrum.
+"""Screen of burst noise: two levels, distinguished from a Gauss-Markov process with the same spectrum.
 
 The low-passed residual is judged by both laws: the likelihood of a two-state hidden Markov chain seen through white noise
 (Rabiner 1989, Proc. IEEE 77) over that of a Gaussian process of the fitted spectrum.

@@ -65,7 +65,7 @@ def bands_with_excess(
     noise = solution.noise(data)
     return tuple(
         band_about(low, high, solution.ordinates, noise, data)
-        for low, high in _places(spectral, data, white)
+        for low, high in _bands_to_search(spectral, data, white)
     )
 
 
@@ -103,7 +103,7 @@ def solved_with(
     return refitted, last, min(gain, refitted.log_likelihood - solution.log_likelihood)
 
 
-def _places(
+def _bands_to_search(
     spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
     """Bands in Hz: all frequencies if they fit into one band, bands with excess power, and that of the best resonance.

@@ -242,7 +242,7 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """The borders that are worth their price. A border inside a coarse cell was found as two."""
+    """Borders that are worth their price; a change within a coarse cell may have been found as two borders."""
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
@@ -373,6 +373,7 @@ def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float
     """Slope b of ln E(power) = a + b·values by Newton's method, and its ΔlogL over b = 0."""
 
     def loss(b: float) -> float:
+        """Negative logL of a slope, up to a constant."""
         return 0.5 * freedom * power.size * float(np.log(np.mean(power * np.exp(-b * values))))
 
     b = 0.0

@@ -259,7 +259,7 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
 def _share_with_normal_tails(
     event: Deterministic, data: Data, whitened: Callable[[], Whitened]
 ) -> float:
-    """Share of a short event's score that remains after the samples are mapped to normal ones in the same order.
+    """Share of a short event's evidence that remains after the samples are mapped to normal ones in the same order.
 
     The mean of a few samples with heavy tails, or of a coarse step, is not normal.
     """

@@ -79,7 +79,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screen:
-    """Candidates of a screen, and for each kind the angle that its grid spans, for the p-values."""
+    """Candidates of a screen, and the arc of the shape grid of each kind, which its p-value needs."""
 
     candidates: tuple[Candidate, ...]
     arcs: tuple[float, ...]
