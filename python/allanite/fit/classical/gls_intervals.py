@@ -113,19 +113,19 @@ def interval(
             return outside
         return float(brentq(over, *ends, rtol=1e-4, xtol=1e-4 * max(ends))) ** 2
 
-    centre = float(squares[index])
+    center = float(squares[index])
     p_zero = 1.0 - below(0.0, bounded=False) if others.size else 0.0
     above_zero = p_zero < TAIL_PROBABILITY
-    low = search(centre, 0.0, 1.0 - TAIL_PROBABILITY) if above_zero else 0.0
+    low = search(center, 0.0, 1.0 - TAIL_PROBABILITY) if above_zero else 0.0
     column = mixtures.columns[:, index]
-    outside = max(centre, float((target / column).min()) * 1e-3) * 2.0
+    outside = max(center, float((target / column).min()) * 1e-3) * 2.0
     for _ in range(60):
         rest = squares.copy()
         if below(outside) < TAIL_PROBABILITY:
             break
         outside *= 2.0
-    high = search(centre, outside, TAIL_PROBABILITY)
-    return min(low, centre), max(high, centre), p_zero
+    high = search(center, outside, TAIL_PROBABILITY)
+    return min(low, center), max(high, center), p_zero
 
 
 def _root(correlation: Array) -> Array:

@@ -202,12 +202,12 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
         # Limit the weights so that a few heavy draws do not make the next proposal too narrow.
         share = np.minimum(weights, 4.0 / COEFFICIENT_DRAWS)
         share /= share.sum()
-        centres = np.abs(drawn)
-        away = (centres - share @ centres) * free
+        centers = np.abs(drawn)
+        away = (centers - share @ centers) * free
         root = 0.6 * _root((away * share[:, None]).T @ away, solution)
         picked = rng.choice(COEFFICIENT_DRAWS, COEFFICIENT_DRAWS, p=share)
-        drawn = centres[picked] + (rng.standard_normal(drawn.shape) @ root.T) * free
-        apart = np.linalg.solve(root, (drawn[:, None] - centres).reshape(-1, fitted.size).T)
+        drawn = centers[picked] + (rng.standard_normal(drawn.shape) @ root.T) * free
+        apart = np.linalg.solve(root, (drawn[:, None] - centers).reshape(-1, fitted.size).T)
         square = (apart**2).sum(axis=0).reshape(COEFFICIENT_DRAWS, COEFFICIENT_DRAWS)
         proposed = np.log(np.maximum(np.exp(-0.5 * square) @ share, 1e-300))
         means, covariances, weights = _importance_weights(record, drawn, proposed)

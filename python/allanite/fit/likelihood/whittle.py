@@ -33,10 +33,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-#: Fall of logL at the ends of a 95 % profile interval. Upper limits of coefficients near 0 use it too: a one-sided limit
-#: (1.3528), chosen by the data instead of an interval, would miss 5 % above and 2.5 % below. K of a short N+B+K would
-#: be covered by 88 %.
-PROFILE_DROP = HALF_CHI2_95
 #: Maximum degrees of freedom of a bin in the second start of a fit, which gives all bins a similar weight.
 #: Chosen by judgment; not measured.
 MAX_EQUAL_WEIGHT_FREEDOM = 10.0
@@ -225,19 +221,19 @@ def profile_interval(
                 b = middle
         return float((0.5 * (a + b)) ** 2)
 
-    centre = float(best.theta[index])
+    center = float(best.theta[index])
     at_zero = drop(0.0) if others.shape[1] else np.inf
-    low = search(centre, 0.0, PROFILE_DROP) if at_zero > PROFILE_DROP else 0.0
+    low = search(center, 0.0, HALF_CHI2_95) if at_zero > HALF_CHI2_95 else 0.0
     # Start the search for the upper end at twice the standard error with all other coefficients fixed.
     slopes = column / best.spectrum
     known = logl_scale * float(information(count, best.weight, slopes[:, None])[0, 0])
     step = 1.0 / np.sqrt(max(known, 1e-300))
-    outside = centre + 2.0 * step
+    outside = center + 2.0 * step
     for _ in range(60):
-        if drop(outside) > PROFILE_DROP:
+        if drop(outside) > HALF_CHI2_95:
             break
-        outside = centre + 2.0 * (outside - centre)
-    return low, search(centre, outside, PROFILE_DROP), float(max(at_zero, 0.0))
+        outside = center + 2.0 * (outside - center)
+    return low, search(center, outside, HALF_CHI2_95), float(max(at_zero, 0.0))
 
 
 def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:

@@ -149,5 +149,5 @@ def _smoothed_ratio(values: Array, rough: Array, start: int, bins: Bins) -> Arra
     edges = np.array([*first, bins.n], dtype=np.float64)
     places = np.array(first) - start
     ratio = np.add.reduceat(values, places) / np.add.reduceat(rough, places)
-    centres = np.log(np.sqrt(edges[:-1] * (edges[1:] - 1.0)))
-    return np.asarray(np.interp(np.log(np.arange(start, bins.n, dtype=float)), centres, ratio))
+    centers = np.log(np.sqrt(edges[:-1] * (edges[1:] - 1.0)))
+    return np.asarray(np.interp(np.log(np.arange(start, bins.n, dtype=float)), centers, ratio))

@@ -16,7 +16,8 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import NORMAL
 from allanite.common.validation import require_recording
 from allanite.effects import Stochastic
-from allanite.fit.likelihood.whittle import PROFILE_DROP, climb
+from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
+from allanite.fit.likelihood.whittle import climb
 from allanite.fit.several.many_table import aligned, many_table
 
 if TYPE_CHECKING:
@@ -286,7 +287,7 @@ def _pooled_by_likelihood(
 
     def over(root: float) -> float:
         """Total loss above that at the ends of the 95 % interval."""
-        return total(root) - least - PROFILE_DROP
+        return total(root) - least - HALF_CHI2_95
 
     outside = 2.0 * top
     while over(outside) < 0.0:

@@ -91,9 +91,9 @@ class Regression:
 
 def window(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.int64]:
     """Ordinates within `half` of a frequency in Hz."""
-    centre = round(2.0 * data.n * frequency / data.rate)
+    center = round(2.0 * data.n * frequency / data.rate)
     return np.arange(
-        max(1, centre - half), min(data.ordinates.size, centre + half + 1), dtype=np.int64
+        max(1, center - half), min(data.ordinates.size, center + half + 1), dtype=np.int64
     )
 
 

@@ -268,17 +268,17 @@ def polish_line(
     fine = step / (8.0 * max(multiples))
     grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
     inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
-    centre = start
+    center = start
     for finer in (1.0, 1.0 / 8.0, 1.0 / 64.0, 1.0 / 512.0):
         if finer < 1.0:
-            grid = centre + finer * fine * np.arange(-8.0, 9.0)
+            grid = center + finer * fine * np.arange(-8.0, 9.0)
             inside = np.ones(grid.size, dtype=bool)
         tried = np.append(grid[inside], start)
         gains = np.zeros(tried.size)
         for some, own in parts:
             gains += comb_gains(tried, some, j[own], values[own], variance[own], data)
-        centre = float(tried[int(np.argmax(gains))])
-    return start if gains.max() - gains[-1] < MIN_SHAPE_DELTA_LOGL else centre
+        center = float(tried[int(np.argmax(gains))])
+    return start if gains.max() - gains[-1] < MIN_SHAPE_DELTA_LOGL else center
 
 
 def _optimize_slow(
