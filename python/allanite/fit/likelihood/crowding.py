@@ -47,8 +47,9 @@ def peak_level(model: Model, data: Data) -> float:
 def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
     """Effective degrees of freedom of each bin, shape (bins,), reduced by level changes and moving bands.
 
-    The reduction depends on the share of white noise in the bin. The share comes from the record alone, so that models
-    with the same level change get the same degrees of freedom: the median power of all ordinates over the power nearby.
+    The reduction depends on the share of white noise in the bin. The share is the median power of all ordinates
+    over the power nearby. It comes from the record alone, so that models with the same level change get the same degrees of
+    freedom.
     """
     bins = data.bins
     power = np.maximum(bins.power(data.ordinates), 1e-300)

@@ -43,8 +43,7 @@ SELECTED_FRACTION = 0.2
 #: Minimum number of ranked points that are finally optimized with all bins instead of cells.
 #: Chosen by judgment; not measured.
 MIN_RANKED_POINTS = 10
-#: Maximum difference in logL with which a simpler design of an effect is preferred: the expected gain of 2 by 4 useless
-#: parameters, or AIC with two parameters. Chosen by judgment; not measured.
+#: Maximum loss of logL for which a simpler design of an effect is preferred. Chosen by judgment; not measured.
 MAX_SIMPLER_LOSS = 2.0
 
 
@@ -173,8 +172,8 @@ def worth_polishing(
     """Scanned points whose shapes should be optimized: the best of every design, and at least two in total.
 
     `scanned` is sorted, best first. Points that differ only in the first shape count once, since they lead to the same
-    maximum. Every design is kept, because the grid is coarse for long records: a design whose best cutoff lies between two
-    grid points would lose to a worse design with a grid point at its best cutoff.
+    maximum. Every design is kept, because the grid is coarse for long records. A design whose best cutoff lies between two
+    grid points would otherwise lose to a worse design with a grid point at its best cutoff.
     """
     seen: set[tuple[object, ...]] = set()
     designs: set[tuple[object, ...]] = set()
