@@ -111,7 +111,7 @@ def driven(rng, duration):
 MOVED = {"carried": carried, "knocked": knocked, "driven": driven}
 
 
-def stretches(record):
+def disturbances(record):
     """Return the disturbances that a check of N+B+K finds."""
     fit = al.fit_model(al.Recording(record, rate=RATE, unit="rad/s"), "N+B+K")
     return [s.effect for s in fit.check().significant if s.kind == "disturbance"]
@@ -125,7 +125,7 @@ def main() -> None:
     asked = parser.parse_args()
     for name, made in QUIET.items():
         if asked.only in name:
-            seen = [stretches(made(np.random.default_rng([1, k]))) for k in range(asked.records)]
+            seen = [disturbances(made(np.random.default_rng([1, k]))) for k in range(asked.records)]
             false = [(k, found) for k, found in enumerate(seen) if found]
             print(f"{name:26} {len(false)} of {asked.records} have a disturbance", flush=True)
             for k, found in false:
@@ -141,7 +141,7 @@ def main() -> None:
                 motion = made(rng, TIME[inside] - start)
                 record = noise(rng)
                 record[inside] += motion / motion.std() * times * N * np.sqrt(RATE)
-                own = [e for e in stretches(record) if e.start < start + length and e.end > start]
+                own = [e for e in disturbances(record) if e.start < start + length and e.end > start]
                 found += bool(own)
                 early += [start - e.start for e in own[:1]]
                 late += [e.end - start - length for e in own[:1]]

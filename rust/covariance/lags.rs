@@ -42,18 +42,18 @@ pub struct Nodes {
     pub weights: Vec<f64>,
     /// Number of nodes and width of each panel. Panels of equal width have nodes at equal offsets.
     pub panels: Vec<(usize, usize)>,
-    /// For each stretch, which would be one panel without waves: number of panels, first lag, and width.
-    pub stretches: Vec<(usize, usize, usize)>,
+    /// For each segment, which would be one panel without waves: number of panels, first lag, and width.
+    pub segments: Vec<(usize, usize, usize)>,
 }
 
 impl Nodes {
     fn empty() -> Self {
-        Self { at: Vec::new(), weights: Vec::new(), panels: Vec::new(), stretches: Vec::new() }
+        Self { at: Vec::new(), weights: Vec::new(), panels: Vec::new(), segments: Vec::new() }
     }
 
-    /// Adds a stretch of panels, as narrow as the waves require. The stretch starts `offset` lags from a break;
+    /// Adds a segment of panels, as narrow as the waves require. The segment starts `offset` lags from a break;
     /// `forth` tells whether the distance from the break grows with the lag.
-    fn stretch(&mut self, start: usize, width: usize, offset: usize, waves: &[Wave], forth: bool) {
+    fn segment(&mut self, start: usize, width: usize, offset: usize, waves: &[Wave], forth: bool) {
         let before = self.panels.len();
         let mut done = 0;
         while done < width {
@@ -62,7 +62,7 @@ impl Nodes {
             self.panel(start + if forth { done } else { width - done - own }, own);
             done += own;
         }
-        self.stretches.push((self.panels.len() - before, start, width));
+        self.segments.push((self.panels.len() - before, start, width));
     }
 
     /// Adds a panel whose nodes are all its lags.
@@ -95,8 +95,8 @@ fn places(start: usize, width: usize) -> (f64, [f64; 4]) {
     (center, GAUSS.map(|z| (z * width as f64 / 2.0 - parity).round() + parity))
 }
 
-/// Interpolation of a smooth function on a stretch of at least `NARROW` lags, by the polynomial through its values at
-/// the nodes of one panel. If a break is half a stretch width away, the relative error is about 3.7⁻⁸; steep
+/// Interpolation of a smooth function on a segment of at least `NARROW` lags, by the polynomial through its values at
+/// the nodes of one panel. If a break is half a segment width away, the relative error is about 3.7⁻⁸; steep
 /// functions lose one more digit.
 pub struct Smooth {
     center: f64,
@@ -139,23 +139,23 @@ pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
     inside.dedup();
     let mut out = Nodes::empty();
     for (k, &start) in inside.iter().enumerate() {
-        out.stretch(start, 1, 0, &[], true);
+        out.segment(start, 1, 0, &[], true);
         let next = inside.get(k + 1).copied();
         let (first, stop) = (start + 1, next.unwrap_or(end));
         let length = stop.saturating_sub(first);
         // Panels grow from the left break up to the middle, and from the right break beyond it.
         let left = if next.is_some() { length.div_ceil(2) } else { length };
         for (offset, width) in graded(left) {
-            out.stretch(first + offset, width, offset, waves, true);
+            out.segment(first + offset, width, offset, waves, true);
         }
         for (offset, width) in graded(length - left) {
-            out.stretch(stop - offset - width, width, offset, waves, false);
+            out.segment(stop - offset - width, width, offset, waves, false);
         }
     }
     out
 }
 
-/// Offsets and widths of stretches that grow with the distance from a break, up to a total length.
+/// Offsets and widths of segments that grow with the distance from a break, up to a total length.
 fn graded(length: usize) -> impl Iterator<Item = (usize, usize)> {
     let mut offset = 0;
     std::iter::from_fn(move || {
@@ -248,8 +248,8 @@ mod tests {
             let found = nodes(&breaks, end, &waves);
             let total: f64 = found.weights.iter().sum();
             assert!((total / end as f64 - 1.0).abs() < 1e-12, "{breaks:?} {end}: {total}");
-            assert_eq!(found.stretches.iter().map(|(count, ..)| count).sum::<usize>(), found.panels.len());
-            assert_eq!(found.stretches.iter().map(|(_, _, width)| width).sum::<usize>(), end);
+            assert_eq!(found.segments.iter().map(|(count, ..)| count).sum::<usize>(), found.panels.len());
+            assert_eq!(found.segments.iter().map(|(_, _, width)| width).sum::<usize>(), end);
         }
     }
 

@@ -62,7 +62,7 @@ impl Kind {
     }
 }
 
-/// A smooth function is interpolated on stretches with at least this many panels.
+/// A smooth function is interpolated on segments with at least this many panels.
 const MIN_INTERPOLATED_PANELS: usize = 3;
 /// Distance in lags of the breaks within an autocovariance of finitely many lags: every lag near a break is summed.
 const KINK_DISTANCE: usize = 20;
@@ -212,7 +212,7 @@ impl Spaced<'_> {
         let (mut first, mut total) = (0, 0.0);
         let (mut at, mut covariance) = (Vec::new(), Vec::new());
         let mut panels = nodes.panels.iter();
-        for &(count, start, width) in &nodes.stretches {
+        for &(count, start, width) in &nodes.segments {
             let smooth = (count >= MIN_INTERPOLATED_PANELS && width >= lags::NARROW)
                 .then(|| Smooth::of(start, width, |u| slow(u + base)));
             for &(size, width) in panels.by_ref().take(count) {

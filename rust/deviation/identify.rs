@@ -38,14 +38,14 @@ pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize])
     let run = record.runs().iter().max_by_key(|run| run.1 - run.0).copied().unwrap_or((0, 0));
     let extra = usize::from(record.quantity() == Quantity::Rate);
     let (mut start, mut points) = (run.0, run.1 - run.0 + extra);
-    let mut stretch = Vec::new();
+    let mut segment = Vec::new();
     if theta.is_empty() {
         start += points.saturating_sub(LOCAL_POINTS) / 2;
         points = points.min(LOCAL_POINTS);
-        stretch.resize(points, 0.0);
-        record.local(start, &mut stretch);
+        segment.resize(points, 0.0);
+        record.local(start, &mut segment);
     }
-    let phase = if theta.is_empty() { stretch.as_slice() } else { &theta[start..start + points] };
+    let phase = if theta.is_empty() { segment.as_slice() } else { &theta[start..start + points] };
     let (mut last, mut known, mut first) = (0, f64::NAN, f64::NAN);
     let mut found = Vec::with_capacity(factors.len());
     let mut thinned = Vec::with_capacity(MAX_POINTS.min(points));

@@ -82,10 +82,10 @@ impl Rows {
             return Err(Error::Input(format!("{name}: there is no column {named}; it has {count}")));
         }
         if wanted.is_empty() {
-            return Err(Error::Input(format!("{name}: no column was asked for")));
+            return Err(Error::Input(format!("{name}: no column is requested")));
         }
         if let Some(column) = (1..wanted.len()).find(|&i| wanted[..i].contains(&wanted[i])) {
-            return Err(Error::Input(format!("{name}: column {} was asked for twice", wanted[column] + 1)));
+            return Err(Error::Input(format!("{name}: column {} is requested twice", wanted[column] + 1)));
         }
         self.mask = (0..count).map(|column| wanted.contains(&column)).collect();
         self.wanted = wanted;

@@ -58,7 +58,7 @@ def saved(tab, button):
         with tab.expect_download() as download:
             press()
         return Saved(download.value.suggested_filename, download.value.path().read_bytes())
-    # WebDriver BiDi tells nothing of a file that is made in the page: as the server sends it.
+    # WebDriver BiDi reports no download of a file made in the page; the answer of the server is used instead.
     with tab.expect_response(lambda answer: "/file/" in answer.url) as answer:
         press()
     said = answer.value.headers["content-disposition"]

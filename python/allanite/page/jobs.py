@@ -98,16 +98,16 @@ class Job:
 
     def take_turn(self) -> None:
         """Wait while other tabs search. The turn is released at the end of the job."""
-        name, told = self.name, False
+        name, waited = self.name, False
         while not self._holds_turn:
             self._holds_turn = TURNS.acquire(blocking=False)
             if not self._holds_turn:
-                if not told:
+                if not waited:
                     self.say("Waiting for another tab")
-                    told = True
+                    waited = True
                 time.sleep(0.05)
             self.progress(self.done, self.total)
-        if told:
+        if waited:
             self.say(name)
 
     @contextmanager

@@ -92,7 +92,7 @@ def open_study(tab: Tab, document: Any) -> None:
     try:
         found = [_axis(axis, columns) for axis in axes]
         span = _span(document.get("span"))
-        out = joined(_stretch(one) for one in document.get("left_out", [])[:MOST])
+        out = joined(_segment(one) for one in document.get("left_out", [])[:MOST])
     except (AttributeError, TypeError, LookupError, ValueError, ArithmeticError) as error:
         raise InputError(f"The study is damaged ({error})") from None
     seen = document.get("column")
@@ -125,10 +125,10 @@ def open_study(tab: Tab, document: Any) -> None:
 
 def _span(said: Any) -> tuple[float, float] | None:
     """Segment of a study, or None for the whole log."""
-    return None if said is None else _stretch(said)
+    return None if said is None else _segment(said)
 
 
-def _stretch(said: Any) -> Segment:
+def _segment(said: Any) -> Segment:
     """Segment from a document; `ValueError` if its limits are wrong."""
     start, end = float(said[0]), float(said[1])
     if not 0.0 <= start < end < float("inf"):
@@ -140,14 +140,14 @@ def _axis(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
     """Column, models, labels, current step and removed effects of one axis of a study."""
-    name, rungs, at = axis["column"], axis["ladder"], axis["at"]
+    name, saved_steps, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:
         raise InputError(f"The study contains column {str(name)[:40]!r}, which this log lacks")
-    if not isinstance(rungs, list) or not 0 < len(rungs) <= MOST:
+    if not isinstance(saved_steps, list) or not 0 < len(saved_steps) <= MOST:
         raise InputError("The study contains no steps")
-    models = [model_from_dict({**r, "schema": "allanite/fit/1"}, "study") for r in rungs]
-    last = len(rungs) - 1
-    labels = [str(r.get("label", ""))[:80] for r in rungs]
+    models = [model_from_dict({**r, "schema": "allanite/fit/1"}, "study") for r in saved_steps]
+    last = len(saved_steps) - 1
+    labels = [str(r.get("label", ""))[:80] for r in saved_steps]
     return (
         columns.index(name),
         models,

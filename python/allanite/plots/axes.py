@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.plots.spec import Axis
 
-__all__ = ["linear_axis", "log_axis", "rung_axis", "score_axis"]
+__all__ = ["linear_axis", "log_axis", "score_axis", "step_axis"]
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Maximum number of labeled decades; with more decades, only every second (third, …) is labeled.
@@ -85,7 +85,7 @@ def score_axis(label: str, *scores: Any) -> Axis:
     return Axis(label, -top, top, False, ((-tick, f"−{tick:g}"), (0.0, "0"), (tick, f"+{tick:g}")))
 
 
-def rung_axis(texts: Iterable[str]) -> Axis:
+def step_axis(texts: Iterable[str]) -> Axis:
     """A categorical axis with one place per step, the first at the top."""
     ticks = tuple((float(i), text) for i, text in enumerate(texts))
     return Axis("", -0.6, len(ticks) - 0.4, False, ticks, reverse=True)

@@ -138,8 +138,8 @@ def plot_stability(
     guides = [mark for slope, name in SLOPES for mark in _guide(first, slope, name, x, y)]
     panel = Panel(x, y, (*guides, *marks))
     title = "Stability" if first.unit == "1" else "Deviations"
-    told = "" if recording is None else recording_text(recording)
-    figure = Figure(title, told, (panel,), kind="stability", below=_table(deviations))
+    subtitle = "" if recording is None else recording_text(recording)
+    figure = Figure(title, subtitle, (panel,), kind="stability", below=_table(deviations))
     if path is not None:
         figure.save(path, theme)
     return figure

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["plot_recording", "samples_panel"]
 
 #: Number of segments that a figure resolves.
-STRETCHES = 600
+SEGMENTS = 600
 
 Array = NDArray[np.float64]
 
@@ -70,12 +70,12 @@ def samples_panel(
     row: int = 0,
     last: bool = True,
     named: bool = True,
-    stretches: int = STRETCHES,
+    segments: int = SEGMENTS,
     worst: tuple[float, float] | None = None,
 ) -> Panel:
     """Panel of one column over time; `worst` is a time range in s to be shaded."""
     size, name = time_scale(column.duration)
-    time, low, high, mean = _stretches(column.rate_samples(), stretches)
+    time, low, high, mean = _segments(column.rate_samples(), segments)
     time *= column.duration / size
     marks: list[Mark] = []
     if worst is not None:
@@ -95,10 +95,10 @@ def samples_panel(
     return Panel(x, y, tuple(marks), row, show_x=last)
 
 
-def _stretches(samples: NDArray[Any], stretches: int) -> tuple[Array, Array, Array, Array]:
+def _segments(samples: NDArray[Any], segments: int) -> tuple[Array, Array, Array, Array]:
     """Relative time (0 to 1), minimum, maximum and mean of each segment; NaN if all its samples are missing."""
     values = np.ascontiguousarray(samples, dtype=np.float64)
-    low, high = _kernels.envelope(values, stretches)
+    low, high = _kernels.envelope(values, segments)
     # The same segments as in the envelope.
     edges = np.arange(low.size + 1) * values.size // low.size
     here = ~np.isnan(values)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.numbers import number
-from allanite.plots.axes import linear_axis, log_axis, rung_axis
+from allanite.plots.axes import linear_axis, log_axis, step_axis
 from allanite.plots.curves import TAU, interval
 from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
 from allanite.plots.words import allan_label, effect_text, recording_text, values_text
@@ -42,7 +42,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     """
     ladder = study.ladder
     names = _names(ladder)
-    fits = [rung.fit for rung in ladder]
+    fits = [step.fit for step in ladder]
     chance = fits[-1].error.chance_rms_percent
     panels = (
         _bars("unexplained misfit (%)", names, list(study.misfit_left), None, 0),
@@ -67,7 +67,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
 
 def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
     """Text of each step, with values if they fit between the texts above and below."""
-    full, short = ([_rung_text(rung, numbers) for rung in ladder] for numbers in (True, False))
+    full, short = ([_step_text(step, numbers) for step in ladder] for numbers in (True, False))
     lines = [text.count("\n") + 1 for text in full]
     beside = [
         max(lines[max(0, i - 1) : i] + lines[i + 1 : i + 2], default=0) for i in range(len(lines))
@@ -78,25 +78,25 @@ def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
     return tuple(a if fit else b for a, b, fit in zip(full, short, fits, strict=True))
 
 
-def _rung_text(rung: Rung, numbers: bool) -> str:
+def _step_text(step: Rung, numbers: bool) -> str:
     """Changes of one step, with the values of new effects if `numbers`."""
-    if not rung.changes:
-        return f"start\n{rung.fit.model.name}"
-    if rung.removed or not numbers:
-        return "\n".join(rung.changes)
+    if not step.changes:
+        return f"start\n{step.fit.model.name}"
+    if step.removed or not numbers:
+        return "\n".join(step.changes)
     # New effects are at the end of the model, in the order in which they were added.
-    new = list(zip(rung.fit.model.effects, rung.fit.estimates, strict=True))[-len(rung.new) :]
+    new = list(zip(step.fit.model.effects, step.fit.estimates, strict=True))[-len(step.new) :]
     last = []
-    for effect in rung.new:
+    for effect in step.new:
         at = next((i for i, pair in enumerate(new) if pair[0].kind == effect.kind), None)
         last.append("" if at is None else values_text(*new.pop(at), most=1))
-    lines = [f"+ {effect_text(rung.fit, rung.new[0])}", *rung.changes[1:]]
+    lines = [f"+ {effect_text(step.fit, step.new[0])}", *step.changes[1:]]
     return "\n".join(text for pair in zip(lines, last, strict=True) for text in pair if text)
 
 
-def _colors(rungs: int) -> tuple[str, ...]:
+def _colors(steps: int) -> tuple[str, ...]:
     """Colors of the bars: the first and the last step have the colors of their curves."""
-    return tuple("c1" if i == rungs - 1 else "model" if i == 0 else "before" for i in range(rungs))
+    return tuple("c1" if i == steps - 1 else "model" if i == 0 else "before" for i in range(steps))
 
 
 def _bars(
@@ -118,7 +118,7 @@ def _bars(
     # Leave space for the number at the end of the longest bar.
     room = 0.42 * (top - low)
     x = linear_axis(label, low - (room if low < 0 else 0.0), top + room, 3)
-    return Panel(x, rung_axis(names), tuple(marks), column=column, show_y=column == 0)
+    return Panel(x, step_axis(names), tuple(marks), column=column, show_y=column == 0)
 
 
 def _before_after(study: Study, column: int) -> Panel:

@@ -74,29 +74,32 @@ def _without_title(figure: Figure) -> Figure:
 
 def _recorded(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     """Section on the record: file, size, unit, findings of the audit, and a plot of the samples."""
-    told, recording = document["recording"], entry.recording
+    facts, recording = document["recording"], entry.recording
     place = f"{at}recording"
     rows: list[tuple[Cell, ...]] = [
-        ("file", told["path"] or "–"),
-        ("column", told["column"]),
-        ("samples", (Number(many(told["n"]), told["n"], f"{place}.n"), f", {recording.quantity}")),
-        ("rate", (Number(f"{told['rate_hz']:.6g}", told["rate_hz"], f"{place}.rate_hz"), " Hz")),
+        ("file", facts["path"] or "–"),
+        ("column", facts["column"]),
+        (
+            "samples",
+            (Number(many(facts["n"]), facts["n"], f"{place}.n"), f", {recording.quantity}"),
+        ),
+        ("rate", (Number(f"{facts['rate_hz']:.6g}", facts["rate_hz"], f"{place}.rate_hz"), " Hz")),
         (
             "duration",
             (
-                Number(f"{told['duration_s']:.6g}", told["duration_s"], f"{place}.duration_s"),
-                f" s ({seconds(told['duration_s'])})",
+                Number(f"{facts['duration_s']:.6g}", facts["duration_s"], f"{place}.duration_s"),
+                f" s ({seconds(facts['duration_s'])})",
             ),
         ),
-        ("unit", unit_text(told["unit"])),
-        ("gaps", (Number(many(told["gaps"]), told["gaps"], f"{place}.gaps"),)),
+        ("unit", unit_text(facts["unit"])),
+        ("gaps", (Number(many(facts["gaps"]), facts["gaps"], f"{place}.gaps"),)),
     ]
     if recording.covariates:
         named = (
             (n, column_unit(n, recording.covariate_units.get(n))) for n in recording.covariates
         )
         rows.append(("logged columns", ", ".join(n if n == u else in_unit(n, u) for n, u in named)))
-    found = told["audit"]
+    found = facts["audit"]
     warnings = tuple(tidy(str(f["message"])) for f in found if f["severity"] == "warning")
     remarks = tuple(tidy(str(f["message"])) for f in found if f["severity"] != "warning")
     out: list[Block] = [Heading("Record"), Table((), tuple(rows))]
@@ -290,12 +293,12 @@ def _cards(check: Any, documents: list[dict[str, Any]], place: str) -> list[Bloc
     return cards
 
 
-def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: int) -> Card:
+def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int) -> Card:
     """Card of a suggestion: values, evidence, size, alternatives, and how to confirm it."""
-    evidence = told["evidence"]
+    evidence = described["evidence"]
     terms: list[tuple[str, Cell]] = []
     values: list[str | Number] = []
-    for name, value in told["parameters"].items():
+    for name, value in described["parameters"].items():
         shown, _, unit = parameter_cells(value, f"{place}.parameters.{name}")
         values += [
             ", " if values else "",
@@ -325,15 +328,15 @@ def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: i
             ),
         )
     )
-    removes = exact(told["removes_percent"], f"{place}.removes_percent", 2)
+    removes = exact(described["removes_percent"], f"{place}.removes_percent", 2)
     terms.append(("size", ("explains ", *_flat(removes), " % of the spectrum's misfit")))
-    rivals = told.get("rivals")
+    rivals = described.get("rivals")
     if rivals:
         names = ", ".join(map(title_of, rivals))
         terms.append(("alternative explanations", names))
-    terms.append(("to confirm", tidy(str(told["check_by"]))))
+    terms.append(("to confirm", tidy(str(described["check_by"]))))
     name = check.fit.display_name(suggestion.effect)
-    words = str(told["explanation"])
+    words = str(described["explanation"])
     # Drop the name and the values from the sentence, because the card shows them separately.
     if words.startswith(f"{name} (") and "): " in words:
         words = words.split("): ", 1)[1]
@@ -348,18 +351,18 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         words = "No effect was added: there is only one step."
         return [Heading("Stepwise model building"), Paragraph(words)]
     rows: list[tuple[Cell, ...]] = []
-    for i, (rung, told) in enumerate(zip(entry.study.ladder, ladder, strict=True)):
+    for i, (step, described) in enumerate(zip(entry.study.ladder, ladder, strict=True)):
         where = f"{at}improve.ladder.{i}"
-        error = told["error"]
+        error = described["error"]
         rows.append(
             (
-                ", ".join(rung.changes) or ("values changed by hand" if i else "start"),
-                told["model"].replace("+", "+\u200b"),  # allows a line break in a long sum
+                ", ".join(step.changes) or ("values changed by hand" if i else "start"),
+                described["model"].replace("+", "+\u200b"),  # allows a line break in a long sum
                 exact(error["misfit_left_percent"], f"{where}.error.misfit_left_percent", 3),
-                exact(told["misfit"]["reduced"], f"{where}.misfit.reduced"),
-                exact(told["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
+                exact(described["misfit"]["reduced"], f"{where}.misfit.reduced"),
+                exact(described["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
                 exact(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
-                exact(told["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
+                exact(described["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
                 exact(
                     (error["predictive"] or {}).get("score"), f"{where}.error.predictive.score", 4
                 ),

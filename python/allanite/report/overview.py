@@ -30,9 +30,9 @@ def overview(found: Characterization) -> list[Block]:
         shared = tuple(_sentence(text) for text in in_common(sensor))
         if shared:
             out.append(Bullets(shared))
-    told = convention(study.fit for study in found.studies.values())
-    if told:
-        out.append(Paragraph(f"{told}.", "quiet"))
+    stated = convention(study.fit for study in found.studies.values())
+    if stated:
+        out.append(Paragraph(f"{stated}.", "quiet"))
     seen = tuple(seen_by_several(found.common))
     if seen:
         out.append(Heading("Effects found on several axes"))

@@ -39,10 +39,10 @@ def summary(report: Report) -> list[Block]:
         ("temperature", _temperature(first)),
         ("duration", f"{seconds(first.duration)} at {first.rate:.6g} Hz"),
     ]
-    told = [_axis(entry) for entry in report.entries]
-    shown = [i for i in range(len(COEFFICIENTS)) if any(cells[2 + i] != "–" for cells in told)]
+    entries = [_axis(entry) for entry in report.entries]
+    shown = [i for i in range(len(COEFFICIENTS)) if any(cells[2 + i] != "–" for cells in entries)]
     head = ("axis", "verdict", *(COEFFICIENTS[i] for i in shown))
-    body = tuple((*cells[:2], *(cells[2 + i] for i in shown)) for cells in told)
+    body = tuple((*cells[:2], *(cells[2 + i] for i in shown)) for cells in entries)
     return [
         Table((), tuple(rows)),
         Heading("Verdict and filter values"),

@@ -168,7 +168,7 @@ def _missing(study: Any) -> str:
 def _removed(study: Any) -> str:
     """Sentence on effects that were removed because later effects made them unnecessary; empty if none."""
     there = {effect.kind for effect in study.fit.model}
-    gone = dict.fromkeys(kind for rung in study.ladder for kind in rung.removed)
+    gone = dict.fromkeys(kind for step in study.ladder for kind in step.removed)
     kinds = [kind for kind in gone if kind not in there]
     names = ", ".join(map(title_of, kinds))
     return f"Removed as no longer needed: {names}. " if names else ""
@@ -177,9 +177,9 @@ def _removed(study: Any) -> str:
 def _all_added(study: Any) -> list[str]:
     """Text of each added effect with its values; several effects of one kind are counted."""
     together: dict[str, list[tuple[Any, Any]]] = {}
-    for rung in study.ladder[1:]:
-        for effect in rung.new:
-            together.setdefault(effect.kind, []).append((rung.fit, effect))
+    for step in study.ladder[1:]:
+        for effect in step.new:
+            together.setdefault(effect.kind, []).append((step.fit, effect))
     fits = study.fit, study.ladder[0].fit
     last, first = (Counter(effect.kind for effect in fit.model) for fit in fits)
     stay = last - first

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[3]
 def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
     module = runpy.run_path(str(ROOT / "examples" / "mathworks.py"))
     study = module["main"](hours=2.0)
-    added = {rung.added.kind for rung in study.ladder if rung.added is not None}
+    added = {step.added.kind for step in study.ladder if step.added is not None}
     assert "quantization" in added
     words = capsys.readouterr().out
     assert "nearest slopes" in words
@@ -39,7 +39,7 @@ def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
     assert at == 0.01
     assert first in (1.0, 2.0)
     assert abs(last) < 1.8
-    scores = [rung.fit.error.predictive.score for rung in study.ladder]
+    scores = [step.fit.error.predictive.score for step in study.ladder]
     assert scores == sorted(scores, reverse=True)
 
 
@@ -169,7 +169,7 @@ def test_readme_example_runs():
     assert code is not None
     names: dict[str, object] = {}
     exec(code[1], names)
-    kinds = [rung.added.kind for rung in names["study"].ladder[1:]]
+    kinds = [step.added.kind for step in names["study"].ladder[1:]]
     assert kinds == ["gauss_markov"]
     assert names["fit"]["N"].to("deg/sqrt(h)").unit == "deg/sqrt(h)"
 

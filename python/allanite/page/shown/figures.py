@@ -187,8 +187,8 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
     found = compare(drawn)
     curves = list(found.curves)
     if tab.ladder.steps:
-        twin = compare([("Simulated sensor", _twin(tab.step.fit), None)]).curves[0]
-        curves.append(replace(twin, kind="twin", low=None, high=None))
+        simulated = compare([("Simulated sensor", _simulated(tab.step.fit), None)]).curves[0]
+        curves.append(replace(simulated, kind="simulated", low=None, high=None))
     missing = []
     for figure in () if tab.sheet is None else tab.sheet.figures:
         kind = parse_unit(log.unit).kind
@@ -213,8 +213,8 @@ def _compared(figure: Figure) -> Figure:
         if not isinstance(mark, Line | Points):
             return mark
         label = mark.label.removesuffix(" (recording)")
-        if label.endswith(" (twin)"):
-            return replace(mark, color="model", label=label.removesuffix(" (twin)"))
+        if label.endswith(" (simulated)"):
+            return replace(mark, color="model", label=label.removesuffix(" (simulated)"))
         if label.endswith(" (datasheet)"):
             return replace(mark, color="guide", label=label.removesuffix(" (datasheet)"))
         return replace(mark, label=label)
@@ -223,7 +223,7 @@ def _compared(figure: Figure) -> Figure:
     return replace(figure, panels=panels)
 
 
-def _twin(fit: Fit) -> Recording:
+def _simulated(fit: Fit) -> Recording:
     """Recording of a sensor simulated from the fit."""
     data = fit.data
     return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))

@@ -59,7 +59,7 @@ def samples_figure(
     size, name = time_scale(part.duration)
     begin = first / log.rate / size
     single = part.n <= MAX_SINGLE
-    panel = samples_panel(part, stretches=part.n if single else SEGMENTS)
+    panel = samples_panel(part, segments=part.n if single else SEGMENTS)
     marks: list[Mark] = []
     if worst is not None and worst[1] > start and worst[0] < end:
         span = max(worst[0], start) / size, min(worst[1], end) / size
