@@ -33,7 +33,7 @@ def read(path: Path, pick: Picker) -> NoReturn:  # noqa: ARG001 - nothing is rea
     """
     raise InputError(
         "messages as rostopic echo prints them, not a table: record a bag (rosbag record, ros2 bag record),"
-        " or print rows with rostopic echo -p or ros2 topic echo --csv"
+        " or print rows as CSV (rostopic echo -p, or the CSV option of ros2 topic echo)"
     )
 
 
