@@ -20,6 +20,7 @@ from allanite.suggestion.constants import (
     MAX_SIDE_BAND_FRACTION,
     MIN_BAND_EXCESS,
     MIN_SIDE_BAND_HALF_WIDTHS,
+    MIN_SIDE_BAND_SHARE,
 )
 
 if TYPE_CHECKING:
@@ -208,10 +209,12 @@ def _with_side_bands(fit: Fit, place: int) -> Fit:
         )
         sides[int(2.0 * data.duration * f > middle), there] = 0.0
     score = (sides - 1.0) * np.sqrt(half + 0.5)
-    best = int(np.argmax(score.sum(axis=0) * (score.min(axis=0) > 0.5 * MIN_BAND_EXCESS)))
+    best = int(
+        np.argmax(score.sum(axis=0) * (score.min(axis=0) > MIN_SIDE_BAND_SHARE * MIN_BAND_EXCESS))
+    )
     if (
         score[:, best].sum() < MIN_BAND_EXCESS * np.sqrt(2.0)
-        or score[:, best].min() < 0.5 * MIN_BAND_EXCESS
+        or score[:, best].min() < MIN_SIDE_BAND_SHARE * MIN_BAND_EXCESS
     ):
         return fit
     apart = first + best

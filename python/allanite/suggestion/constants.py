@@ -70,6 +70,9 @@ MAX_DESIGNS_POLISHED = 3
 #: Unit: points. Grid points of a resonance or a notch that are climbed.
 #: Basis: judgment.
 MAX_NARROW_POINTS_CLIMBED = 60
+#: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
+#: Basis: judgment.
+MAX_SHAPE_RATIO = 2.0
 #: Unit: nats per parameter. ΔlogL that each further parameter of a filter design must gain.
 #: Basis: judgment.
 MIN_GAIN_PER_DESIGN_PARAMETER = 2.0
@@ -97,6 +100,9 @@ MIN_HARMONIC_HEIGHT = 8.0
 #: Unit: 1. Highest harmonic of a line that is searched.
 #: Basis: judgment.
 MAX_LINE_HARMONIC = 12
+#: Unit: 1. Highest harmonic that the strongest line of a short comb may be.
+#: Basis: judgment.
+MAX_FUNDAMENTAL_DIVISOR = 3
 #: Unit: 1. Highest harmonic of a train of pulses that is searched.
 #: Basis: judgment.
 MAX_PULSE_HARMONIC = 64
@@ -163,6 +169,9 @@ MIN_BURST_NOISE_DELTA_LOGL = 12.0
 #: Unit: samples. Shortest correlation time at which two levels can be seen.
 #: Basis: judgment.
 MIN_BURST_NOISE_LAG = 4.0
+#: Unit: ordinates. Fewest ordinates in which the Gauss-Markov process exceeds the rest of the spectrum.
+#: Basis: judgment.
+MIN_BURST_NOISE_ORDINATES = 32
 #: Unit: nats. Log-odds above which the record has two levels.
 #: Basis: simulation; 157 Gauss-Markov records of ΔlogL 12 to 70 stay below −2.6, median −50. Markov's inequality does
 #: not give the error rate: four parameters of the chain are polished first, which adds about 2.
@@ -198,6 +207,16 @@ LEVEL_CELLS = 256
 #: Unit: values. Fewest values of the power over time in which a change of level is searched.
 #: Basis: judgment.
 MIN_POWER_VALUES = 64
+#: Unit: fraction. Change of the median size of the samples over the change of their rms, above which an interval is louder
+#: as a whole and not by outliers.
+#: Basis: judgment.
+MIN_TYPICAL_CHANGE_FRACTION = 0.5
+#: Unit: fraction. Part of the excess power that repeats with the period, above which a periodic level is a line.
+#: Basis: judgment.
+MIN_WAVEFORM_FRACTION = 0.5
+#: Unit: fraction. Part of its ΔlogL by which a further change of level must steady the power over time.
+#: Basis: judgment.
+MIN_STEADIED_FRACTION = 0.5
 #: Unit: nats. Smallest ΔlogL of a change of the level of the white noise.
 #: Basis: judgment; a single two-sided test exceeds it with a probability of 0.5 %.
 MIN_LEVEL_DELTA_LOGL = 4.0
@@ -246,6 +265,9 @@ NARROW_DISTURBANCE_FACTOR = 10.0
 #: Unit: ordinates. Fewest ordinates of a band in which a disturbance is compared with other times.
 #: Basis: judgment.
 MIN_DISTURBANCE_ORDINATES = 8
+#: Unit: 1/√ordinates. Excess of a band over both neighbors, relative to them, from which it holds something narrow.
+#: Basis: judgment.
+MIN_NARROW_PEAK = 8.0
 #: Unit: samples. Fewest equal samples in a row that are a stuck value.
 #: Basis: judgment.
 MIN_STUCK_SAMPLES = 16
@@ -345,6 +367,9 @@ MIN_BEAT_EVIDENCE = 10.0
 #: Unit: 1. Highest multiple of a narrow band that is searched.
 #: Basis: judgment.
 MAX_BAND_HARMONIC = 9
+#: Unit: fraction. Part of the excess that is required of both side bands together that each must have.
+#: Basis: judgment.
+MIN_SIDE_BAND_SHARE = 0.5
 #: Unit: half-widths of the band. Smallest distance of a side band.
 #: Basis: judgment.
 MIN_SIDE_BAND_HALF_WIDTHS = 6.0

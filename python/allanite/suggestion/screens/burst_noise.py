@@ -20,6 +20,7 @@ from allanite.suggestion.constants import (
     MIN_BURST_NOISE_DELTA_LOGL,
     MIN_BURST_NOISE_LAG,
     MIN_BURST_NOISE_LOG_ODDS,
+    MIN_BURST_NOISE_ORDINATES,
     REFUTED_BURST_NOISE_LOG_ODDS,
 )
 from allanite.suggestion.screens.spectral import Candidate
@@ -118,7 +119,7 @@ def _odds_above(
 
     j = np.arange(1 + slow, block.count, dtype=np.int64)
     rest, lag_part = (part[slow:] for part in spectrum)
-    if int((lag_part > rest).sum()) < max(4 * slow, 32):
+    if int((lag_part > rest).sum()) < max(4 * slow, MIN_BURST_NOISE_ORDINATES):
         return 0.0
     ordinates = solution.ordinates.copy()
     ordinates[: slow + 1] = 0.0

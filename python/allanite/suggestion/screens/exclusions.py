@@ -25,6 +25,7 @@ from allanite.suggestion.constants import (
     MAX_EXCLUSION_PROBABILITY,
     MIN_DISTURBANCE_ORDINATES,
     MIN_DISTURBANCE_POWER_RATIO,
+    MIN_NARROW_PEAK,
     MIN_POWER_VALUES,
     MIN_STUCK_SAMPLES,
     NARROW_DISTURBANCE_FACTOR,
@@ -336,7 +337,7 @@ def _power_ratio(
     )
     usual = np.array([spectrum(at) for at in some])
     # Two values of a band with this many ordinates differ by less by chance.
-    clearly = 1.0 + 8.0 / np.sqrt(np.diff(edges)[2:-2])
+    clearly = 1.0 + MIN_NARROW_PEAK / np.sqrt(np.diff(edges)[2:-2])
     peaks = usual[:, 2:-2] > clearly * np.maximum(usual[:, :-4], usual[:, 4:])
     louder = float(np.max((spectrum(start) / np.median(usual, axis=0))[2:-2]))
     return (

@@ -17,6 +17,7 @@ from allanite.fit.likelihood.stop_band import is_empty
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE, polish_line
 from allanite.suggestion.constants import (
+    MAX_FUNDAMENTAL_DIVISOR,
     MAX_LINE_HARMONIC,
     MAX_LINES_REFITTED,
     MAX_PULSE_HARMONIC,
@@ -268,7 +269,7 @@ def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[i
         if base < 4 * MIN_LINE_CYCLES + 2 * width:
             break
         highest = (ratio.size - 2) // base
-        if divisor <= 3:
+        if divisor <= MAX_FUNDAMENTAL_DIVISOR:
             multiples = _harmonics_found(
                 ratio, top, divisor, width, min(MAX_LINE_HARMONIC, highest)
             )

@@ -37,6 +37,7 @@ from allanite.suggestion.constants import (
     MAX_FORMS_EXTENDED,
     MAX_NARROW_POINTS_CLIMBED,
     MAX_REFIT_GAIN_RATIO,
+    MAX_SHAPE_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_GAIN_PER_DESIGN_PARAMETER,
     MIN_SPECTRAL_SCREEN_GAIN,
@@ -280,7 +281,9 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
 def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
     """True if all shapes of a grid point are within a factor of two of those of an effect."""
     return all(
-        0.5 * effect.values[name] < point.values[name] < 2.0 * effect.values[name]
+        effect.values[name] / MAX_SHAPE_RATIO
+        < point.values[name]
+        < MAX_SHAPE_RATIO * effect.values[name]
         for name in point.free_shapes
     )
 
