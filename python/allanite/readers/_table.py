@@ -142,6 +142,8 @@ Picker = Callable[["Table"], Sequence[int]]
 _WITH_UNIT = re.compile(
     r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
 )
+#: Characters of a header cell above which it is not searched for a unit. The search takes time with the square of them.
+LONGEST_HEADER = 1000
 #: Text in brackets that distinguishes columns and is no unit: an index, a register (x8004), an axis, a state of the data.
 _APART = re.compile(
     r"\d+|0?x[0-9a-f]+|[xyz]|[ijk]|roll|pitch|yaw|left|right|raw|filtered|calibrated|uncalibrated",
@@ -151,7 +153,7 @@ _APART = re.compile(
 
 def split_unit(cell: str) -> tuple[str, str | None]:
     """Split ``"gyro x [deg/s]"`` into name and unit; an index such as ``gyro[0]`` stays part of the name."""
-    match = _WITH_UNIT.match(cell)
+    match = _WITH_UNIT.match(cell) if len(cell) <= LONGEST_HEADER else None
     if match is None or not match["name"]:
         return cell.strip(), None
     unit = match["unit"].strip()

@@ -35,8 +35,11 @@ __all__ = ["read", "recognizes"]
 # Source: docs.arduino.cc, "Serial Monitor" (IDE 1.8 and 2: "Show timestamp" puts "12:00:00.000 -> " before each line)
 # and arduino-serial-plotter-webapp, protocol.md ("label:value" pairs, separated by comma, blank or tab).
 _LABEL = r"[A-Za-z_][^\s:,;]*"
-_VALUE = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|inf|ovf"
-_PAIR = re.compile(rf"(?P<label>{_LABEL})\s*[:=]\s*(?P<value>{_VALUE})(?=$|[\s,;])", re.IGNORECASE)
+# Possessive, and a label only at the start of a word: the time must not grow with the square of a line's length.
+_VALUE = r"[-+]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][-+]?\d++)?|nan|inf|ovf"
+_PAIR = re.compile(
+    rf"(?<![^\s,;])(?P<label>{_LABEL})\s*[:=]\s*(?P<value>{_VALUE})(?=$|[\s,;])", re.IGNORECASE
+)
 _SEPARATORS = " \t,;"
 
 
