@@ -75,8 +75,8 @@ class Table:
 
     def __post_init__(self) -> None:
         # Names and units in a file may hold any characters.
-        names = tuple(map(plain, self.names))
-        units = [u and plain(u) for u in self.units]
+        names = tuple(_short(plain(name)) for name in self.names)
+        units = [u and _short(plain(u)) for u in self.units]
         said = [_unit_of(name, u) for name, u in zip(names, units, strict=True)]
         object.__setattr__(self, "names", distinct(names))
         object.__setattr__(self, "units", tuple(said))
@@ -92,6 +92,11 @@ class Table:
     def n(self) -> int:
         """Number of rows."""
         return next((len(c) for c in self.columns if c is not None), 0)
+
+
+def _short(name: str) -> str:
+    """Name without runs of blanks if it is longer than `LONGEST_HEADER`: patterns take time with the square of a run."""
+    return name if len(name) <= LONGEST_HEADER else " ".join(name.split())
 
 
 def _unit_of(name: str, unit: str | None) -> str | None:

@@ -26,12 +26,12 @@ __all__ = ["read", "recognizes"]
 # Possessive, and names and units are short: the time must not grow with the square of a line's length.
 _NUMBER = r"[-+]?(?:\d++\.?+\d*+|\.\d++)(?:[eE][-+]?\d++)?|nan|ovf"
 _LINE = re.compile(
-    rf"^\s*(?P<name>[A-Za-z][A-Za-z ]{0, 30}?)\s*X\s*[:=]\s*(?P<x>{_NUMBER})\s*,?\s*Y\s*[:=]\s*(?P<y>{_NUMBER})"
-    rf"\s*,?\s*Z\s*[:=]\s*(?P<z>{_NUMBER})\s*(?P<unit>[^\d\s:=][^:=]{0, 20}?)?\s*$",
+    rf"^\s*(?P<name>[A-Za-z][A-Za-z ]{{0,30}}?)\s*X\s*[:=]\s*(?P<x>{_NUMBER})\s*,?\s*Y\s*[:=]\s*(?P<y>{_NUMBER})"
+    rf"\s*,?\s*Z\s*[:=]\s*(?P<z>{_NUMBER})\s*(?P<unit>[^\d\s:=][^:=]{{0,20}}?)?\s*$",
     re.IGNORECASE,
 )
 _SINGLE = re.compile(
-    rf"^\s*(?P<name>Temp(?:erature)?)\s*[:=]?\s*(?P<x>{_NUMBER})\s*(?P<unit>[^\d\s:=][^:=]{0, 20}?)?\s*$",
+    rf"^\s*(?P<name>Temp(?:erature)?)\s*[:=]?\s*(?P<x>{_NUMBER})\s*(?P<unit>[^\d\s:=][^:=]{{0,20}}?)?\s*$",
     re.IGNORECASE,
 )
 #: Words in these sketches → column names that state the kind of sensor.

@@ -32,9 +32,11 @@ LOGS = [seed.decode() for seed in (*logs.texts(), *targets._text()[:3], *logs.se
 @pytest.mark.parametrize("number", range(len(LOGS)))
 def test_a_long_word(tmp_path, word, number):
     lines = LOGS[number].splitlines()
-    for row in (0, 1, len(lines) // 2):
+    first = [lines[0][:5] + WORDS[word] + lines[0][5:], *lines[1:]]
+    middle = len(lines) // 2
+    for text in (first, [WORDS[word], *lines], [*lines[:middle], WORDS[word], *lines[middle:]]):
         path = tmp_path / "log.txt"
-        path.write_text("\n".join([*lines[:row], WORDS[word], *lines[row:]]) + "\n", "utf-8")
+        path.write_text("\n".join(text) + "\n", "utf-8")
         begun = process_time()
         try:
             al.read(path, rate=10)
