@@ -141,7 +141,9 @@ def main() -> None:
                 motion = made(rng, TIME[inside] - start)
                 record = noise(rng)
                 record[inside] += motion / motion.std() * times * N * np.sqrt(RATE)
-                own = [e for e in disturbances(record) if e.start < start + length and e.end > start]
+                own = [
+                    e for e in disturbances(record) if e.start < start + length and e.end > start
+                ]
                 found += bool(own)
                 early += [start - e.start for e in own[:1]]
                 late += [e.end - start - length for e in own[:1]]
