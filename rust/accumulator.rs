@@ -37,6 +37,7 @@ struct Terms {
 }
 
 impl Terms {
+    /// The factors, grouped for the widest instructions of the processor.
     fn new(factors: Vec<usize>) -> Self {
         let placed: Vec<_> = factors.iter().copied().enumerate().collect();
         Self { groups: sums::groups(Width::best(), &placed), factors }
@@ -85,6 +86,7 @@ struct Level {
 }
 
 impl Level {
+    /// Empty level of a segment that begins at the block `start`.
     fn new(start: u64, factors: usize) -> Self {
         Self {
             start,

@@ -44,6 +44,7 @@ struct Filter<'a> {
 }
 
 impl<'a> Filter<'a> {
+    /// Filter in the initial state of a system.
     fn new(system: &'a System) -> Self {
         let d = system.states();
         Self {

@@ -140,6 +140,7 @@ impl<'a, T: Sample> Record<'a, T> {
         self.local_by(start, phase, |values, slope, carry| unsafe { scan::avx2(values, slope, carry) })
     }
 
+    /// Body of [`Self::local`] for a given function that computes running sums.
     #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
     #[inline(always)]
     fn local_by(

@@ -70,10 +70,12 @@ fn planned<T: ?Sized>(
     plan
 }
 
+/// Cached plan of the Fourier transform of n real samples.
 fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
     planned(&FORWARD, n, |planner| planner.plan_fft_forward(n))
 }
 
+/// Cached plan of the inverse transform.
 fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
     planned(&INVERSE, n, |planner| planner.plan_fft_inverse(n))
 }

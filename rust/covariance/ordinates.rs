@@ -136,6 +136,7 @@ compiled_for_each_width! {
     fn add_finite_lags(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) = finite_lags
 }
 
+/// Adds the ordinates of a kernel λ^|h| with real λ.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn real_exponential(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, odd]: &[f64; 5]) {
@@ -145,6 +146,7 @@ fn real_exponential(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, m
     }
 }
 
+/// Adds the ordinates of a kernel λ^|h| with complex λ.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn complex_exponential(
@@ -164,6 +166,7 @@ fn complex_exponential(
     }
 }
 
+/// Adds the ordinates of a kernel given at `lags`.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn finite_lags(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) {

@@ -38,6 +38,7 @@ pub struct Terms {
 type Found = Vec<(f64, u64)>;
 
 impl Terms {
+    /// Sums of zero for this number of factors.
     fn new(factors: usize) -> Self {
         Self { sum: vec![0.0; factors], count: vec![0; factors] }
     }

@@ -80,6 +80,7 @@ pub fn adjacent(block: &Block<'_>) -> (f64, u64) {
     (sum, count)
 }
 
+/// Third difference of four values.
 #[allow(clippy::inline_always)] // as above
 #[inline(always)]
 fn third(a: f64, b: f64, c: f64, d: f64) -> f64 {

@@ -22,6 +22,7 @@ pub fn theo1(block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
     (sum, n as u64)
 }
 
+/// Σ (ends − near − far)² with the instructions of the unit.
 fn squares(width: Width, ends: &[f64], near: &[f64], far: &[f64]) -> f64 {
     #[cfg(target_arch = "x86_64")]
     if width.is_wide() {

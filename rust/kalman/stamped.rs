@@ -43,6 +43,7 @@ struct Transition {
 }
 
 impl Transition {
+    /// Transition over `time`.
     fn new(noise: &Noise, time: f64) -> Self {
         let d = noise.lags.len();
         let mut out = Self {
@@ -162,6 +163,7 @@ struct Filter {
 }
 
 impl Filter {
+    /// Filter of this number of columns in the stationary state.
     fn new(noise: &Noise, columns: usize) -> Self {
         let states = noise.lags.len() + 1;
         let mut covariance = vec![0.0; states * states];

@@ -41,6 +41,7 @@ impl Unit {
         }
     }
 
+    /// Name of the unit: `portable`, `avx2` or `avx512`.
     fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",

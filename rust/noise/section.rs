@@ -199,10 +199,12 @@ impl Filtered {
 /// Matrix as a list of rows.
 type Matrix = Vec<Vec<f64>>;
 
+/// Transpose of a matrix.
 fn transposed(a: &Matrix) -> Matrix {
     (0..a.len()).map(|j| a.iter().map(|row| row[j]).collect()).collect()
 }
 
+/// Product of two matrices.
 fn product(a: &Matrix, b: &Matrix) -> Matrix {
     let columns = transposed(b);
     a.iter()

@@ -245,6 +245,7 @@ compiled_for_each_width! {
     pub fn add_row(high: &mut [f64], low: &mut [f64], row: &[f64]) = add_each
 }
 
+/// Adds a row to a row of compensated sums.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn add_each(high: &mut [f64], low: &mut [f64], row: &[f64]) {

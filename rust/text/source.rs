@@ -183,6 +183,7 @@ impl Source {
     }
 }
 
+/// The standard input as a file.
 #[cfg(unix)]
 fn standard_input() -> std::io::Result<File> {
     use std::os::fd::AsFd;
@@ -190,6 +191,7 @@ fn standard_input() -> std::io::Result<File> {
     Ok(File::from(std::io::stdin().as_fd().try_clone_to_owned()?))
 }
 
+/// The standard input as a file.
 #[cfg(windows)]
 fn standard_input() -> std::io::Result<File> {
     use std::os::windows::io::AsHandle;

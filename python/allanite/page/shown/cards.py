@@ -151,6 +151,7 @@ def _value(
     shown: str,
     over_all: tuple[float, float] | None = None,
 ) -> dict[str, Any]:
+    """A value of an effect as shown on the page, in the unit `shown`, with its interval or limit."""
     value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
     role = effect.parameter(name).role
@@ -196,6 +197,7 @@ def cards(check: Check) -> list[dict[str, Any]]:
 
 
 def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
+    """A suggestion as shown on the page; `place` is its number."""
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
     name, acts = fit.display_name(s.effect), _acts(fit, s)
