@@ -1,4 +1,9 @@
-"""Limits of ITU-T on MTIE and TDEV of clocks, as tables with their sources."""
+"""Limits of ITU-T on MTIE and TDEV of clocks, as tables with their sources.
+
+Compared with a second public source on 2026-11-28: tables 1, 3, 4 and 5 of G.8262, the classes A, B and C of G.8273.2, and
+TDEV of G.811 and of class A of G.8272. Clause 8.1 of G.812 is "Wander in locked mode" in the contents of the edition. No
+second source was found for the values of G.812 and of class B of G.8272, and for MTIE of G.811 and of class A of G.8272.
+"""
 
 from __future__ import annotations
 
