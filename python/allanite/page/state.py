@@ -13,8 +13,8 @@ from allanite.page.shown.cards import (
     cards,
     chips,
     failures,
-    rung,
-    rungs,
+    step_row,
+    step_rows,
     telling_view,
 )
 from allanite.page.shown.documents import sheet_rows, targets
@@ -98,7 +98,7 @@ def state(tab: Tab) -> dict[str, Any]:
         "view": None if study is None else telling_view(study),
         "alternatives": None if study is None else alternatives(study),
         "cards": [] if check is None else cards(check),
-        "ladder": rungs(ladder.steps),
+        "ladder": step_rows(ladder.steps),
         "at": ladder.at,
         "undo": place > 0 or (now is not None and now.before is not None),
         "redo": place < length - 1 or (now is not None and now.after is not None),
@@ -188,7 +188,7 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
                     for v in c["values"]
                     if v["name"] in ("N", "B", "K")
                 },
-                "error": None if error is None else rung(step)["error_text"] if step else None,
+                "error": None if error is None else step_row(step)["error_text"] if step else None,
                 "missing": None
                 if check is None or not check.significant
                 else check.fit.display_name(check.significant[0].effect),

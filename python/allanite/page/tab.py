@@ -197,23 +197,23 @@ class Tab(Bench):
 
     # -- steps ---------------------------------------------------------------------------------------------
 
-    def go(self, rung: int) -> None:
+    def go(self, number: int) -> None:
         """Make another step the current one, from which the next change starts."""
-        if not 0 <= rung < len(self.ladder.steps):
-            raise InputError(f"There is no step {rung}")
+        if not 0 <= number < len(self.ladder.steps):
+            raise InputError(f"There is no step {number}")
         if self.busy:
             self.cancel()
-        if self.ladder.steps[rung] is self.beside:
+        if self.ladder.steps[number] is self.beside:
             # Swap the two compared steps.
             self.beside = self.ladder.step
-        self.push(Ladder(self.ladder.steps, rung))
+        self.push(Ladder(self.ladder.steps, number))
         self.recheck()
 
-    def compare_steps(self, rung: int | None) -> None:
+    def compare_steps(self, number: int | None) -> None:
         """Compare the current step with another one; None ends the comparison."""
-        if rung is not None and not 0 <= rung < len(self.ladder.steps):
-            raise InputError(f"There is no step {rung}")
-        self.beside = None if rung is None else self.ladder.steps[rung]
+        if number is not None and not 0 <= number < len(self.ladder.steps):
+            raise InputError(f"There is no step {number}")
+        self.beside = None if number is None else self.ladder.steps[number]
         self.changed()
 
     def undo(self) -> None:

@@ -71,7 +71,7 @@ def test_improve_runs_rung_by_rung(client):
     tab, _ = opened(client)
     state = act(client, tab, do="improve")
     assert state["adequate"] is True
-    # A rung may do two things: the line is added, and the lag takes the place of what stood for it.
+    # One step may make two changes: the line is added, and the Gauss–Markov process replaces another effect.
     assert len(state["ladder"]) >= 2
     assert {"gauss_markov", "sinusoid"} <= {c["kind"] for c in state["chips"]}
     assert all(r["label"].startswith("+ ") for r in state["ladder"][1:])
@@ -392,7 +392,7 @@ def test_a_rate_that_is_missing_is_asked_for(client, hidden, monkeypatch):
     assert "rate" in state["problem"]
     assert "allanite-page" not in state["problem"]
     order = {"do": "read", "rate": "20", "unit": "rad/s", "quantity": "rate"}
-    # Not even before it is begun to be read again is told what was doubted before.
+    # The old doubt is not shown, even before the log is read again.
     jobs = []
     with monkeypatch.context() as slow:
         slow.setattr(Job, "start", lambda job: jobs.append(job))

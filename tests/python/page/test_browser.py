@@ -43,7 +43,7 @@ def tab(browser, page):
 
 
 def chi2(tab):
-    """χ²/dof on each rung, as its tooltip says."""
+    """χ²/dof of each step, from its tooltip."""
     texts = tab.locator("#ladder [data-rung]").evaluate_all("rungs => rungs.map(r => r.title)")
     return [float(re.search(r"χ²/dof ([\d.]+)", t)[1]) for t in texts]
 
@@ -208,7 +208,7 @@ def test_the_loop_by_keyboard_alone(tab):
     tab.wait_for_selector("#ladder li:nth-child(2)")
     tab.wait_for_selector(READY)
     assert tab.evaluate("document.activeElement !== document.body")
-    # Another rung, and improve.
+    # Another step, and improve.
     tab.locator("#ladder button").first.focus()
     tab.keyboard.press("Enter")
     tab.wait_for_selector("#ladder button[data-rung='0'][aria-current=step]")

@@ -116,7 +116,7 @@ def test_a_dropped_file_becomes_a_filters_file_without_typing(tab, data, name, a
 @pytest.mark.long
 def test_units_that_a_log_does_not_say_are_chosen_once_a_sensor(tab, data):
     start_with(tab, data("logs/imu_static_test.csv"))
-    # What is missing is asked for.
+    # The page asks for the missing units.
     tab.wait_for_selector("#form-columns [data-unit=ax]")
     for kind, unit in (("acceleration", "g"), ("angular rate", "deg/s")):
         tab.locator(f"[data-kind='{kind}']").select_option(unit, force=True)

@@ -86,7 +86,7 @@ def test_what_is_good_enough_is_said_and_shown(tab):
     tab.wait_for_selector("[data-axis='1'].within")
     assert state(tab, "[data-axis='1']") == "Within tolerance"
     assert "below 10 %" in tab.inner_text("#verdict .good")
-    # What is missing is told as before; improving has nothing to do.
+    # Suggestions are shown as before; there is nothing to improve.
     assert tab.locator(".card").count() > 0
     assert tab.locator("#improve").get_attribute("aria-disabled") == "true"
     tab.locator("[data-tab=axes]").click()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number
 from allanite.fit.prediction import compare
-from allanite.page.shown.cards import chips, rung
+from allanite.page.shown.cards import chips, step_row
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.curves import TAU, interval
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points, Rule
@@ -118,7 +118,7 @@ def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]
 
 def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
     """Rows with the errors of both steps and their predictions of unseen data."""
-    first, second = rung(one), rung(two)
+    first, second = step_row(one), step_row(two)
     for what, key in (
         ("Misfit χ²/dof", "chi2_text"),
         ("Allan error, rms", "error_text"),

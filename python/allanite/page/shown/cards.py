@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from allanite.study import Study
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["alternatives", "cards", "chips", "failures", "rung", "rungs", "telling_view"]
+__all__ = ["alternatives", "cards", "chips", "failures", "step_row", "step_rows", "telling_view"]
 
 #: View that shows a failure over τ, frequency or time.
 SHOWS = {"tau": "allan", "frequency": "psd", "time": "map"}
@@ -284,11 +284,11 @@ def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
     return out
 
 
-def rungs(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
+def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
     """Records of all steps, with the unexplained misfit in % of that of the first step."""
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [
-        {**rung(s), "left": share, "left_text": _unexplained(s, share)}
+        {**step_row(s), "left": share, "left_text": _unexplained(s, share)}
         for s, share in zip(steps, left, strict=True)
     ]
 
@@ -298,7 +298,7 @@ def _unexplained(step: Step, share: float) -> str:
     return "0 %" if step.study is not None and step.study.adequate else _percent(share)
 
 
-def rung(step: Step) -> dict[str, Any]:
+def step_row(step: Step) -> dict[str, Any]:
     """Record of one step: label, model, errors, and whether the model is adequate."""
     fit, error = step.fit, step.error
     misfit = fit.misfit
