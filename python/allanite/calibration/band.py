@@ -1,4 +1,4 @@
-"""The confidence band of b(T): how well all numbers of the law are known together, with the noise they were found in."""
+"""The 95 % band of the thermal law b(T), from the joint distribution of all fitted numbers and the noise."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ if TYPE_CHECKING:
 
 __all__ = ["Curve", "curve_of"]
 
-#: Simulated laws from which the band is computed. Its multiplier then has a standard error of 2 %.
+#: Laws that are drawn at random for the band. The width of the band then has a standard error of 2 %.
 DRAWS = 4000
-#: Temperatures of the curve, evenly over the covered range.
+#: Number of temperatures of the curve, evenly spaced over the range of the logs.
 POINTS = 101
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """The law b(T) in equilibrium, with the bias at the reference temperature as zero.
+    """The law b(T) at constant temperature, relative to the bias at the reference temperature.
 
     Attributes
     ----------
     reference : float
         °C.
     coefficients : ndarray, shape (3,)
-        Of (T − reference), its square and its cube. With hysteresis it is the middle of both branches.
+        Coefficients of (T − reference), its square and its cube. With hysteresis, of the mean of both branches.
     temperature : ndarray, shape (k,)
-        Over the covered range, °C.
+        Temperatures over the range of the logs, °C.
     bias, low, high : ndarray, shape (k,)
-        The law and the band that holds the whole law with 95 % confidence.
+        The law, and the band that contains the whole law with 95 % confidence.
     loop : float
-        Bias while cooling less that while warming, far behind a turn; 0 without hysteresis.
+        Bias while cooling minus bias while warming, long after a change of direction; 0 without hysteresis.
     """
 
     reference: float
@@ -60,20 +60,21 @@ class Curve:
 
 
 def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] = ()) -> Curve:
-    """The curve of a fitted law over the range of some temperatures, °C.
+    """Return the curve of a fitted law over the range of some temperatures, °C.
 
-    The band is simultaneous: its half-width is a multiple of the root mean square deviation at each temperature, and the
-    multiple is the 95 % quantile of the largest deviation over all temperatures. Draws come from the joint law of the
-    numbers over all noises that the record leaves possible (`fit.likelihood.marginal`), with lags and plays as further
-    numbers; of forms that the evidence cannot tell from this one, as many as their evidence says.
+    The band is simultaneous: with 95 % confidence it contains the law at all temperatures at once. Its half-width is the
+    root mean square deviation of random laws at each temperature, times the 95 % quantile of the largest such ratio. The
+    random laws are drawn from the joint distribution of coefficients, lags and widths of hysteresis over all noise models
+    that agree with the record (`fit.likelihood.marginal`). If several forms have similar evidence, each contributes laws
+    in proportion to its evidence.
 
     Parameters
     ----------
     fit : Fit
-        The chosen form.
+        Fit of the chosen form.
     temperature : ndarray, shape (n,)
     tried : sequence of Tried
-        All forms.
+        All forms that were fitted.
     """
     reference = float(temperature.mean())
     grid = np.linspace(float(temperature.min()), float(temperature.max()), POINTS)
@@ -102,7 +103,7 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
 def _curves(
     coefficients: NDArray[np.float64], centre: float, grid: NDArray[np.float64], reference: float
 ) -> NDArray[np.float64]:
-    """Laws with these coefficients about a `centre`, zero at the `reference`, shape (laws, temperatures)."""
+    """Return laws with coefficients about `centre`, shifted to zero at `reference`; shape (laws, temperatures)."""
 
     def powers(u: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.column_stack([u, u**2, u**3])
@@ -112,7 +113,7 @@ def _curves(
 
 
 def _places(fit: Fit) -> NDArray[np.float64]:
-    """Which power of the temperature each amplitude adds to, shape (amplitudes, 3)."""
+    """Return a matrix that turns amplitudes into coefficients of the powers of T, shape (amplitudes, 3)."""
     rows = []
     for own in fit.solution.functions:
         for k in range(own.amplitudes.size):
@@ -120,14 +121,14 @@ def _places(fit: Fit) -> NDArray[np.float64]:
             if isinstance(own.effect, Covariate):
                 row[k] = 1.0
             if isinstance(own.effect, Hysteresis):
-                # In the middle between its branches a play follows the temperature itself.
+                # The mean of the two branches of a hysteresis is linear in the temperature.
                 row[0] = 1.0
             rows.append(row)
     return np.array(rows).reshape(-1, 3)
 
 
 def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
-    """Coefficients of the law and the width of its loop."""
+    """Return the coefficients of the law and the height of its hysteresis loop."""
     amplitudes = [own.amplitudes for own in fit.solution.functions]
     coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _places(fit)
     play = memory_of(fit, Hysteresis)
@@ -138,7 +139,7 @@ def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
 
 
 def _drawn(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Coefficients of the law drawn from their joint law with offsets, lags and plays, shape (count, 3)."""
+    """Draw coefficients of the law at random, jointly with offsets, lags and widths of hysteresis; shape (count, 3)."""
     solution = fit.solution
     places = _places(fit)
     if not places.any():

@@ -1,4 +1,4 @@
-"""The figure of a thermal calibration: the law in both directions, and the residual before and after."""
+"""The figure of a thermal calibration: the law with the data, and the Allan deviation before and after correction."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["plot_thermal"]
 def plot_thermal(
     found: ThermalCalibration, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """b(T) with its band and the means of the samples, and the Allan deviation before and after; a row for each axis.
+    """Plot for each axis the law b(T) with its band and the data, and the Allan deviation before and after correction.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def plot_thermal(
     Raises
     ------
     InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+        The extension is not one of these, the folder does not exist, or matplotlib is not installed.
     """
     panels = tuple(
         p for row, axis in enumerate(found.axes) for p in (_law(axis, row), _residual(axis, row))
@@ -43,7 +43,7 @@ def plot_thermal(
     logs = len(found.paths)
     figure = Figure(
         "Thermal calibration",
-        f"{logs} log{'s' * (logs > 1)}, bands hold the whole law with 95 %",
+        f"{logs} log{'s' * (logs > 1)}, each band contains the whole law with 95 % confidence",
         panels,
         heights=(1.0,) * len(found.axes),
         widths=(1.0, 1.0),
@@ -55,6 +55,7 @@ def plot_thermal(
 
 
 def _law(axis: AxisLaw, row: int) -> Panel:
+    """Return the panel with the law, its band and the means of the samples."""
     document = axis.to_dict()
     measured, curve = document["measured"], axis.curve
     t, bias, way = (np.array(measured[k]) for k in ("temperature_celsius", "bias", "direction"))
@@ -79,6 +80,7 @@ def _law(axis: AxisLaw, row: int) -> Panel:
 
 
 def _residual(axis: AxisLaw, row: int) -> Panel:
+    """Return the panel with the Allan deviation before and after correction."""
     r = axis.remainder
     marks = (
         Line(r.tau, r.before, "before", "before correction", dash="dash"),

@@ -1,4 +1,4 @@
-"""The form of the law b(T): which power of the temperature, and which memory, chosen by evidence."""
+"""The form of the thermal law b(T): its power of the temperature and its memory, chosen by evidence."""
 
 from __future__ import annotations
 
@@ -39,10 +39,11 @@ __all__ = [
 ]
 
 POWERS = ("constant", "linear", "quadratic", "cubic")
-#: Highest power of the temperature: what PX4 and ArduPilot evaluate.
-HIGHEST = 3
-#: Most alternations between the noise and the law: a law that stood for a random walk leaves it slowly.
-ROUNDS = 30
+#: Highest power of the temperature: PX4 and ArduPilot evaluate polynomials up to the third power.
+MAX_POWER = 3
+#: Most iterations between the fit of the noise and the fit of the law. Many are needed if law and random walk are similar.
+#: Chosen by judgment; not measured.
+MAX_ROUNDS = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +63,17 @@ class Form:
 
     @property
     def numbers(self) -> int:
-        """How many numbers the law has."""
+        """Number of fitted coefficients, without the offsets of the runs."""
         return self.power + {"none": 0, "lag": 1}.get(self.memory, 2)
 
     @property
     def name(self) -> str:
-        """``cubic``, ``linear with hysteresis``."""
+        """Name such as ``cubic`` or ``linear with hysteresis``."""
         words = {"none": "", "lag": " with a lag", "hysteresis": " with hysteresis"}
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """The effects of the catalogue that are this form, and a step to the offset of each later run."""
+        """Return the effects that make up this form, and a step of the bias at the start of each later run."""
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
             BiasStep(time=start / rate, hold=("time",)) for start in starts
@@ -103,9 +104,10 @@ class Tried:
     form : Form
     fit : Fit
     log_likelihood : float
-        Over that of a constant.
+        ln of the likelihood, minus that of the constant form.
     log_evidence : float
-        The same less what its numbers cost; what a larger misfit of the noise brings does not count.
+        `log_likelihood` minus the cost of the coefficients. Gains that come only from a larger misfit of the noise are
+        subtracted as well.
     """
 
     form: Form
@@ -114,11 +116,11 @@ class Tried:
     log_evidence: float
 
 
-#: Every form, the constant first; those with a memory after the same power without.
+#: All forms. The constant is first, and each form with memory comes after the same power without memory.
 FORMS = tuple(
     Form(power, memory)
     for memory in ("none", "lag", "rate", "hysteresis")
-    for power in range(HIGHEST + 1)
+    for power in range(MAX_POWER + 1)
     if memory != "lag" or power > 0
 )
 
@@ -126,18 +128,18 @@ FORMS = tuple(
 def tried_forms(
     runs: Runs, noise: Model, on_progress: Callable[[int, int], None] | None = None
 ) -> tuple[Tried, ...]:
-    """Every form fitted with the same noise model; the constant first.
+    """Fit every form with the same noise model; the constant is first.
 
     Parameters
     ----------
     runs : Runs
     noise : Model
-        Random effects, whose values are fitted anew beside each form.
+        Random effects. Their coefficients are fitted again for each form.
     on_progress : callable, optional
         Called with (forms done, forms in all).
     """
-    # Missing samples are completed once, under a law that follows the temperature, and stay for all forms.
-    first = fit_model(runs.recording, Model((*noise, *Form(HIGHEST).effects(runs))))
+    # Missing samples are filled once, with a cubic law, and used for all forms, so that their likelihoods are comparable.
+    first = fit_model(runs.recording, Model((*noise, *Form(MAX_POWER).effects(runs))))
     fits: dict[Form, Fit] = {}
     found: list[Tried] = []
     for place, form in enumerate(FORMS):
@@ -149,27 +151,30 @@ def tried_forms(
         base = fits[FORMS[0]]
         gain = fit.solution.log_likelihood - base.solution.log_likelihood
         more = discrepancy_gain(fit.solution, fit.data) - discrepancy_gain(base.solution, base.data)
-        if not _works_against(fit):
+        if not _opposes_temperature(fit):
             found.append(Tried(form, fit, gain, gain - max(more, 0.0) - cost(fit)))
         if on_progress is not None:
             on_progress(place + 1, len(FORMS))
     return tuple(found)
 
 
-def _works_against(fit: Fit) -> bool:
-    """Whether a play takes back a part of what the temperature does: it stands for a drift."""
+def _opposes_temperature(fit: Fit) -> bool:
+    """Return True if the hysteresis has the opposite sign of the linear term: it then describes a drift, not hysteresis."""
     law, own = (memory_of(fit, kind) for kind in (Covariate, Hysteresis))
     return law is not None and own is not None and law.amplitudes()[0] * own.amplitudes()[0] < 0.0
 
 
 def fitted(first: Fit, model: Model) -> Fit:
-    """The samples of a fit with another model."""
-    solution = solve(first.data, model, like=first.solution, rounds=ROUNDS)
+    """Fit another model to the samples of a fit."""
+    solution = solve(first.data, model, like=first.solution, rounds=MAX_ROUNDS)
     return Fit(first.recording, solution.model, "whittle", first.data, solution)
 
 
 def _with_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """The effects with the lag or play at which the last of them explains most, in the noise beside the plain law."""
+    """Return the effects with the lag or width of hysteresis at which the last effect raises the likelihood most.
+
+    `plain` is the fit of the same power without memory; its noise is used.
+    """
     *beside, last = effects
     points = grid_points(last, plain.data)
     noise = plain.solution.noise(plain.data)
@@ -178,37 +183,37 @@ def _with_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Determi
 
 
 def near_the_best(tried: Sequence[Tried]) -> list[Tried]:
-    """The forms that the evidence cannot tell from the best."""
+    """Return the forms whose evidence is at most `MAX_RIVAL_LOG_EVIDENCE` below that of the best."""
     top = max((one.log_evidence for one in tried), default=0.0)
     return [one for one in tried if one.log_evidence >= top - MAX_RIVAL_LOG_EVIDENCE]
 
 
 def chosen(tried: Sequence[Tried]) -> Tried:
-    """The form with the fewest numbers among those that the evidence cannot tell from the best; of these the best."""
+    """Return the form with the fewest coefficients among those of `near_the_best`; at a tie the one with more evidence."""
     return min(near_the_best(tried), key=lambda one: (one.form.numbers, -one.log_evidence))
 
 
 def law_of(fit: Fit) -> list[Deterministic]:
-    """The effects of a fit that follow the temperature."""
+    """Return the effects of a fit that depend on the temperature."""
     return [e for e in fit.model.deterministic if e.follows is not None]
 
 
 def memory_of(fit: Fit, kind: type[Deterministic]) -> Deterministic | None:
-    """The effect of a fit of this kind."""
+    """Return the effect of this kind in a fit, or None."""
     return next((e for e in fit.model.deterministic if isinstance(e, kind)), None)
 
 
 def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """What the law is in the ordinates that the fit looks at.
+    """Return the design matrix of the law at the Fourier ordinates of the fit.
 
     Returns
     -------
     matrix : ndarray, shape (k, p)
-        Offsets of runs, amplitudes of the law, then the slope of each free shape.
+        Columns for the offsets of runs and the amplitudes of the law, then the derivative for each free lag or width.
     values : ndarray, shape (p,)
-        Fitted values of these numbers.
+        Fitted values.
     own : ndarray of bool, shape (p,)
-        Which of them are of the law.
+        True for the columns of the law, False for the offsets.
     """
     columns, values, own = [], [], []
     for part in fit.solution.functions:
@@ -228,17 +233,17 @@ def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[
 
 
 def cost(fit: Fit) -> float:
-    """Cost of the law's numbers in ln of the evidence.
+    """Return how much the coefficients of the law lower ln of the evidence.
 
-    Each number pays for how well it is known beyond those before it (`parameter_cost`): the offsets of runs first, then the
-    powers in their order, then the memory.
+    The cost of a coefficient (`parameter_cost`) grows with the precision to which it is known, given the coefficients
+    before it. The order is: offsets of runs, powers, memory.
     """
     matrix, values, own = design(fit)
     if not own.any():
         return 0.0
     variance = fit.solution.noise(fit.data).variance(fit.solution.seen)
     scaled = matrix * values / np.sqrt(variance)[:, None]
-    # R of a QR: its columns end at the rows of the numbers before them, so that row k is what is new with number k.
+    # Row k of R in the QR decomposition contains what coefficient k adds to those before it.
     upper: NDArray[np.float64] = np.asarray(np.linalg.qr(scaled, mode="r"))
     squares = upper.sum(axis=1) ** 2
     return float(

@@ -1,4 +1,4 @@
-"""The thermal law of one axis, and what remains after its correction."""
+"""The dependence of the bias of one axis on temperature (its thermal law), and the noise after correction."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ __all__ = ["AxisLaw", "Loop", "NoiseLaw", "Remainder"]
 
 @dataclass(frozen=True, slots=True)
 class NoiseLaw:
-    """How the white noise depends on the temperature.
+    """Dependence of the white noise on the temperature.
 
     Attributes
     ----------
     percent : float
         Change of its standard deviation per °C, %.
     interval : (float, float)
-        95 %, %.
+        95 % interval of `percent`, %.
     detected : bool
-        Whether chance makes as large a change in less than 1 % of records.
+        True if so large a change occurs by chance in less than 1 % of records.
     """
 
     percent: float
@@ -55,16 +55,16 @@ class NoiseLaw:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """Bias while cooling less that while warming at the same temperature.
+    """Bias while cooling minus bias while warming, at the same temperature.
 
     Attributes
     ----------
     value : float
-        In the unit of the samples, the mean over the range that was passed in both directions.
+        Mean over the temperatures that were passed in both directions, in the unit of the samples.
     interval : (float, float)
-        95 %.
+        95 % interval.
     low, high : float
-        That range, °C.
+        Range of these temperatures, °C.
     """
 
     value: float
@@ -74,7 +74,7 @@ class Loop:
 
     @property
     def detected(self) -> bool:
-        """Whether the interval excludes zero."""
+        """True if the interval excludes zero."""
         return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
     def to_dict(self) -> dict[str, Any]:
@@ -113,30 +113,31 @@ class Remainder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AxisLaw:
-    """The thermal law of one axis.
+    """The thermal law of one axis: how its bias depends on temperature.
 
     Attributes
     ----------
     runs : Runs
-        The logs, one after the other.
+        The logs, joined one after the other.
     form : Form
+        The chosen form of the law, such as quadratic.
     fit : Fit
-        Noise, offsets of runs and the law together.
+        Noise, offsets of the runs and the law, fitted together.
     tried : tuple of Tried
-        All forms, on averages of the record.
+        All forms, fitted to averages of the record.
     curve : Curve
-        b(T) with its band.
+        The law b(T) with its 95 % band.
     offsets : tuple of float
         Bias of each run at the reference temperature.
     noise : NoiseLaw or None
-        None where the white noise cannot be followed over time.
+        None if the record is too short to follow the white noise over time.
     walk_of_steps : float
-        K that the steps of a coarse thermometer make at most.
+        Largest K that the steps of a coarse thermometer can cause.
     loop : Loop or None
-        None where the logs pass no temperature in both directions.
+        None if no temperature was passed both warming and cooling.
     remainder : Remainder
     growth_before, growth_after : tuple of Growth
-        Error since the last fix without and with the correction; empty for other sensors.
+        Error after the last fix, without and with the correction; empty for sensors without such an error.
     """
 
     runs: Runs
@@ -166,7 +167,7 @@ class AxisLaw:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Covered temperatures, °C."""
+        """Lowest and highest temperature of the logs, °C."""
         return float(self.curve.temperature[0]), float(self.curve.temperature[-1])
 
     @property
@@ -176,12 +177,12 @@ class AxisLaw:
 
     @property
     def alternatives(self) -> tuple[Form, ...]:
-        """Other forms that the evidence cannot tell from this one."""
+        """Other forms whose evidence is nearly as high as that of the best."""
         near = (one.form for one in near_the_best(self.tried))
         return tuple(form for form in near if form != self.form)
 
     def polynomial(self, reference: float) -> NDArray[np.float64]:
-        """Coefficients (x0, x1, x2, x3) of the law in powers of (T − reference), the mean offset in x0."""
+        """Return the coefficients (x0, x1, x2, x3) of the law in powers of (T − reference); x0 has the mean offset."""
         c1, c2, c3 = self.curve.coefficients
         d = reference - self.curve.reference
         return np.array(
@@ -194,7 +195,10 @@ class AxisLaw:
         )
 
     def bias(self, temperature: float | NDArray[np.float64]) -> NDArray[np.float64]:
-        """The law at some temperatures, clamped to the covered range, with the mean offset of the runs."""
+        """Return the bias at some temperatures, °C, with the mean offset of the runs.
+
+        Temperatures outside of `range` are limited to it.
+        """
         low, high = self.range
         u = np.clip(np.asarray(temperature, dtype=float), low, high) - self.curve.reference
         c1, c2, c3 = self.curve.coefficients
@@ -202,7 +206,10 @@ class AxisLaw:
 
     @property
     def random(self) -> dict[str, Estimate]:
-        """Fitted numbers of the noise; K's interval reaches down by what a coarse thermometer may have made of it."""
+        """Fitted coefficients of the noise.
+
+        The lower end of K's interval is reduced by the part that the steps of a coarse thermometer can cause.
+        """
         out: dict[str, Estimate] = {}
         for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
             for name, value in values.items():
@@ -220,7 +227,7 @@ class AxisLaw:
 
     @property
     def numbers(self) -> dict[str, Estimate]:
-        """Fitted numbers of the law, with intervals."""
+        """Fitted coefficients of the law, with intervals."""
         out: dict[str, Estimate] = {}
         for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
             if effect.follows is None:
@@ -239,9 +246,7 @@ class AxisLaw:
         after = self._at_long_tau()
         if not law_of(self.fit):
             text = f"{name}: no dependence on temperature detected over {covered}"
-            return (
-                f"{text}; allowed: up to {number(self.limit, 2)} {unit}/°C" if self.limit else text
-            )
+            return f"{text}; 95 % limit {number(self.limit, 2)} {unit}/°C" if self.limit else text
         change = float(np.ptp(self.curve.bias))
         half = 0.5 * float(np.max(self.curve.high - self.curve.low))
         text = (
@@ -255,7 +260,7 @@ class AxisLaw:
 
     @property
     def limit(self) -> float | None:
-        """95 % limit of a linear coefficient where no law was found."""
+        """Largest linear coefficient inside the 95 % interval, for a record without a detected dependence."""
         linear = next((one for one in self.tried if one.form.name == "linear"), None)
         if linear is None:
             return None
@@ -263,6 +268,7 @@ class AxisLaw:
         return None if found.interval is None else float(max(map(abs, found.interval)))
 
     def _at_long_tau(self) -> str:
+        """Return the end of the headline: where correcting helps most; empty if it helps by less than 10 %."""
         remainder = self.remainder
         if not remainder.tau.size:
             return ""
@@ -323,7 +329,7 @@ class AxisLaw:
 
 
 def _binned(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
-    """Mean samples by temperature, apart for warming and cooling, less the offset of their run."""
+    """Return means of the samples by temperature, separately for warming and cooling, without the offset of each run."""
     out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
     runs = axis.runs
     values = np.asarray(runs.recording.samples, dtype=float).copy()

@@ -1,4 +1,4 @@
-"""What a thermal law leaves: the loop between warming and cooling, the noise over temperature, the residual."""
+"""Results after a thermal fit: hysteresis, noise over temperature, offsets of runs, Allan deviation and error growth."""
 
 from __future__ import annotations
 
@@ -28,18 +28,21 @@ if TYPE_CHECKING:
 
 __all__ = ["growths", "loop_of", "noise_law", "offsets_of", "remainder", "walk_of_steps"]
 
-#: Averages of the longest run at the longest averaging time: with fewer a deviation is known to a factor.
+#: Fewest averages of the longest run at the longest averaging time. With fewer, the deviation is too uncertain.
 MIN_AVERAGES = 4
-#: Seconds since the fix at which the growth of the error is stated, where the logs are as long.
-AHEAD = (60.0, 600.0, 3600.0)
-#: Seconds of aiding before the fix.
+#: Times after the last fix for which the error is stated, s; only times shorter than the longest log are used.
+TIMES_AFTER_FIX = (60.0, 600.0, 3600.0)
+#: Duration of aiding before the last fix, s.
 AIDED = 60.0
-#: Most samples over which the growth of an error is computed.
-MOST = 1 << 20
+#: Most samples over which the growth of an error is computed, to limit time and memory.
+MAX_SAMPLES = 1 << 20
 
 
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
-    """The mean difference between cooling and warming beside the same law without memory, under its noise."""
+    """Return the mean bias difference between cooling and warming.
+
+    It is fitted together with the same power of the law without memory, with the noise of the fit.
+    """
     both = runs.both_ways
     if both is None:
         return None
@@ -54,7 +57,7 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
 
 
 def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
-    """Change of the white noise with the temperature: the slope of the logarithm of its level over time."""
+    """Return the change of the white noise per °C: the slope of the logarithm of its level against temperature."""
     from scipy.special import log_ndtr
 
     series = level_series(fit.solution, fit.data, whiten(fit.solution, fit.data))
@@ -67,10 +70,10 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
     if spread <= 0.0:
         return None
     values = (values - values.mean()) / spread
-    # Normal scores decide; they would make a change of level smaller.
+    # Normal scores are used for the test only, because they would make the estimated slope too small.
     slope, _ = log_slope(cell_means(series.power, cells), values, freedom)
     _, gain = log_slope(cell_means(series.judged, cells), values, freedom)
-    # Of the power; a deviation has half of it. What else is in the bands dilutes it.
+    # Half of the slope of power is that of the standard deviation. Other noise in the bands reduces it by `share`.
     scale = 100.0 * 0.5 / spread / series.share
     error = float(np.sqrt(2.0 / (freedom * cells)))
     chance = float(log_ndtr(-np.sqrt(2.0 * max(gain, 0.0))) + np.log(2.0))
@@ -79,15 +82,16 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
 
 
 def law_signal(fit: Fit) -> NDArray[np.float64]:
-    """What the law adds to the samples, zero on average, shape (n,)."""
+    """Return the contribution of the law to the samples, with mean zero, shape (n,)."""
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)
 
 
 def walk_of_steps(fit: Fit, runs: Runs) -> float:
-    """The K that the steps of a coarse thermometer make at most: what the law makes of the rounding itself.
+    """Return the largest K that the steps of a coarse thermometer can cause.
 
-    The curve behind the steps is off by less than the rounding, over as long a time; this looks like one more random walk.
+    It is the K that the law would make of the rounding of the thermometer. The temperature without steps, which the fit
+    uses, is wrong by less than this rounding, over similar times; in the residual this error looks like a random walk.
     """
     walk = next((p for p in fit.solution.processes if p.effect.short == "K"), None)
     if walk is None or runs.step == 0.0 or not law_of(fit):
@@ -102,9 +106,9 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Bias of each run at the reference temperature."""
+    """Return the bias of each run at the reference temperature."""
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
-    # The square and the cube of the law are fitted less their means.
+    # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.
     mean = 0.0
     for effect in law_of(fit):
         if isinstance(effect, Covariate):
@@ -115,7 +119,10 @@ def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
 
 
 def remainder(fit: Fit, runs: Runs) -> Remainder:
-    """Allan deviation of the samples and of what the law leaves, each run by itself, averaged by its number of terms."""
+    """Return the Allan deviation of the samples before and after correction.
+
+    Each run is evaluated separately. Their variances are averaged, weighted by their numbers of terms.
+    """
     x = np.asarray(runs.recording.samples, dtype=float)
     left = x - law_signal(fit)
     longest = max(part.stop - part.start for part in runs.parts)
@@ -139,12 +146,16 @@ def remainder(fit: Fit, runs: Runs) -> Remainder:
 
 
 def growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
-    """Growth of the angle, velocity or phase error that the random effects of a fit make; empty for other sensors."""
+    """Return the growth of the angle, velocity or phase error from the random effects; empty for other sensors."""
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()
     longest = max(part.stop - part.start for part in runs.parts) / fit.recording.rate
     rate = fit.recording.rate
-    times = [t for t in AHEAD if t <= longest and (t + AIDED) * rate <= MOST and t * rate >= 1.0]
+    times = [
+        t
+        for t in TIMES_AFTER_FIX
+        if t <= longest and (t + AIDED) * rate <= MAX_SAMPLES and t * rate >= 1.0
+    ]
     if not times:
         return ()
     return error_growth(fit, aided=max(AIDED, 1.0 / rate), tau=times)[:1]

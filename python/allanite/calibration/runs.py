@@ -1,4 +1,4 @@
-"""Several logs of one sensor as one record: the runs follow each other, and each has its own offset."""
+"""Several logs (runs) of one sensor, joined into one record. Each run has its own offset."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Runs", "join", "thermometers"]
 
-#: Relative difference of two sampling rates that are one: crystals and time stamps differ by less than 1 %.
+#: Largest relative difference of two sampling rates that count as equal. Clocks of sensors differ by less than 1 %.
 SAME_RATE = 0.01
-#: Half the change of temperature, as part of its range, from which on a change of direction counts.
-TURN = 1.0 / 40.0
+#: A change of direction counts if the temperature changes by more than twice this fraction of its range. Chosen by
+#: judgment; not measured.
+TURN_FRACTION = 1.0 / 40.0
 #: Factor and offset that turn a temperature into °C.
 CELSIUS = {
     "K": (1.0, -273.15),
@@ -51,7 +52,7 @@ class Runs:
     step : float
         Step of a coarse thermometer, °C; 0 for a fine one.
     rounding : ndarray, shape (n,)
-        The temperature as it was logged less that without steps, °C.
+        The logged temperature minus the temperature without steps, °C.
     """
 
     recording: Recording
@@ -68,7 +69,7 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """The same in means over so many samples that at most about `most` remain; itself if it has no more."""
+        """Return the runs averaged to about `most` samples or fewer; unchanged if they have no more."""
         k = -(-self.recording.n // most)
         if k < 2:
             return self
@@ -93,14 +94,14 @@ class Runs:
 
     @property
     def parts(self) -> list[slice]:
-        """The samples of each run."""
+        """Slice of the samples of each run."""
         edges = [0, *self.starts, self.recording.n]
         return [slice(a, b) for a, b in pairwise(edges)]
 
     @property
     def direction(self) -> NDArray[np.float64]:
-        """½ while the temperature falls, −½ while it rises, between them where it turns, shape (n,)."""
-        width = TURN * float(np.ptp(self.temperature))
+        """½ while the temperature falls, −½ while it rises, between these near a change of direction; shape (n,)."""
+        width = TURN_FRACTION * float(np.ptp(self.temperature))
         found = [
             (play(t, width) - t) / (2.0 * width) for t in np.split(self.temperature, self.starts)
         ]
@@ -108,7 +109,7 @@ class Runs:
 
     @property
     def both_ways(self) -> tuple[float, float] | None:
-        """Range of temperatures that was passed while warming and while cooling; None without one."""
+        """Range of temperatures that were passed both warming and cooling, °C; None if there are none."""
         way, t = self.direction, self.temperature
         up, down = t[way <= -0.45], t[way >= 0.45]
         if not up.size or not down.size:
@@ -118,18 +119,18 @@ class Runs:
 
 
 def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tuple[str, ...]:
-    """Names of the columns of temperature that all logs have; the one that was asked for alone.
+    """Return the names of the temperature columns that all logs have, or only the one that was asked for.
 
     Raises
     ------
     InputError
-        None, or not the one that was asked for.
+        The logs have no temperature column in common, or not all have the one that was asked for.
     """
     common = [n for n in recordings[0].covariates if all(n in r.covariates for r in recordings)]
     if temperature is not None:
         if temperature not in common:
             raise InputError(
-                f"no column {temperature!r} is offered in every log (offered: {', '.join(common) or 'none'})"
+                f"not every log has a column {temperature!r} (columns in all logs: {', '.join(common) or 'none'})"
             )
         return (temperature,)
     units = recordings[0].covariate_units
@@ -137,7 +138,7 @@ def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tu
     found = found or (common if len(common) == 1 else [])
     if not found:
         raise InputError(
-            f"no column of temperature in every log (other columns: {', '.join(common) or 'none'})",
+            f"no temperature column was found in every log (other columns: {', '.join(common) or 'none'})",
             missing="covariate",
             remedy=": name it with {covariate}",
         )
@@ -145,7 +146,7 @@ def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tu
 
 
 def join(columns: Sequence[Recording], thermometer: str) -> Runs:
-    """One axis of several logs as one record.
+    """Join one axis of several logs into one record.
 
     Parameters
     ----------
@@ -157,9 +158,9 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
     Raises
     ------
     InputError
-        Rates that differ, or a temperature that is not known at most samples.
+        The sampling rates differ, or the temperature is missing at more than half of the samples.
     TooShortError
-        A temperature that never changes.
+        The temperature never changes.
     """
     first = columns[0]
     samples, temperatures, logged, steps = [], [], [], []
@@ -180,13 +181,13 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
         steps.append(coarse_step_of(values))
         temperatures.append(without_steps(values))
         samples.append(np.asarray(own.to(first.unit).rate_samples(), dtype=np.float64))
-        # Angles have one rate fewer than samples.
+        # Samples of an angle become rates by differences, so that there is one rate fewer.
         temperatures[-1] = temperatures[-1][-samples[-1].size :]
         logged.append(values[-samples[-1].size :])
     temperature = np.concatenate(temperatures)
     if not float(np.ptp(temperature)) > 0.0:
         raise TooShortError(
-            f"{thermometer} is {temperature[0]:g} all the time: record while the temperature changes"
+            f"{thermometer} is always {temperature[0]:g}: record a log while the temperature changes"
         )
     starts = np.cumsum([s.size for s in samples])[:-1]
     joined = Recording(

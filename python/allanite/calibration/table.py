@@ -1,4 +1,4 @@
-"""What `print` shows of a thermal calibration."""
+"""The text of a printed thermal calibration."""
 
 from __future__ import annotations
 
@@ -18,23 +18,30 @@ __all__ = ["thermal_table"]
 
 
 def thermal_table(found: ThermalCalibration) -> str:
-    """A headline for each axis, and below it what the correction leaves."""
+    """Return for each axis a headline, and below it the details and the noise after correction."""
     return "\n\n".join("\n".join(_axis(axis)) for axis in found)
 
 
 def _axis(axis: AxisLaw) -> list[str]:
+    """Return the lines of one axis."""
     unit = printed(axis.unit)
     lines = [axis.headline]
     if axis.alternatives:
-        lines.append(f"  not told apart from: {', '.join(f.name for f in axis.alternatives)}")
+        lines.append(
+            f"  the data agree as well with: {', '.join(f.name for f in axis.alternatives)}"
+        )
     if axis.numbers:
         told = (f"{name} = {value}" for name, value in axis.numbers.items())
-        lines.append(f"  numbers at {number(axis.curve.reference, 4)} °C: {'; '.join(told)}")
+        lines.append(
+            f"  coefficients about {number(axis.curve.reference, 4)} °C: {'; '.join(told)}"
+        )
     if axis.loop is None:
-        lines.append("  hysteresis: not checked, no temperature was passed in both directions")
+        lines.append(
+            "  hysteresis: not checked, because no temperature was passed both warming and cooling"
+        )
     else:
         value, (low, high) = axis.loop.value, axis.loop.interval
-        text = f"{number(value, 2)} ({number(low, 2)} … {number(high, 2)}) {unit}, cooling less warming"
+        text = f"{number(value, 2)} ({number(low, 2)} … {number(high, 2)}) {unit}, bias while cooling minus while warming"
         if not axis.loop.detected:
             text = f"not detected, at most {number(max(abs(low), abs(high)), 2)} {unit}"
         lines.append(f"  hysteresis: {text}")
@@ -44,11 +51,11 @@ def _axis(axis: AxisLaw) -> list[str]:
         lines.append(
             f"  white noise: {shown}"
             if axis.noise.detected
-            else f"  white noise: no change detected, {shown}"
+            else f"  white noise: no change with temperature detected, {shown}"
         )
     walk = axis.random.get("K")
     if axis.walk_of_steps > 0.0 and walk is not None and not walk.detected:
-        lines.append(f"  K {walk}: the steps of the thermometer may make all of it")
+        lines.append(f"  K {walk}: the coarse steps of the thermometer can explain all of it")
     if len(axis.offsets) > 1:
         each = ", ".join(number(v) for v in axis.offsets)
         lines.append(f"  bias of each run at {number(axis.curve.reference, 4)} °C: {each} {unit}")
@@ -58,6 +65,7 @@ def _axis(axis: AxisLaw) -> list[str]:
 
 
 def _deviations(axis: AxisLaw, unit: str) -> str:
+    """Return a line with the Allan deviation before and after correction at up to three averaging times."""
     r = axis.remainder
     if not r.tau.size:
         return ""
@@ -69,13 +77,14 @@ def _deviations(axis: AxisLaw, unit: str) -> str:
         f"{number(r.tau[k], 2)} s {number(r.before[k], 2)} → {number(r.after[k], 2)}"
         for k in list(places)[-3:]
     )
-    return f"  Allan deviation before → after: {', '.join(shown)} {unit}"
+    return f"  Allan deviation before → after correction: {', '.join(shown)} {unit}"
 
 
 def _growth(before: Growth, after: Growth) -> str:
+    """Return a line with the growth of an error after the last fix, without and with correction."""
     unit, factor = before.shown
     shown = (
         f"{number(t, 3)} s {number(factor * a, 2)} → {number(factor * b, 2)}"
         for t, a, b in zip(before.tau, before.total, after.total, strict=True)
     )
-    return f"  {before.quantity} error since the fix, before → after: {', '.join(shown)} {printed(unit)}"
+    return f"  {before.quantity} error after the last fix, before → after correction: {', '.join(shown)} {printed(unit)}"

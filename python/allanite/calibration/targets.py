@@ -1,4 +1,4 @@
-"""Parameter files of a thermal calibration, each in the polynomial form of its consumer."""
+"""Parameter files of a thermal calibration: for PX4, ArduPilot and C, and as CSV and JSON."""
 
 from __future__ import annotations
 
@@ -22,37 +22,38 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "render"]
 
-#: ArduPilot's fixed reference temperature, °C, and the factor of its coefficients (AP_InertialSensor_tempcal.cpp).
+#: Fixed reference temperature of ArduPilot, °C, and the factor by which its coefficients are multiplied
+#: (AP_InertialSensor_tempcal.cpp).
 ARDUPILOT_REFERENCE, ARDUPILOT_SCALE = 35.0, 1e6
-#: Sensors of a kind that PX4 (TemperatureCompensation.h) and ArduPilot have parameters for.
+#: Number of gyroscopes, and of accelerometers, that PX4 (TemperatureCompensation.h) and ArduPilot have parameters for.
 PX4_SENSORS, ARDUPILOT_SENSORS = 4, 3
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2"}
 
 
 @dataclass(frozen=True, slots=True)
 class _Triad:
-    """The axes of one sensor by their letters, in SI units."""
+    """The axes of one sensor, by their letters x, y and z."""
 
     kind: str
     axes: dict[str, AxisLaw]
 
     @property
     def low(self) -> float:
-        """Lowest temperature that all axes cover, °C."""
+        """Lowest temperature that the logs of all axes contain, °C."""
         return max(axis.range[0] for axis in self.axes.values())
 
     @property
     def high(self) -> float:
-        """Highest temperature that all axes cover, °C."""
+        """Highest temperature that the logs of all axes contain, °C."""
         return min(axis.range[1] for axis in self.axes.values())
 
     @property
     def reference(self) -> float:
-        """One reference temperature for the axes, °C."""
+        """The common reference temperature of the axes, °C."""
         return round(0.5 * (self.low + self.high), 2)
 
     def polynomials(self, reference: float) -> dict[str, list[float]]:
-        """(x0, x1, x2, x3) of x, y and z, SI; zeros for an axis that is not there."""
+        """Return (x0, x1, x2, x3) of x, y and z in SI units; zeros for a missing axis."""
         out = {}
         for letter in "xyz":
             axis = self.axes.get(letter)
@@ -63,7 +64,7 @@ class _Triad:
 
 
 def render(found: ThermalCalibration, target: str) -> str:
-    """Text of a parameter file.
+    """Return the text of a parameter file.
 
     Parameters
     ----------
@@ -74,15 +75,15 @@ def render(found: ThermalCalibration, target: str) -> str:
     Raises
     ------
     InputError
-        An unknown target, or no axis of a sensor that the target knows.
+        The target is unknown, or the calibration has no axis of a sensor that the target has parameters for.
     """
     if target not in TARGETS:
-        raise InputError(f"unknown export {target!r}: one of {', '.join(TARGETS)}")
+        raise InputError(f"unknown format {target!r}; known formats: {', '.join(TARGETS)}")
     return TARGETS[target](found)
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """The sensors of a kind, in the order of the log."""
+    """Return the sensors of one kind in the order of the log; at most `most` are allowed."""
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
         if parse_unit(axis.unit).kind == kind:
@@ -90,7 +91,7 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
             own[letter_of(axis.name) or "xyz"[len(own) % 3]] = axis
     if len(groups) > most:
         raise InputError(
-            f"{consumer} holds {most} sensors of {kind}, found {len(groups)}",
+            f"{consumer} has parameters for {most} sensors of {kind}, but the logs contain {len(groups)}",
             missing="column",
             remedy=": choose some with {column}",
         )
@@ -98,41 +99,55 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
 
 
 def _imu(found: ThermalCalibration, most: int, consumer: str) -> tuple[list[_Triad], list[_Triad]]:
+    """Return the gyroscopes and the accelerometers."""
     sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
     if not any(sensors):
-        raise InputError(f"{consumer} holds gyroscopes and accelerometers: the logs have neither")
+        raise InputError(
+            f"{consumer} has parameters for gyroscopes and accelerometers, but the logs contain neither"
+        )
     return sensors[0], sensors[1]
 
 
 def _notes(axes: Sequence[AxisLaw]) -> list[str]:
-    """What a consumer of polynomials leaves out, and what is not known."""
+    """Return comment lines: form and temperature range of each axis, and what a polynomial cannot represent."""
     notes = []
     for axis in axes:
         low, high = axis.range
-        notes.append(f"{axis.name}: {axis.form.name}, {number(low, 3)} to {number(high, 3)} °C")
+        notes.append(
+            f"{axis.name}: {axis.form.name}, measured from {number(low, 3)} to {number(high, 3)} °C"
+        )
         if axis.form.memory != "none":
             notes.append(
-                f"{axis.name}: the law in equilibrium is written; a polynomial has no memory"
+                f"{axis.name}: this polynomial is the bias at constant temperature;"
+                " the dependence on earlier temperatures is not included"
             )
     return notes
 
 
 def _head(found: ThermalCalibration, *lines: str) -> list[str]:
+    """Return the comment lines at the beginning of a file: source, explanation of the format, notes on the axes."""
     logs = (
         ", ".join(re.sub(r"\s+", " ", str(p)) for p in found.paths if p) or "recordings in memory"
     )
-    return ["allanite thermal calibration", f"from {logs}", *lines, *_notes(found.axes)]
+    return [
+        "Thermal calibration, written by allanite",
+        f"Calibrated from: {logs}",
+        *lines,
+        *_notes(found.axes),
+    ]
 
 
 def _px4(found: ThermalCalibration) -> str:
+    """Return PX4 commands: param set TC_G…, TC_A…."""
     gyros, accels = _imu(found, PX4_SENSORS, "px4")
     lines = [
         f"# {line}"
         for line in _head(
             found,
-            "PX4: offset = X0 + X1 dT + X2 dT^2 + X3 dT^3, dT = T - TREF, T within TMIN and TMAX; corrected = raw - offset",
-            "rad/s and m/s^2. X0 of accelerometers is 0: gravity is in it.",
-            "Set each TC_*_ID to the device id of its sensor (param show CAL_GYRO0_ID, CAL_ACC0_ID).",
+            "PX4 computes corrected = raw - offset, offset = X0 + X1 dT + X2 dT^2 + X3 dT^3, dT = T - TREF.",
+            "PX4 limits the temperature T to TMIN ... TMAX. Units: rad/s, m/s^2, degrees Celsius.",
+            "X0 of accelerometers is set to 0, because the measured constant contains gravity.",
+            "Before use, set each TC_*_ID to the device id of its sensor (param show CAL_GYRO0_ID, CAL_ACC0_ID).",
         )
     ]
     for letter, sensors in (("G", gyros), ("A", accels)):
@@ -156,13 +171,16 @@ def _px4(found: ThermalCalibration) -> str:
 
 
 def _ardupilot(found: ThermalCalibration) -> str:
+    """Return a parameter file of ArduPilot: INS_TCAL…."""
     gyros, accels = _imu(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = [
         f"# {line}"
         for line in _head(
             found,
-            "ArduPilot: v -= P(T - 35) - P(Tcal - 35), P(d) = 1e-6 (c1 d + c2 d^2 + c3 d^3), T and Tcal within TMIN, TMAX",
-            "Tcal is the temperature at which the offsets were set (INS_GYRn_CALTEMP, INS_ACCn_CALTEMP).",
+            "ArduPilot computes corrected = raw - (P(T - 35) - P(Tcal - 35)), P(d) = 1e-6 (c1 d + c2 d^2 + c3 d^3).",
+            "c1, c2, c3 of an axis are its parameters ACC1, ACC2, ACC3 or GYR1, GYR2, GYR3.",
+            "T and Tcal are limited to TMIN ... TMAX, in degrees Celsius.",
+            "Tcal is the temperature at which the offsets were calibrated (INS_GYRn_CALTEMP, INS_ACCn_CALTEMP).",
         )
     ]
     for k in range(max(len(gyros), len(accels))):
@@ -182,8 +200,14 @@ def _ardupilot(found: ThermalCalibration) -> str:
 
 
 def _c(found: ThermalCalibration) -> str:
+    """Return a C header with one function for each axis."""
     lines = [
-        f" * {line}" for line in _head(found, "bias(T) to be subtracted from a sample, T in °C")
+        f" * {line}"
+        for line in _head(
+            found,
+            "NAME_bias(T) returns the bias of an axis at the temperature T in °C: corrected = sample - NAME_bias(T).",
+            "Temperatures outside of the measured range are limited to it.",
+        )
     ]
     text = ["/*", *(line.replace("*/", "* /") for line in lines), " */", "#pragma once", ""]
     text += [
@@ -200,7 +224,7 @@ def _c(found: ThermalCalibration) -> str:
         values = ", ".join(f"{v:.17g}" for v in axis.polynomial(reference))
         text += [
             "",
-            f"/* {axis.unit.replace('*/', '* /')} */",
+            f"/* bias in {axis.unit.replace('*/', '* /')} */",
             f"static inline double {name}_bias(double celsius) {{",
             f"    static const double x[4] = {{{values}}};",
             f"    return allanite_law(x, {reference:.17g}, {low:.17g}, {high:.17g}, celsius);",
@@ -210,7 +234,7 @@ def _c(found: ThermalCalibration) -> str:
 
 
 def _identifiers(found: ThermalCalibration) -> list[str]:
-    """A name in C for each axis, all different."""
+    """Return a valid C name for each axis, all different."""
     names: list[str] = []
     for axis in found:
         name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"
@@ -220,6 +244,7 @@ def _identifiers(found: ThermalCalibration) -> list[str]:
 
 
 def _csv(found: ThermalCalibration) -> str:
+    """Return a table with one row for each axis."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     head = (
@@ -247,6 +272,7 @@ def _csv(found: ThermalCalibration) -> str:
 
 
 def _json(found: ThermalCalibration) -> str:
+    """Return the polynomial and the fitted numbers of each axis."""
     axes = []
     for axis in found:
         low, high = axis.range
@@ -267,7 +293,7 @@ def _json(found: ThermalCalibration) -> str:
     return json.dumps({"schema": "allanite/thermal-law/1", "axes": axes}, indent=1) + "\n"
 
 
-#: Every format by its name on the command line.
+#: The formats, by their names on the command line.
 TARGETS: dict[str, Callable[[ThermalCalibration], str]] = {
     "px4": _px4,
     "ardupilot": _ardupilot,

@@ -1,4 +1,4 @@
-"""From warm-up or chamber logs to the thermal law of every axis."""
+"""Thermal calibration: the dependence of each axis's bias on temperature, from warm-up or chamber logs."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ if TYPE_CHECKING:
 
 __all__ = ["ThermalCalibration", "thermal"]
 
-#: Samples, in means of the record, on which the forms are compared: a law of temperature is slow, and a form costs forty
-#: transforms.
-SEARCHED = 8192
+#: Most samples, after averaging, on which the forms are compared. The dependence on temperature is slow, so that averages
+#: suffice, and the fit of one form takes about forty Fourier transforms.
+MAX_SEARCH_SAMPLES = 8192
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ThermalCalibration:
-    """The thermal law of every axis.
+    """The thermal law of every axis: how its bias depends on temperature.
 
     Attributes
     ----------
     axes : tuple of AxisLaw
     paths : tuple of str or None
-        The logs.
+        Paths of the logs.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class ThermalCalibration:
         for axis in self.axes:
             if axis.name == name:
                 return axis
-        raise KeyError(f"no axis {name!r}: {', '.join(a.name for a in self.axes)}")
+        raise KeyError(f"no axis {name!r}; axes: {', '.join(a.name for a in self.axes)}")
 
     def __iter__(self) -> Iterator[AxisLaw]:
         return iter(self.axes)
@@ -81,7 +81,7 @@ class ThermalCalibration:
         return len(self.axes)
 
     def export(self, target: str) -> str:
-        """Text of a parameter file.
+        """Return the text of a parameter file.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class ThermalCalibration:
         return render(self, target)
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """b(T) with its band in both directions, and the Allan deviation before and after, a row for each axis.
+        """Plot for each axis the law b(T) with its band and the data, and the Allan deviation before and after correction.
 
         Parameters
         ----------
@@ -126,16 +126,16 @@ def thermal(
     temperature: str | None = None,
     on_progress: Callable[[str, int, int], None] | None = None,
 ) -> ThermalCalibration:
-    """Thermal law b(T) of every axis, from one or more logs in which the temperature changes.
+    """Fit the thermal law b(T) of every axis to one or more logs in which the temperature changes.
 
     Parameters
     ----------
     recordings : Recording or sequence of Recording
         Logs of one sensor at rest with a logged temperature; each has its own bias at switch-on.
     model : Model, Effect or str
-        The noise beside the law; its values are fitted.
+        Noise model that is fitted together with the law; random effects only.
     temperature : str, optional
-        Name of the thermometer. Of several, by default the one that explains most of an axis.
+        Column of the thermometer. By default each axis uses the thermometer with the highest evidence.
     on_progress : callable, optional
         Called with (axis, forms done, forms in all).
 
@@ -146,9 +146,9 @@ def thermal(
     Raises
     ------
     InputError
-        No logs, no temperature, rates that differ, or no column that all logs have.
+        There is no log, the logs have no temperature or no axis in common, or their rates differ.
     TooShortError
-        The temperature never changes, or too few samples.
+        The temperature never changes, or there are too few samples.
 
     Examples
     --------
@@ -167,9 +167,9 @@ def thermal(
     noise = as_model(model)
     if noise.deterministic or noise.modifiers:
         raise InputError(
-            f"the noise model {noise.name} holds more than random effects: leave the others out",
+            f"the noise model {noise.name} may contain random effects only: remove the others",
             missing="model",
-            remedy=" of {model}",
+            remedy=" from {model}",
         )
     names = [n for n in given[0].columns if all(n in one.columns for one in given)]
     if not names:
@@ -188,7 +188,7 @@ def thermal(
 def _reporter(
     on_progress: Callable[[str, int, int], None] | None, name: str, times: int
 ) -> Callable[[int, int], None] | None:
-    """Progress of one axis over several thermometers."""
+    """Return a function that reports the progress of one axis over several thermometers."""
     if on_progress is None:
         return None
     before = 0
@@ -207,12 +207,13 @@ def _searched(
     noise: Model,
     report: Callable[[int, int], None] | None,
 ) -> tuple[Runs, tuple[Tried, ...]]:
+    """Join the logs of one axis and fit all forms to their averages."""
     runs = join(columns, thermometer)
-    return runs, tried_forms(runs.averaged(SEARCHED), noise, report)
+    return runs, tried_forms(runs.averaged(MAX_SEARCH_SAMPLES), noise, report)
 
 
 def _axis(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
-    """The chosen form, fitted to every sample, and what it leaves."""
+    """Fit the chosen form to all samples and compute the results after correction."""
     best = chosen(tried)
     shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}
     effects: list[Deterministic] = [

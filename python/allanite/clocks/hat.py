@@ -1,12 +1,12 @@
 """The noise of each of three or more clocks, from their differences.
 
-With z the Allan differences of the mean frequencies over τ, that of a clock i against j is z_i − z_j. The clocks are
-independent, so that E (z_i − z_j)(z_i − z_k) is the variance of z_i alone (Groslambert, Fest, Olivier & Gagnepain 1981). If
-one counter measures all clocks at once this is the three-cornered hat (Gray & Allan 1974); with a counter for each pair
-the noise of the counters cancels.
+Let z_i be the Allan differences of clock i: the differences of adjacent mean frequencies over τ. A comparison of clocks i
+and j measures z_i − z_j. For independent clocks, E (z_i − z_j)(z_i − z_k) is the variance of z_i alone (Groslambert, Fest,
+Olivier & Gagnepain 1981). If one counter measures all clocks at once, this is the three-cornered hat (Gray & Allan 1974).
+If each pair has its own counter, the noise of the counters cancels.
 
-The intervals are those of the variances that make the measured covariances likely: a Wishart distribution whose degrees of
-freedom are those of the overlapping Allan variance at this τ (Vernotte & Lantz 2017, Metrologia 54, 264).
+The intervals come from the posterior of the variances. The measured covariances have a Wishart distribution, whose degrees
+of freedom are those of the overlapping Allan variance at this τ (Vernotte & Lantz 2017, Metrologia 54, 264).
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 __all__ = ["ClockDeviation", "Clocks", "three_cornered_hat"]
 
 Array = NDArray[np.float64]
-#: Chains of the sampler, steps that are left out, and steps that are used: quantiles are known to 1 % of the interval.
-CHAINS, WARM, STEPS = 64, 200, 400
-#: Fewer degrees of freedom say nothing about three clocks.
-LEAST_EDF = 2.0
+#: Chains of the sampler, discarded first steps, and used steps. Errors of the quantiles are then 1 % of the interval.
+CHAINS, WARMUP_STEPS, STEPS = 64, 200, 400
+#: Fewest degrees of freedom. With fewer, three clocks cannot be separated.
+MIN_EDF = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +47,13 @@ class ClockDeviation:
     tau : ndarray, shape (k,)
         s.
     variance : ndarray, shape (k,)
-        Groslambert covariance: an unbiased estimate, negative where the clock is too quiet beside the others.
+        Groslambert covariance, an unbiased estimate. It can be negative if the other clocks are much noisier.
     deviation : ndarray, shape (k,)
-        Its root; NaN where it is negative.
+        Square root of `variance`; NaN if it is negative.
     low, high : ndarray, shape (k,)
-        95 % interval of the deviation; where `detected` is false low is 0 and high is the 95 % limit.
+        95 % interval of the deviation. If `detected` is False, low is 0 and high is the 95 % limit.
     detected : ndarray of bool, shape (k,)
+        True if the noise of this clock can be distinguished from 0.
     edf : ndarray, shape (k,)
         Degrees of freedom.
 
@@ -75,7 +76,7 @@ class ClockDeviation:
     edf: Array
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as JSON; null for what is not known."""
+        """Return the numbers as JSON; an unknown value is null."""
         rows = zip(
             self.tau, self.variance, self.deviation, self.low, self.high, self.detected, self.edf,
             strict=True,
@@ -121,7 +122,7 @@ class Clocks(Mapping[str, ClockDeviation]):
         return len(self._clocks)
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/hat/1``."""
+        """Return the JSON form, ``allanite/hat/1``."""
         return {
             "schema": "allanite/hat/1",
             "version": _kernels.version(),
@@ -150,17 +151,17 @@ class Clocks(Mapping[str, ClockDeviation]):
 def three_cornered_hat(
     recording: Recording, pairs: list[tuple[str, str]] | None = None, seed: int = 0
 ) -> Clocks:
-    """Allan deviation of each of three or more independent clocks, with intervals.
+    """Return the Allan deviation of each of three or more independent clocks, with intervals.
 
     Parameters
     ----------
     recording : Recording
-        Three or more columns: the phase (or frequency) of each clock against one reference, at the same times. It
-        cancels. With `pairs`, the differences of the clocks.
+        Three or more columns: the phase (or frequency) of each clock against one common reference, at the same times.
+        The noise of the reference cancels. With `pairs`, each column is the difference of two clocks.
     pairs : list of (str, str), optional
-        What each column measures: ``("a", "b")`` is a − b. All pairs of the clocks, each by its own counter or not.
+        The clocks that each column compares: ``("a", "b")`` means a − b. Every pair of clocks must be present.
     seed : int
-        Of the sampler of the intervals.
+        Seed of the random numbers for the intervals.
 
     Returns
     -------
@@ -170,7 +171,7 @@ def three_cornered_hat(
     Raises
     ------
     InputError
-        Fewer than three clocks, or a pair that is not measured.
+        There are fewer than three clocks, a pair is missing, or the record is too short.
 
     References
     ----------
@@ -197,7 +198,7 @@ def three_cornered_hat(
     for m in factors.tolist():
         stop_if_unwanted()
         edf = min(float(c.edf[np.flatnonzero(c.factors == m)[0]]) for c in curves.values())
-        if not edf >= LEAST_EDF:
+        if not edf >= MIN_EDF:
             continue
         allan = {
             pair: _allan_differences(phase, m, recording.rate) for pair, phase in phases.items()
@@ -206,7 +207,7 @@ def three_cornered_hat(
         if variance is None:
             continue
         tau.append(m / recording.rate)
-        # Differences against the first clock hold all that is known if one counter measures all.
+        # If one counter measures all clocks, the differences against the first clock contain all information.
         own = np.array([_between(allan, names[i], names[0]) for i in range(1, len(names))])
         good = ~np.isnan(own).any(axis=0)
         scatter = 0.5 * own[:, good] @ own[:, good].T / np.count_nonzero(good)
@@ -240,7 +241,7 @@ def three_cornered_hat(
 def _differences(
     recording: Recording, pairs: list[tuple[str, str]] | None
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
-    """Names of the clocks, and the recording of each pair."""
+    """Return the names of the clocks, and the recording of each pair."""
     if pairs is None:
         names = list(recording.columns)
         if len(names) < 3:
@@ -253,21 +254,20 @@ def _differences(
         }
     if len(pairs) != len(recording.columns):
         raise InputError(
-            f"{len(pairs)} pairs for {len(recording.columns)} columns: one for each is needed"
+            f"{len(pairs)} pairs for {len(recording.columns)} columns: give one pair for each column"
         )
     names = list(dict.fromkeys(name for pair in pairs for name in pair))
     measured = {(a, b): one for (a, b), one in zip(pairs, recording, strict=True)}
     for a, b in combinations(names, 2):
         if (a, b) not in measured and (b, a) not in measured:
-            raise InputError(
-                f"the pair {a} and {b} is not measured: every pair of clocks is needed"
-            )
+            raise InputError(f"no column compares {a} and {b}: every pair of clocks is needed")
     if len(names) < 3:
         raise InputError(f"{len(names)} clocks: three or more are needed")
     return names, measured
 
 
 def _phase(one: Recording) -> Array:
+    """Return the phase of a pair; frequencies are summed to a phase."""
     if one.quantity == "angle":
         return np.asarray(one.samples, dtype=np.float64)
     y = np.asarray(one.rate_samples(), dtype=np.float64) / one.rate
@@ -276,16 +276,20 @@ def _phase(one: Recording) -> Array:
 
 
 def _allan_differences(phase: Array, m: int, rate: float) -> Array:
-    """Differences of adjacent mean frequencies over m samples, at every row."""
+    """Return the differences of adjacent mean frequencies over m samples, for every possible start."""
     return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
 
 
 def _between(allan: dict[tuple[str, str], Array], a: str, b: str) -> Array:
+    """Return the Allan differences a − b, whichever order was measured."""
     return allan[a, b] if (a, b) in allan else -allan[b, a]
 
 
 def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
-    """Variance of each clock: the mean of its Groslambert covariances over all pairs of others."""
+    """Return the variance of each clock, the mean of its Groslambert covariances over all pairs of other clocks.
+
+    The result is None if a product has no samples.
+    """
     out = []
     for own in names:
         found = []
@@ -302,15 +306,16 @@ def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array
 def _intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """95 % intervals of deviations under a Wishart distribution; whether each clock is seen.
+    """Return 95 % intervals of the deviations, and for each clock whether its noise is detected.
 
-    The prior of a variance v is 1/(v + e), e the standard error of its estimate at 0: it does not matter in which unit v is
-    written where it is seen, and v = 0 is possible where it is not.
+    The covariances have a Wishart distribution. The prior of a variance v is 1/(v + e), where e is the standard error of
+    the estimate at v = 0. For a detected clock this prior does not depend on the unit of v; for another clock it allows
+    v = 0.
     """
     size = float(np.trace(scatter)) / len(scatter)
     s = scatter / size
     k = len(variance)
-    # Standard error at 0: the product of the differences to two others, in squares.
+    # Standard error at v = 0, from the product of the differences to two other clocks.
     others = (np.trace(s) / len(s)) / np.sqrt(edf)
     floor = np.full(k, others)
     place = np.log(np.maximum(variance / size, 0.3 * floor))
@@ -331,8 +336,8 @@ def _intervals(
     at = height(place)
     step = np.full(k, 2.4 / np.sqrt(k) * min(1.0, np.sqrt(4.0 / edf)))
     kept = []
-    for turn in range(WARM + STEPS):
-        # Steps along the difference of two other chains: as wide as the chains are, in every direction.
+    for turn in range(WARMUP_STEPS + STEPS):
+        # Each step is along the difference of two other chains, so that it matches their spread in every direction.
         a, b = rng.integers(CHAINS, size=(2, CHAINS))
         width = 2.38 / np.sqrt(2.0 * k) if turn % 10 else 1.0
         move = width * (place[a] - place[b]) + 1e-3 * step * rng.standard_normal((CHAINS, k))
@@ -341,11 +346,11 @@ def _intervals(
         taken = np.log(rng.random(CHAINS)) < new - at
         place = np.where(taken[:, None], tried, place)
         at = np.where(taken, new, at)
-        if turn >= WARM:
+        if turn >= WARMUP_STEPS:
             kept.append(place.copy())
     v = np.exp(np.concatenate(kept)) * size
     low, high, limit = np.quantile(v, [0.025, 0.975, 0.95], axis=0)
-    # Seen: 0.1 of the standard error at 0 is improbable.
+    # Detected: values below 0.1 times the standard error at 0 have a probability under 2.5 %.
     seen = np.quantile(v, 0.025, axis=0) > 0.1 * floor * size
     return (
         np.sqrt(np.where(seen, low, 0.0)),

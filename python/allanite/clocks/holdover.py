@@ -1,4 +1,4 @@
-"""Where a clock will be without its reference: expected phase and band after some time, under the fitted noise."""
+"""Holdover: the phase of a clock some time after it lost its reference, predicted with the fitted noise."""
 
 from __future__ import annotations
 
@@ -29,11 +29,12 @@ class Holdover:
     Attributes
     ----------
     after : float
-        s after the last sample.
+        Time after the last sample, s.
     expected : float
-        Phase if nothing is done, s.
+        Expected phase if the clock runs on without correction, s.
     std : float
-        Standard deviation of the phase about it: what remains if a servo goes on with the best frequency, s.
+        Standard deviation of the phase about `expected`, s. This error remains even if a servo continues with the best
+        frequency.
     low, high : float
         95 % interval of the phase, s.
     """
@@ -60,8 +61,8 @@ class Holdover:
         return f"holdover after {hours:.4g} h: expected {time_text(self.expected)} ± {half} (95 %)"
 
 
-#: Weight below which a noise model is left out of a prediction.
-LEAST_WEIGHT = 0.02
+#: Noise models with a smaller weight are not used for a prediction. Chosen by judgment; not measured.
+MIN_WEIGHT = 0.02
 
 
 def holdover_of(
@@ -69,25 +70,26 @@ def holdover_of(
 ) -> Holdover:
     """Return the prediction for one time, averaged over noise models.
 
-    A slow noise that the record hardly shows decides how far the clock runs off. Models are weighted by e to the power of
-    their log-likelihood less 1 for each number (Akaike 1978): how well each predicts.
+    The error in holdover depends on slow noise that is hardly visible in the record, so that one model is not enough.
+    The weight of a model is exp(log-likelihood − number of coefficients) (Akaike 1978), which measures how well it
+    predicts.
 
     Parameters
     ----------
     fits : sequence of FittedNoise
     series : StampedSeries
-        Times from the last sample, s.
+        The phase that was fitted; its times are relative to the last sample, s.
     after : float
-        s.
+        Time after the last sample, s.
     design : ndarray, shape (k, 1)
-        Known functions at that time.
+        Known functions (offset, frequency, drift, …) at that time.
     """
     from scipy.optimize import brentq
     from scipy.special import stdtr
 
     heights = np.array([f.regressed.log_likelihood - f.candidate.numbers for f in fits])
     weights = np.exp(heights - heights.max())
-    weights = np.where(weights < LEAST_WEIGHT * weights.sum(), 0.0, weights)
+    weights = np.where(weights < MIN_WEIGHT * weights.sum(), 0.0, weights)
     weights /= weights.sum()
     at = np.array([float(series.times[-1]) + after])
     rows = [

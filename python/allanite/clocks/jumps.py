@@ -1,4 +1,4 @@
-"""Jumps of a phase: steps that stay, and single samples far off."""
+"""Jumps of a phase: permanent steps, and single outliers."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 __all__ = ["Jump", "jumps_of"]
 
 Array = NDArray[np.float64]
-#: False-alarm probability over all samples of a record with normal increments.
+#: Probability that a record with normal increments and without jumps has a false jump.
 FALSE_ALARM = 0.01
-#: A step that the next sample takes back to less than this part of it is a single sample far off.
-BACK = 0.5
-#: Standard deviation of a normal distribution over the median of its absolute values.
-NORMAL = 1.4826
+#: If less than this fraction of a jump remains at the next sample, the sample is an outlier. Chosen by judgment; not
+#: measured.
+MIN_REMAINING_FRACTION = 0.5
+#: Standard deviation of a normal distribution divided by the median of its absolute values.
+NORMAL_OVER_MEDIAN = 1.4826
 
 
 @dataclass(frozen=True)
@@ -25,13 +26,13 @@ class Jump:
     Attributes
     ----------
     time : float
-        Time of the first sample after it, s from the first sample.
+        Time of the first sample after the jump, s from the first sample of the record.
     height : float
-        s.
+        Height of the jump, s.
     stays : bool
-        False of a single sample far off.
+        True for a permanent step, False for a single outlier.
     row : int
-        Number of that sample among those that are there.
+        Index of the first sample after the jump; missing samples are not counted.
     """
 
     time: float
@@ -41,12 +42,14 @@ class Jump:
 
 
 def jumps_of(times: Array, values: Array) -> list[Jump]:
-    """Return jumps: changes from one sample to the next that normal increments make once in a hundred records.
+    """Return the jumps of a phase.
+
+    A jump is a change between neighboring samples so large that normal increments cause one in a hundred records.
 
     Parameters
     ----------
     times : ndarray, shape (n,)
-        s.
+        Times of the samples, s.
     values : ndarray, shape (n,)
         Phase, s.
     """
@@ -55,9 +58,9 @@ def jumps_of(times: Array, values: Array) -> list[Jump]:
     step = np.diff(values)
     step = step - np.median(step)
     size = np.abs(step)
-    spread = NORMAL * float(np.median(size))
+    spread = NORMAL_OVER_MEDIAN * float(np.median(size))
     if spread == 0.0:
-        # More than half of the samples repeat the last one: a counter with one step of resolution.
+        # More than half of the samples repeat their predecessor, as with a coarse counter: its resolution is the spread.
         spread = float(size[size > 0.0].min(initial=np.inf))
     limit = -float(ndtri(0.5 * FALSE_ALARM / max(step.size, 1))) * spread
     rows = np.flatnonzero(size > limit)
@@ -67,7 +70,7 @@ def jumps_of(times: Array, values: Array) -> list[Jump]:
         if row == skip:
             continue
         following = step[row + 1] if row + 1 < step.size else 0.0
-        stays = abs(step[row] + following) >= BACK * size[row]
+        stays = abs(step[row] + following) >= MIN_REMAINING_FRACTION * size[row]
         if not stays:
             skip = row + 1
         out.append(Jump(float(times[row + 1]), float(step[row]), bool(stays), row + 1))

@@ -263,5 +263,5 @@ def mask_named(name: str) -> Mask:
     """
     found = next((mask for key, mask in MASKS.items() if key.lower() == name.strip().lower()), None)
     if found is None:
-        raise InputError(f"mask {name!r} is unknown: one of {', '.join(MASKS)}")
+        raise InputError(f"unknown mask {name!r}; known masks: {', '.join(MASKS)}")
     return found

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EFFECTS", "clock_noise", "thinned"]
 
-#: White PM, flicker PM, white FM, flicker FM, random-walk FM: from the steepest density of the frequency to the other end.
+#: White PM, flicker PM, white FM, flicker FM, random-walk FM: in order of the slope of their frequency densities.
 EFFECTS: tuple[Stochastic, ...] = (
     Quantization(),
     FlickerPhase(),
@@ -33,20 +33,21 @@ EFFECTS: tuple[Stochastic, ...] = (
     BiasInstability(),
     RateRandomWalk(),
 )
-#: Samples that are kept of each stretch of the record: the last ones, every second one of the stretch before, and so on.
-KEPT = 512
+#: Samples that `thinned` keeps of each part of the record; twice as many of the last. Chosen by judgment; not measured.
+SAMPLES_PER_PART = 512
 
 
 def thinned(n: int) -> NDArray[np.int64]:
-    """Return rows of n: the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those …
+    """Return the indices of samples that are kept of a record of n samples.
 
-    The likelihood takes samples at any times. Close samples at the end tell of fast noise and where the clock is now;
-    the samples before them tell of slow noise.
+    These are the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those, and so on.
+    The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present phase,
+    the sparse samples before them determine slow noise.
     """
     rows: list[NDArray[np.int64]] = []
     end, stride = n, 1
     while end > 0:
-        first = max(end - KEPT * stride * (2 if stride == 1 else 1), 0)
+        first = max(end - SAMPLES_PER_PART * stride * (2 if stride == 1 else 1), 0)
         some = np.arange(end - 1, first - 1, -stride, dtype=np.int64)
         rows.append(some)
         end = int(some[-1]) if some.size and int(some[-1]) > 0 else 0
@@ -59,8 +60,8 @@ def clock_noise(
 ) -> list[FittedNoise]:
     """Return fits of sums of the five noises, best first.
 
-    From the best single noise on, the noise that raises the evidence most is added, until none does; then noises are left
-    out that the evidence does not need.
+    The search starts with the best single noise. Each step adds or removes the one noise that raises the evidence most,
+    until no step raises it.
     """
     fits: dict[tuple[int, ...], FittedNoise] = {}
 

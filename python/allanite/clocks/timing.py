@@ -1,4 +1,4 @@
-"""What the log of a clock or time server says: time error, masks, jumps, frequency and drift, noise, and holdover."""
+"""Analysis of the log of a clock or time server: time error, masks, jumps, frequency and drift, noise, and holdover."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 __all__ = ["Timing", "Timings", "timing"]
 
 Array = NDArray[np.float64]
-#: Samples from which a noise and a frequency can be fitted.
-LEAST = 32
-#: Jumps that are named and taken out of the noise: more are the noise.
-MOST_JUMPS = 32
+#: Fewest samples for a fit of noise and frequency. Chosen by judgment; not measured.
+MIN_SAMPLES = 32
+#: Most steps that are fitted. If a record has more, the others count as noise. Chosen by judgment; not measured.
+MAX_JUMPS = 32
 #: Times after the last sample for which holdover is predicted, s.
 AFTER = (3600.0, 86400.0)
-#: Deviations in the result, and averaging times of each.
+#: Deviations in the result.
 KINDS = ("tdev", "mdev", "mtie")
-#: Words of columns that are temperatures.
+#: Names of columns that are used as temperatures.
 TEMPERATURE = ("temp", "temperature")
 
 
@@ -53,34 +53,36 @@ class Timing:
     ----------
     column : str
     n, missing : int
-        Samples, and rows of the grid without one.
+        Number of samples, and number of rows of the regular grid without a sample.
     duration : float
-        s.
+        Length of the record, s.
     spacing : (float, float, float)
-        Usual, smallest and largest distance of two samples, s.
+        Median, smallest and largest distance between neighboring samples, s.
     uneven : bool
-        Whether noise and holdover use the samples at uneven times; deviations take each at its row of the grid.
+        True if the samples have uneven times. Noise and holdover then use these times; deviations use the nearest row of
+        a regular grid.
     mean, largest, spread : float
-        Mean time error, largest |time error|, and its range, s.
+        Mean time error, largest |time error|, and largest minus smallest time error, s.
     constant : float or None
-        Largest |mean| of 1000 s, s; None of a shorter record.
+        Largest |mean time error over 1000 s|, s; None for a shorter record.
     constant_error : float or None
-        Standard error of the mean under the fitted noise, s; None where the phase wanders.
+        Standard error of the mean under the fitted noise, s. None if the noise contains frequency noise, which has no
+        finite mean, or if the clock was steered.
     frequency, drift : Estimate
-        Fractional frequency at the end of the record and its change per day. `drift` is not detected where the record does
-        not ask for one; the frequency is then that of the whole record.
+        Fractional frequency at the end of the record and its change per day. If the evidence does not support a drift, it
+        is not detected, and the frequency is that of the whole record.
     noise : Model
-        Of the fractional frequency: Q white PM, F flicker PM, N white FM, B flicker FM, K random-walk FM.
+        Noise of the fractional frequency: Q white PM, F flicker PM, N white FM, B flicker FM, K random-walk FM.
     candidates : tuple of (str, float)
-        Noise models that were compared, and ln of their evidence under that of the best.
+        Noise models that were compared, each with ln of its evidence minus that of the best.
     deviations : mapping of str to Deviation
     verdicts : tuple of Verdict
     jumps : tuple of Jump
     holdover : tuple of Holdover
     temperature : Estimate or None
-        Fractional frequency for 1 unit of the logged temperature.
+        Change of the fractional frequency per unit of the logged temperature.
     steered : str or None
-        Column of the servo's frequency, which was taken out for noise, frequency and holdover.
+        Column with the frequency that a servo set. It was subtracted before noise, frequency and holdover were computed.
 
     Examples
     --------
@@ -118,7 +120,7 @@ class Timing:
     steered: str | None
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/timing/1``."""
+        """Return the JSON form, ``allanite/timing/1``."""
         return {
             "schema": "allanite/timing/1",
             "version": _kernels.version(),
@@ -162,7 +164,7 @@ class Timing:
         ]
         if self.uneven:
             lines.append(
-                "  uneven times: noise and holdover use them; TDEV, MDEV and MTIE take each sample at its row of the grid"
+                "  uneven times: noise and holdover use the exact times; TDEV, MDEV and MTIE use a regular grid"
             )
         mean = time_text(self.mean)
         if self.constant_error is not None:
@@ -230,7 +232,7 @@ class Timings(Mapping[str, Timing]):
         return len(self._timings)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a document for each clock."""
+        """Return the JSON form with a document for each clock."""
         return {"schema": "allanite/timing/1", "columns": [one.to_dict() for one in self.values()]}
 
     def __str__(self) -> str:
@@ -245,33 +247,33 @@ def timing(
     steering: tuple[str, float] | None = None,
     progress: Callable[[str, int], None] | None = None,
 ) -> Timing | Timings:
-    """Time error, masks, jumps, frequency, drift, noise and holdover of a clock.
+    """Analyze a clock: time error, masks, jumps, frequency, drift, noise and holdover.
 
     Parameters
     ----------
     recording : Recording
-        Phase in s, with ``quantity="angle"``; of several columns each.
+        Phase in s, with ``quantity="angle"``. Each column is analyzed separately.
     masks : sequence of str or Mask
-        Names such as ``G.8272-A``; `allanite.clocks.MASKS` has all.
+        Names such as ``G.8272-A``; `allanite.clocks.MASKS` contains all of them.
     after : sequence of float
         Times after the last sample for which holdover is predicted, s.
     steering : (str, float), optional
-        Name of a covariate with the frequency that a servo set, and the phase in s that 1 of it adds in 1 s. The integral
-        is taken out of the phase for noise, frequency and holdover, which are then those of the free clock.
+        Name of a covariate with the frequency that a servo set, and the phase in s that a value of 1 adds per second. Its
+        integral is subtracted from the phase, so that noise, frequency and holdover are those of the free-running clock.
     progress : callable, optional
         Called with a column and the number of noise models fitted.
 
     Returns
     -------
     Timing
-        Of one column; `Timings`, a mapping by column, of several.
+        For one column; for several columns `Timings`, a mapping by column.
 
     Raises
     ------
     InputError
-        Samples that are no phase, an unknown mask or column.
+        The samples are not a phase, or a mask or column is unknown.
     TooShortError
-        Fewer than 32 samples.
+        There are fewer than 32 samples.
 
     References
     ----------
@@ -290,7 +292,7 @@ def timing(
         raise InputError(
             "timing needs the phase of a clock in s",
             missing="quantity",
-            remedy=": give {quantity} angle",
+            remedy=": state that the log contains a phase with {quantity} angle",
         )
     chosen = [mask if isinstance(mask, Mask) else mask_named(mask) for mask in masks]
     times = [positive(t, "after", "s", "give times after the last sample") for t in after]
@@ -313,16 +315,17 @@ def _timing(
     steering: tuple[str, float] | None,
     report: Callable[[int], None],
 ) -> Timing:
+    """Analyze one column."""
     name = column.columns[0]
-    # Integers are counts of the unit; units of frequency are multiples of 1.
+    # Samples may be in a multiple of seconds: the scale of the unit converts them.
     from allanite.common.units import parse_unit
 
     scale = parse_unit(column.unit).scale
     phase = np.asarray(column.samples, dtype=np.float64) * scale
     there = np.isfinite(phase)
-    if np.count_nonzero(there) < LEAST:
+    if np.count_nonzero(there) < MIN_SAMPLES:
         raise TooShortError(
-            f"{name}: {np.count_nonzero(there)} samples are too few: at least {LEAST} are needed"
+            f"{name}: {np.count_nonzero(there)} samples are too few: at least {MIN_SAMPLES} are needed"
         )
     times = column.seconds()
     jumps = jumps_of(times[there], phase[there])
@@ -350,7 +353,7 @@ def _timing(
         largest=float(np.abs(values).max()),
         spread=float(np.ptp(values)),
         constant=float(np.abs(constant).max()) if constant.size else None,
-        # The mean of a steered phase is that of the servo, not of the free clock's noise.
+        # The mean of a steered phase depends on the servo, not only on the noise of the clock.
         constant_error=None if steering is not None else fitted.constant_error(),
         frequency=fitted.frequency(),
         drift=fitted.drift(),
@@ -368,15 +371,15 @@ def _timing(
 
 
 def _integral(column: Recording, name: str, times: Array) -> Array:
-    """Phase that a servo added: the integral of its frequency, each value held until the next sample."""
+    """Return the phase that a servo added: the integral of its frequency, constant between samples."""
     if name not in column.covariates:
         raise InputError(
-            f"no column {name!r} beside the phase: there are {', '.join(column.covariates) or 'none'}"
+            f"the log has no column {name!r}; columns other than the phase: {', '.join(column.covariates) or 'none'}"
         )
     values = np.asarray(column.covariates[name], dtype=np.float64)
     there = np.isfinite(values)
     if not there.any():
-        raise InputError(f"column {name} has no values")
+        raise InputError(f"column {name} is empty")
     # Between two samples the servo keeps the frequency of the first.
     last = np.maximum.accumulate(np.where(there, np.arange(values.size), 0))
     held = np.where(there[last], values[last], values[there][0])
@@ -385,7 +388,7 @@ def _integral(column: Recording, name: str, times: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Fitted:
-    """Noise and known functions of a phase: offset, frequency, drift, temperature, jumps."""
+    """Fit of a phase: the noise, and amplitudes of offset, frequency, drift, temperature and jumps."""
 
     series: StampedSeries
     fits: list[FittedNoise]
@@ -397,6 +400,7 @@ class _Fitted:
 
     @property
     def best(self) -> FittedNoise:
+        """Noise model with the highest evidence."""
         return self.fits[0]
 
     @classmethod
@@ -410,6 +414,7 @@ class _Fitted:
         rate: float,
         report: Callable[[int], None],
     ) -> _Fitted:
+        """Fit a phase. Outliers are removed, and steps and temperature are fitted."""
         own, values = times[there], phase[there].copy()
         for jump in jumps:
             if not jump.stays:
@@ -429,13 +434,13 @@ class _Fitted:
                 step = np.diff(times) * (0.5 * (filled[1:] + filled[:-1]) - mean)
                 integral = np.concatenate([[0.0], np.cumsum(step)])
                 functions["temperature"] = (integral - integral[-1])[there][rows]
-        for i, jump in enumerate([j for j in jumps if j.stays][:MOST_JUMPS]):
+        for i, jump in enumerate([j for j in jumps if j.stays][:MAX_JUMPS]):
             step = (own[rows] >= jump.time).astype(float)
             if 0.0 < step.mean() < 1.0:
                 functions[f"jump {i}"] = step
         without = _series(at, values[rows], functions)
         fits = clock_noise(without, rate, report)
-        # A drift changes the phase by half of its square; it stays where its evidence pays ½ ln n.
+        # A drift changes the phase in proportion to half the square of time. It is kept if it gains more than ½ ln n.
         drifting = {**functions, "drift": 0.5 * at**2}
         with_drift = _series(at, values[rows], drifting)
         found = with_drift.regressed(fits[0].noise)
@@ -447,6 +452,7 @@ class _Fitted:
         return cls(without, fits, tuple(functions), origin, mean, errors, freedom)
 
     def _estimate(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
+        """Return the amplitude of a known function, or None if it was not fitted."""
         from scipy.special import stdtrit
 
         if name not in self.names:
@@ -458,15 +464,17 @@ class _Fitted:
         return Estimate(value, error, (value - half, value + half), unit, True, name)
 
     def frequency(self) -> Estimate:
+        """Return the fractional frequency at the last sample."""
         found = self._estimate("frequency", "1")
         assert found is not None
         return found
 
     def temperature(self) -> Estimate | None:
+        """Return the change of the fractional frequency per unit of temperature, if a temperature was logged."""
         return self._estimate("temperature", "1")
 
     def drift(self) -> Estimate:
-        """Drift per day; of a record that does not ask for one, what a drift would be if fitted."""
+        """Return the drift per day. If the record does not need one, it is fitted here only to obtain its interval."""
         found = self._estimate("drift", "1/d", 86400.0)
         if found is not None:
             return found
@@ -480,14 +488,14 @@ class _Fitted:
         return Estimate(value, error, (value - half, value + half), "1/d", False, "drift")
 
     def constant_error(self) -> float | None:
-        """Standard error of the mean of the phase; None where the noise has no mean."""
+        """Return the standard error of the mean of the phase; None if the noise is not stationary."""
         if self.best.noise.walk > 0.0 or any(summed for _, _, summed in self.best.noise.lags):
             return None
         alone = StampedSeries(self.series.times, self.series.values, self.series.design[:1])
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
 
     def holdover(self, after: float) -> Holdover:
-        """Phase at a time after the last sample, at the temperature of the last tenth of the record."""
+        """Predict the phase at a time after the last sample, at the mean temperature of the last tenth of the record."""
         design = np.zeros((len(self.names), 1))
         for i, name in enumerate(self.names):
             known = {"offset": 1.0, "frequency": after, "drift": 0.5 * after**2, "temperature": 0.0}
@@ -496,23 +504,26 @@ class _Fitted:
 
 
 def _series(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:
+    """Return a series with its known functions."""
     return StampedSeries(times, values, np.array(list(functions.values())))
 
 
 def _sentence(verdict: Verdict, duration: float) -> str:
+    """Return a line about one limit of a mask: result, measured value, limit, interval."""
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:
-        return f"{head}: the mask asks for a record of {span_text(verdict.needs)}"
+        return f"{head}: the mask needs a record of {span_text(verdict.needs)}"
     at = "" if verdict.tau is None else f" at τ = {verdict.tau:.4g} s"
     text = f"{head}: {time_text(verdict.measured)}{at}, limit {time_text(verdict.limit)}"
     if verdict.high is not None and verdict.low is not None:
         text += f" (95 %: {time_text(verdict.low)} to {time_text(verdict.high)})"
     if verdict.result == "undecided" and duration < verdict.needs:
-        text += f"; the mask asks for a record of {span_text(verdict.needs)}"
+        text += f"; the mask needs a record of {span_text(verdict.needs)}"
     return text
 
 
 def _named(model: Model) -> str:
+    """Return the noises of a clock with their usual names and sizes."""
     names = {
         "quantization": "white PM",
         "flicker_phase": "flicker PM",
@@ -525,6 +536,7 @@ def _named(model: Model) -> str:
 
 
 def _parts(estimate: Estimate) -> str:
+    """Return an estimate without unit: value ± standard error, or the interval if it was not detected."""
     low, high = estimate.interval or (np.nan, np.nan)
     if not estimate.detected:
         return f"not detected ({low:.2g} to {high:.2g})"

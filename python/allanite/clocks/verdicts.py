@@ -1,4 +1,4 @@
-"""Whether a clock meets the limits of a mask, and how long a record has to be to tell."""
+"""Checks of a clock against the limits of a mask, and the length of record that each limit needs."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 __all__ = ["Verdict", "averages", "low_passed", "verdicts"]
 
 Array = NDArray[np.float64]
-#: A record has to be so many times as long as τ for a time deviation (ITU-T O.172), and for an interval error.
-LENGTHS = {"tdev": 12.0, "mtie": 1.0}
+#: Smallest ratio of the length of a record to τ: for a time deviation (ITU-T O.172), and for a time interval error.
+MIN_LENGTH_OVER_TAU = {"tdev": 12.0, "mtie": 1.0}
 #: Time over which a constant time error is averaged, s (G.8273.2 clause 7.1.2).
-AVERAGED = 1000.0
-#: Averaging times a decade, beside the corners of the limits.
-PER_DECADE = 10
+AVERAGING_TIME = 1000.0
+#: Averaging times per decade; the corners of the limits are added to them.
+POINTS_PER_DECADE = 10
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One limit of a mask.
+    """Result for one limit of a mask.
 
     Attributes
     ----------
@@ -37,16 +37,17 @@ class Verdict:
     result : str
         ``passes``, ``fails`` or ``undecided``.
     tau : float or None
-        Averaging time at which the measured value comes nearest to its limit, or exceeds it most, s.
+        Averaging time at which the measured value is closest to its limit, or exceeds it most, s.
     measured, limit : float or None
-        There, s.
+        Measured value and limit at `tau`, s.
     low, high : float or None
         95 % interval of a time deviation, s.
     checked : (float, float) or None
-        Averaging times that were checked, s.
+        Shortest and longest averaging time that was checked, s.
     needs : float
-        Length of the record that the mask asks for, s.
+        Length of record that the mask needs, s.
     source : str
+        Standard and clause of the limit.
     """
 
     mask: str
@@ -105,20 +106,22 @@ def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
 
 
 def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration: float) -> Verdict:
+    """Compare one number, such as the largest time error, with its limit."""
     result = "undecided"
     if value is not None and value > limit:
         result = "fails"
-    elif value is not None and duration >= AVERAGED:
+    elif value is not None and duration >= AVERAGING_TIME:
         result = "passes"
     return Verdict(
-        mask.name, kind, result, None, value, limit, None, None, None, AVERAGED, mask.source
+        mask.name, kind, result, None, value, limit, None, None, None, AVERAGING_TIME, mask.source
     )
 
 
 def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
+    """Compare a deviation with its limit at all averaging times."""
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
-    needs = LENGTHS[kind] * last
+    needs = MIN_LENGTH_OVER_TAU[kind] * last
     try:
         found = _measured(kind, limit, phase, rate)
     except TooShortError:
@@ -138,8 +141,8 @@ def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> 
     if (low > bounds).any():
         result, at = "fails", int(np.argmax(low / bounds))
     else:
-        # Intervals of the longest averaging times say little: what counts is where the record is long enough.
-        inside = tau * LENGTHS[kind] <= phase.size / rate
+        # At the longest averaging times the intervals are too wide, so that only times with a long enough record count.
+        inside = tau * MIN_LENGTH_OVER_TAU[kind] <= phase.size / rate
         whole = phase.size / rate >= needs
         result = "passes" if whole and (high[inside] <= bounds[inside]).all() else "undecided"
         at = int(np.argmax(np.where(inside, high / bounds, -1.0))) if inside.any() else 0
@@ -159,7 +162,7 @@ def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> 
 
 
 def _measured(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
-    """Return a deviation at averaging times spread over the limit, and at its corners."""
+    """Return a deviation at averaging times that cover the limit, including its corners."""
     estimator = getattr(deviation, kind)
     low, high = limit.span
     longest = phase.size / (3.0 if kind == "tdev" else 1.0)
@@ -167,7 +170,7 @@ def _measured(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
     first = max(1.0, low * rate)
     if top < first:
         raise TooShortError("no averaging time of the limit fits into the record")
-    count = max(2, int(PER_DECADE * np.log10(top / first)) + 1)
+    count = max(2, int(POINTS_PER_DECADE * np.log10(top / first)) + 1)
     corners = [piece.high * rate for piece in limit.pieces if piece.high * rate <= top]
     factors = np.unique(np.floor([*np.geomspace(first, top, count), *corners]).astype(np.int64))
     most = phase.size // 3 if kind == "tdev" else phase.size - 1
@@ -179,7 +182,7 @@ def _measured(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
 
 
 def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
-    """Return a phase behind a first-order low-pass filter; across missing samples it follows straight lines."""
+    """Return a phase after a first-order low-pass filter; missing samples are interpolated before filtering."""
     from scipy.signal import lfilter
 
     there = np.isfinite(phase)
@@ -190,8 +193,8 @@ def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
     return np.where(there, out, np.nan)
 
 
-def averages(phase: Array, rate: float, length: float = AVERAGED) -> Array:
-    """Return means over every window of a length, s, of which at least half of the samples are there; shape (k,)."""
+def averages(phase: Array, rate: float, length: float = AVERAGING_TIME) -> Array:
+    """Return the means over all windows of a length, s, in which at most half of the samples are missing; shape (k,)."""
     m = round(length * rate)
     if m < 1 or m > phase.size:
         return np.zeros(0)

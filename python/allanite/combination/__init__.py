@@ -1,7 +1,7 @@
-"""Several sensors of one axis as one sensor.
+"""Several sensors (units) that measure one axis, averaged to one sensor.
 
-Input: recordings of the units (`combine`). Output: a `Combination` with weights, gains, correlation and the unit that
-deviates. Add a result in `combine.py`.
+Input: recordings of the units (`combine`). Output: a `Combination` with weights, gains, correlations and units that deviate
+from the others. Add new results to `combine.py`.
 """
 
 from __future__ import annotations

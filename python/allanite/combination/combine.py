@@ -1,4 +1,4 @@
-"""What averaging several units of one axis gains, with which weights."""
+"""Weights for averaging several units of one axis, and the gain in Allan deviation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.combination.correlation import allan_covariance, correlations
-from allanite.combination.deviating import FEWEST, deviating_units
+from allanite.combination.deviating import MIN_UNITS, deviating_units
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
@@ -35,35 +35,38 @@ if TYPE_CHECKING:
 
 __all__ = ["Combination", "combine", "units_of"]
 
-#: Averages in the shortest record at the longest averaging time: a deviation is then known to 10 %.
+#: Fewest averages of the shortest record at the longest averaging time: the deviation then has an error of 10 %.
 MIN_AVERAGES = 50
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Combination:
-    """Several units of one axis as one sensor.
+    """Several units of one axis, averaged to one sensor.
 
     Attributes
     ----------
     labels : tuple of str
-        The units.
+        Names of the units.
     unit : str
-        Of the samples.
+        Unit of the samples.
     fits : tuple of Fit
+        Fit of the noise of each unit.
     weights : ndarray, shape (units,)
-        One set for all averaging times, whose sum is 1.
+        One set of weights for all averaging times; their sum is 1.
     tau : ndarray, shape (k,)
         Averaging times, s, an octave apart.
     single : ndarray, shape (k, units)
         Allan deviation of each unit's model.
     equal, combined, best : ndarray, shape (k,)
-        Allan deviation of the mean, with `weights`, and with the weights that are best at that time.
+        Allan deviation of the average with equal weights, with `weights`, and with the best weights for each τ.
     best_weights : ndarray, shape (k, units)
+        Best weights for each τ.
     measured : ndarray, shape (k,), or None
-        Allan deviation of the weighted samples; None of units that were not sampled together.
+        Allan deviation of the samples, averaged with `weights`; None if the units were not sampled together.
     shared : tuple of Correlation
-        Pairs of units that share noise.
+        Pairs of units whose noise is correlated.
     deviating : tuple of DeviatingUnit
+        Units whose noise differs from that of the others.
     model : Model
         Noise of the combined sensor.
 
@@ -98,21 +101,21 @@ class Combination:
 
     @property
     def best_unit(self) -> int:
-        """Place of the unit with the lowest mean of ln σ over all τ."""
+        """Index of the unit with the lowest mean of ln σ over all τ."""
         return int(np.argmin(np.log(self.single).mean(axis=0)))
 
     @property
     def gain(self) -> NDArray[np.float64]:
-        """Allan deviation of the best unit over that of the combination, shape (k,)."""
+        """Allan deviation of the best unit divided by that of the combination, shape (k,)."""
         return np.asarray(self.single[:, self.best_unit] / self.combined)
 
     @property
     def rate(self) -> float:
-        """Sampling rate of the combination, Hz: the lowest of the units'."""
+        """Sampling rate of the combination, Hz: the lowest rate of the units."""
         return min(fit.recording.rate for fit in self.fits)
 
     def state_space(self) -> Any:
-        """F, Q, H, R of the combined sensor at its rate (`allanite.StateSpace`)."""
+        """Return F, Q, H, R of the combined sensor at its rate (`allanite.StateSpace`)."""
         return self.model.state_space(self.rate)
 
     @property
@@ -120,15 +123,15 @@ class Combination:
         """The answer in one sentence."""
         middle = int(np.argmax(self.gain))
         ends = sorted({0, middle, self.tau.size - 1})
-        shown = ", ".join(f"×{number(self.gain[k], 3)} at {number(self.tau[k], 2)} s" for k in ends)
+        shown = ", ".join(f"{number(self.gain[k], 3)} at {number(self.tau[k], 2)} s" for k in ends)
         best = self.labels[self.best_unit]
-        text = f"{len(self.labels)} units: averaging lowers the Allan deviation of the best, {best}, by {shown}"
+        text = f"{len(self.labels)} units: averaging divides the Allan deviation of the best unit, {best}, by {shown}"
         if self.deviating:
-            text += f"; {', '.join(one.unit for one in self.deviating)} deviates"
+            text += f"; {', '.join(one.unit for one in self.deviating)} deviates from the others"
         return text
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Allan deviations of the units, of their mean and of the combination, and the weights.
+        """Plot the Allan deviations of the units, of their mean and of the combination, and the best weights.
 
         Parameters
         ----------
@@ -184,20 +187,23 @@ class Combination:
         told = ", ".join(
             f"{name} {weight:.3f}" for name, weight in zip(self.labels, self.weights, strict=True)
         )
-        lines += [f"  weights: {told}", f"  noise of the combination: {self.model} in {unit}"]
+        lines += [
+            f"  weights: {told}",
+            f"  noise of the combination: {self.model}, samples in {unit}",
+        ]
         for one in self.shared:
             names = " and ".join(self.labels[k] for k in one.pair)
             low, high = one.values.min(), one.values.max()
             lines.append(
-                f"  {names} share noise: correlation {number(low, 2)} to {number(high, 2)}"
+                f"  the noise of {names} is correlated: {number(low, 2)} to {number(high, 2)}, depending on frequency"
             )
         for unit_ in self.deviating:
             lines.append(
-                f"  {unit_.unit} deviates: ×{number(unit_.factor)} the others at"
+                f"  {unit_.unit} deviates from the others: {number(unit_.factor)} times their noise from"
                 f" {number(unit_.low_hz, 2)} to {number(unit_.high_hz, 2)} Hz (p = {unit_.p_value:.1g})"
             )
-        if len(self.labels) < FEWEST:
-            lines.append("  which unit deviates is not checked: it takes three units")
+        if len(self.labels) < MIN_UNITS:
+            lines.append("  deviating units: not checked, because this needs three or more units")
         best = self.single[:, self.best_unit]
         head = ["tau / s", "best unit", "mean", "combined", "gain", "possible"]
         rows = [
@@ -217,20 +223,21 @@ def combine(
     tau: float | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Combination:
-    """What averaging several units of one axis gains at each τ, with which weights, and which unit deviates.
+    """Return the weights for averaging several units of one axis, the gain at each τ, and deviating units.
 
     Parameters
     ----------
     recordings : Recording or sequence of Recording
-        Every column is a unit. Columns of one recording are on one board, sampled together: noise that they share counts.
-        Recordings are different boards, independent of each other; their rates may differ.
+        Every column is a unit. Columns of one recording are on one board and were sampled together, so that the
+        correlation of their noise is measured. Different recordings are different boards with independent noise; their
+        rates may differ.
     model : Model, Effect or str
-        Noise of each unit: random effects.
+        Noise model of each unit; random effects only.
     tau : float, optional
-        Averaging time at which the weights are best, s. By default they have the lowest mean logarithm of the deviation
-        over all τ.
+        Averaging time for which the weights are optimal, s. By default the weights minimize the mean of the logarithm of
+        the deviation over all τ.
     on_progress : callable, optional
-        Called with (units done, units in all).
+        Called with (units done, all units).
 
     Returns
     -------
@@ -239,9 +246,10 @@ def combine(
     Raises
     ------
     InputError
-        Fewer than two units, units of different quantities, or a model with more than random effects.
+        There are fewer than two units, the units measure different quantities, or the model has other effects than
+        random ones.
     TooShortError
-        Too few samples.
+        There are too few samples.
 
     Examples
     --------
@@ -258,20 +266,20 @@ def combine(
     boards = [list(one.measured) for one in given]
     columns = [column for board in boards for column in board]
     if len(columns) < 2:
-        raise InputError(f"averaging needs two units or more, found {len(columns)}")
+        raise InputError(f"averaging needs two or more units, but the logs contain {len(columns)}")
     units = sorted({column.unit for column in columns})
     if len(units) > 1:
         raise InputError(
-            f"the units are in {' and '.join(units)}: choose columns of one axis",
+            f"the samples have different units, {' and '.join(units)}: choose columns of one axis",
             missing="column",
             remedy=" with {column}",
         )
     noise = as_model(model)
     if noise.deterministic or noise.modifiers:
         raise InputError(
-            f"the noise model {noise.name} holds more than random effects: leave the others out",
+            f"the noise model {noise.name} may contain random effects only: remove the others",
             missing="model",
-            remedy=" of {model}",
+            remedy=" from {model}",
         )
     fits = []
     for place, column in enumerate(columns):
@@ -311,14 +319,16 @@ def combine(
 
 
 def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[str, list[Recording]]:
-    """The units of each axis in some logs, a recording for each board.
+    """Return the units of each axis, with one recording for each board.
+
+    Columns belong to one axis if their names differ only in numbers.
 
     Parameters
     ----------
     recordings : sequence of Recording
         One for each board.
     named : bool
-        Whether the columns were chosen: if no names belong together, all are units of one axis.
+        True if the user chose the columns. If no names belong together, all columns then count as units of one axis.
 
     Raises
     ------
@@ -340,21 +350,21 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
         return {columns[0]: list(recordings)}
     if not found:
         raise InputError(
-            f"no axis has two units: the names {', '.join(dict.fromkeys(columns))} differ in more than a number",
+            f"no axis has two units: no two of the names {', '.join(dict.fromkeys(columns))} differ in a number only",
             missing="column",
-            remedy=": name the units with {column}",
+            remedy=": choose the units with {column}",
         )
     return found
 
 
 def _places(boards: Sequence[Sequence[Recording]]) -> list[range]:
-    """Places of the units of each board among all."""
+    """Return the indices of the units of each board."""
     ends = np.cumsum([0, *map(len, boards)]).tolist()
     return [range(a, b) for a, b in pairwise(ends)]
 
 
 def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
-    """A name for each unit: the column, with the file where there are several."""
+    """Return a name for each unit: the column, preceded by the file if there are several."""
     names = []
     for column in columns:
         file = re.sub(r".*[/\\]", "", column.path or "")
@@ -365,7 +375,10 @@ def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
 
 
 def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
-    """Octaves from the longest sampling interval to the time of which the shortest record has enough averages."""
+    """Return averaging times an octave apart.
+
+    They begin at the longest sampling interval. The shortest record has `MIN_AVERAGES` averages at the last one.
+    """
     rate = min(fit.recording.rate for fit in fits)
     longest = min(fit.recording.duration for fit in fits) / MIN_AVERAGES
     most = max(longest * rate, 1.0)
@@ -373,18 +386,19 @@ def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
 
 
 def _minimum_variance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights of the sum 1 with the least variance: C⁻¹1/(1ᵀC⁻¹1)."""
+    """Return the weights with sum 1 and minimum variance: C⁻¹1/(1ᵀC⁻¹1)."""
     size = np.sqrt(np.diag(covariance))
-    # Of units that are one in other words the inverse is taken where they differ.
+    # The pseudoinverse also handles units with identical noise, whose covariance is singular.
     scaled = np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-9, hermitian=True)
     row = (scaled / np.outer(size, size)).sum(axis=1)
     return np.asarray(row / row.sum())
 
 
 def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights with the lowest mean of ln σ over all τ: a fixed point of the weights of a mean covariance.
+    """Return the weights with the lowest mean of ln σ over all τ, by fixed-point iteration.
 
-    At the minimum Σ C_k w/(wᵀC_k w) is the same for all units: w is of minimum variance under Σ C_k/(wᵀC_k w).
+    At the minimum all elements of Σ C_k w/(wᵀC_k w) are equal, so that w is the minimum-variance solution for the
+    covariance Σ C_k/(wᵀC_k w).
     """
     count = covariance.shape[1]
     w = np.full(count, 1.0 / count)
@@ -400,7 +414,7 @@ def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
 def _measured(
     columns: Sequence[Recording], weights: NDArray[np.float64], tau: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Allan deviation of the weighted samples of one board."""
+    """Return the Allan deviation of the weighted average of the samples of one board."""
     rate = columns[0].rate
     samples = np.column_stack([column.rate_samples() for column in columns])
     factors = np.round(tau * rate).astype(int)
@@ -410,7 +424,11 @@ def _measured(
 def _combined(
     fits: Sequence[Fit], shared: Sequence[Correlation], weights: NDArray[np.float64]
 ) -> Model:
-    """The noise model of the combination: each coefficient with the correlation where its effect has its power."""
+    """Return the noise model of the combination.
+
+    The correlation of two units varies with frequency. For each coefficient it is averaged over the frequencies at which
+    its effect dominates.
+    """
     effects = []
     for place, effect in enumerate(fits[0].model.stochastic):
         sizes = np.array(

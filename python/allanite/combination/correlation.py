@@ -1,4 +1,4 @@
-"""Noise that units share: the correlation of every pair in octaves, and the Allan covariance that it makes."""
+"""Correlated noise: the correlation of every pair of units in octaves of frequency, and their Allan covariance."""
 
 from __future__ import annotations
 
@@ -21,22 +21,23 @@ if TYPE_CHECKING:
 
 __all__ = ["Correlation", "allan_covariance", "correlations"]
 
-#: Frequencies at which the share of an octave in an Allan variance is integrated; decades below 1/τ that count.
-PER_OCTAVE, BELOW = 48, 2.0
+#: Frequencies per octave of the integral over an Allan variance, and decades below 1/τ at which it begins. Chosen by
+#: judgment; not measured.
+POINTS_PER_OCTAVE, DECADES_BELOW = 48, 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correlation:
-    """Correlation of two units over frequency.
+    """Correlation of the noise of two units in octaves of frequency.
 
     Attributes
     ----------
     pair : (int, int)
-        Places of the units.
+        Indices of the units.
     edges : ndarray, shape (octaves + 1,)
-        Hz, rising.
+        Limits of the octaves in ascending order, Hz.
     values : ndarray, shape (octaves,)
-        In phase; 0 where the units do not share noise.
+        In-phase correlation in each octave; 0 if none was detected.
     """
 
     pair: tuple[int, int]
@@ -46,18 +47,18 @@ class Correlation:
     __repr__ = brief
 
     def at(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Correlation at some frequencies; beyond the octaves that of the nearest one."""
+        """Return the correlation at some frequencies; outside of all octaves that of the nearest octave."""
         place = np.searchsorted(self.edges, f, side="right") - 1
         return self.values[np.clip(place, 0, self.values.size - 1)]
 
 
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
-    """Correlation of each pair of units of one board that share noise.
+    """Return the correlation of each pair of units on one board whose noise is correlated.
 
     Parameters
     ----------
     boards : sequence of mapping of int to Fit
-        Units by their place; those of one board were sampled together.
+        Fits of the units on each board by index. Units on one board were sampled together.
     """
     found = []
     for board in boards:
@@ -72,7 +73,11 @@ def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]
 
 
 def _values(bands: Sequence[CrossBand]) -> list[float]:
-    """Significant correlations; where there are few ordinates, that of the nearest octave that agrees."""
+    """Return a correlation for each octave.
+
+    An octave without a significant correlation gets that of the nearest significant octave if it lies in its interval,
+    and 0 otherwise. Octaves with few ordinates have wide intervals.
+    """
     sure = [k for k, band in enumerate(bands) if band.significant]
     out = []
     for k, band in enumerate(bands):
@@ -88,10 +93,11 @@ def _values(bands: Sequence[CrossBand]) -> list[float]:
 def allan_covariance(
     fits: Sequence[Fit], shared: Sequence[Correlation], tau: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Covariance of the units' Allan increments, shape (τ, units, units).
+    """Return the covariance of the Allan increments of the units, shape (τ, units, units).
 
-    The variances are those of the models. A covariance is σσ times a mean correlation: each frequency counts with its
-    share in the Allan variance of the geometric mean of both spectra.
+    The variances are those of the models. The covariance of two units is the product of their deviations times a mean
+    correlation. The weight of a frequency in this mean is its contribution to the Allan variance of the geometric mean of
+    both spectra.
     """
     variance = np.column_stack(
         [fit.model.allan_variance(tau, rate=fit.recording.rate) for fit in fits]
@@ -102,13 +108,13 @@ def allan_covariance(
         a, b = one.pair
         rate = fits[a].recording.rate
         for k, t in enumerate(tau):
-            low = 10.0**-BELOW / t
-            count = max(int(PER_OCTAVE * np.log2(0.5 * rate / low)), PER_OCTAVE)
+            low = 10.0**-DECADES_BELOW / t
+            count = max(int(POINTS_PER_OCTAVE * np.log2(0.5 * rate / low)), POINTS_PER_OCTAVE)
             f = np.geomspace(low, 0.5 * rate, count)
             density = np.sqrt(fits[a].model.psd(f, rate) * fits[b].model.psd(f, rate))
             m = max(round(float(t) * rate), 1)
             gain = np.sin(np.pi * f * m / rate) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
-            weight = density * gain * f  # of ln f
+            weight = density * gain * f  # f, because the frequencies are evenly spaced in ln f
             share = float(weight @ one.at(f) / weight.sum())
             out[k, a, b] = out[k, b, a] = share * np.sqrt(variance[k, a] * variance[k, b])
     return out

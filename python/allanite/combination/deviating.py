@@ -1,4 +1,4 @@
-"""Which unit is not like the others: power in octaves, each unit beside all others."""
+"""Units whose noise differs from that of the others, by comparison of their powers in octaves of frequency."""
 
 from __future__ import annotations
 
@@ -18,30 +18,31 @@ if TYPE_CHECKING:
 
 __all__ = ["DeviatingUnit", "deviating_units"]
 
-#: Chance of naming a healthy unit, in percent of units: half of what is promised.
-FALSE = 0.005
-#: Fewest units of which one can be told from the others: of two, either may be it.
-FEWEST = 3
-#: Fewest ordinates of an octave.
-ORDINATES = 8.0
-#: Spread of the deviations of healthy units of one type, and its degrees of freedom: three ADIS16405 with six axes each
-#: differ by 1 to 5 % at 0.2 to 2 s and by 1 to 8 % at 20 s.
-SPREAD, FREEDOM = 0.05, 12.0
+#: Probability of reporting a healthy unit, as a fraction of units; half of the promised 1 %.
+FALSE_ALARM = 0.005
+#: Fewest units for the comparison. If two units differ, either of them may be the unusual one.
+MIN_UNITS = 3
+#: Fewest Fourier ordinates in an octave. Chosen by judgment; not measured.
+MIN_ORDINATES = 8.0
+#: Relative spread of the noise of healthy units of one type, and its degrees of freedom. The axes of three ADIS16405 differ
+#: by 1 to 5 % at 0.2 to 2 s and by 1 to 8 % at 20 s.
+TYPE_SPREAD, TYPE_FREEDOM = 0.05, 12.0
 
 
 @dataclass(frozen=True, slots=True)
 class DeviatingUnit:
-    """A unit whose noise is not that of the others.
+    """A unit whose noise differs from that of the others.
 
     Attributes
     ----------
     unit : str
+        Name of the unit.
     low_hz, high_hz : float
-        The octave in which it deviates most.
+        Range of frequencies in which it differs most.
     factor : float
-        Its deviation there over the geometric mean of the others'.
+        Its noise in this range, as a standard deviation, divided by the geometric mean of the others.
     p_value : float
-        Of any unit so far from the others by chance.
+        Probability that a healthy unit differs as much by chance.
     """
 
     unit: str
@@ -56,19 +57,21 @@ class DeviatingUnit:
 
 
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:
-    """Units whose power differs from the others' in some octave, or in all from the lowest to one, most certain first.
+    """Return the units whose power differs from that of the others, the most certain first.
 
-    The logarithm of a unit's power is compared with the mean of the other units'. Its variance is chance of the records and
-    the spread of the units: that of the others, moderated by the spread that units of one type are known to have (Smyth
-    2004, Stat. Appl. Genet. Mol. Biol. 3, 3), so that three units are enough. The ratio follows Student's law. A slow noise
-    has few ordinates, which are joined from the lowest octave on. A named unit leaves, and the rest is looked at again.
+    The logarithm of the power of each unit is compared with the mean over the other units, in every octave and in every
+    range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference is
+    the sum of the statistical error of the records and of the spread between units. This spread is the one observed among
+    the others, moderated by the known spread of units of one type (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3, 3), so
+    that three units are enough. The test statistic has Student's distribution. After a unit was found it is removed, and
+    the others are compared again.
     """
     edges, levels, chance = _levels(fits)
     ranges = [(k, k + 1) for k in range(levels.shape[1])]
     ranges += [(0, k) for k in range(2, levels.shape[1] + 1)]
     left = list(range(len(fits)))
     found: list[DeviatingUnit] = []
-    while len(left) >= FEWEST:
+    while len(left) >= MIN_UNITS:
         all_of = [
             (
                 *_apart(levels[:, a:b], chance[:, a:b], place, [k for k in left if k != place]),
@@ -81,7 +84,7 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
         ]
         p, apart, place, a, b = min(all_of)
         p = min(1.0, p * len(ranges))
-        if p * len(left) >= FALSE * len(fits):
+        if p * len(left) >= FALSE_ALARM * len(fits):
             break
         low, high = float(edges[a]), float(edges[b])
         found.append(DeviatingUnit(labels[place], low, high, float(np.exp(0.5 * apart)), p))
@@ -92,7 +95,7 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 def _apart(
     levels: NDArray[np.float64], chance: NDArray[np.float64], place: int, others: list[int]
 ) -> tuple[float, float]:
-    """Chance of a unit so far from the others over some octaves, and the distance in ln power."""
+    """Return the probability of so large a difference by chance, and the difference from the others in ln power."""
     from scipy.special import stdtr
 
     n = len(others)
@@ -102,18 +105,21 @@ def _apart(
     variance = chance @ weight**2
     within = float(variance[others].mean())
     own = max(float(level[others].var(ddof=1)) - within, 0.0)
-    # Of the logarithm of power.
-    known = (2.0 * SPREAD) ** 2
-    spread = (FREEDOM * known + (n - 1) * own) / (FREEDOM + n - 1)
+    # Variance of ln power: power is the square of a deviation, hence the factor 2.
+    known = (2.0 * TYPE_SPREAD) ** 2
+    spread = (TYPE_FREEDOM * known + (n - 1) * own) / (TYPE_FREEDOM + n - 1)
     apart = float(level[place] - level[others].mean())
     width = np.sqrt(spread * (1.0 + 1.0 / n) + variance[place] + within / n)
-    return 2.0 * float(stdtr(FREEDOM + n - 1, -abs(apart) / width)), apart
+    return 2.0 * float(stdtr(TYPE_FREEDOM + n - 1, -abs(apart) / width)), apart
 
 
 def _levels(
     fits: Sequence[Fit],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Edges of octaves, Hz; ln of the power over the first unit's model, and its variance, shape (units, octaves)."""
+    """Return the edges of octaves, Hz, ln of the power relative to the first unit's model, and the variance of this ln.
+
+    The last two have the shape (units, octaves).
+    """
     from scipy.special import digamma, polygamma
 
     low = max(0.5 * fit.data.rate / fit.data.n for fit in fits)
@@ -132,7 +138,7 @@ def _levels(
             minlength=edges.size - 1,
         )
         count[row] = np.bincount(place[good], solution.count[good], minlength=edges.size - 1)
-    enough = (count >= ORDINATES).all(axis=0)
+    enough = (count >= MIN_ORDINATES).all(axis=0)
     first = int(np.argmax(enough)) if enough.any() else 0
     total, count = total[:, first:], np.maximum(count[:, first:], 1.0)
     # ln of χ²/d: its mean is ψ(d/2) − ln(d/2), its variance ψ'(d/2).

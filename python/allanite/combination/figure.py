@@ -21,7 +21,7 @@ __all__ = ["plot_combination"]
 def plot_combination(
     found: Combination, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Allan deviations of the units, of their mean and of the combination; below them the best weights at each τ.
+    """Plot the Allan deviations of the units, of their mean and of the combination, and below them the best weights.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def plot_combination(
     Raises
     ------
     InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+        The extension is not one of these, the folder does not exist, or matplotlib is not installed.
     """
     marks: list[Mark] = []
     weights: list[Mark] = []
@@ -58,8 +58,8 @@ def plot_combination(
         ),
     )
     figure = Figure(
-        f"{len(found.labels)} units as one sensor",
-        f"with one set of weights ×{found.gain.min():.3g} to ×{found.gain.max():.3g} better than the best unit",
+        f"{len(found.labels)} units averaged to one sensor",
+        f"Allan deviation {found.gain.min():.3g} to {found.gain.max():.3g} times lower than that of the best unit",
         panels,
         heights=(2.4, 1.0),
         kind="combination",

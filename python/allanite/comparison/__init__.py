@@ -1,7 +1,7 @@
-"""Logs, models and data sheets side by side, and the acceptance test of a sensor.
+"""Comparison of logs, models and data sheets, and the acceptance test of a sensor.
 
-Input: recordings, models and a data sheet. Output: tables of ratios and verdicts, and figures. Add a figure of data
-sheets in `datasheet.py`.
+Input: recordings, models and a data sheet. Output: tables of ratios and verdicts, and figures. To add a figure of
+data sheets, name it in the `figures` of the parameter of an effect.
 """
 
 from __future__ import annotations

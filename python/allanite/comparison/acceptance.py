@@ -1,4 +1,4 @@
-"""Acceptance test of a part: every figure of its data sheet against the measured 95 % interval."""
+"""Acceptance test of a part: every figure of its data sheet is compared with the measured 95 % interval."""
 
 from __future__ import annotations
 
@@ -28,33 +28,34 @@ if TYPE_CHECKING:
 __all__ = ["Acceptance", "FigureVerdict", "accept", "accept_study", "limit_line"]
 
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
-#: Degrees of freedom of a point of the Allan curve that decides about a minimum: its 95 % interval then reaches to
-#: 1.23 times the deviation (chi-squared with 40 degrees of freedom).
+#: Fewest degrees of freedom of the point of the Allan curve that is used as its minimum. The upper end of the 95 %
+#: interval is then 1.23 times the deviation (chi-squared with 40 degrees of freedom).
 EDF_OF_MINIMUM = 40.0
-#: Longest record that is recommended, s: thirty days.
-LONGEST = 30 * 86400.0
+#: Longest record that is recommended, s: thirty days. Chosen by judgment; not measured.
+MAX_RECORD_S = 30 * 86400.0
 
 
 @dataclass(frozen=True, slots=True)
 class FigureVerdict:
-    """One figure of a data sheet and what the record says of it, in the unit of the sheet.
+    """One figure of a data sheet and the corresponding measurement, in the unit of the sheet.
 
     Attributes
     ----------
     figure : Quoted
         As printed in the sheet.
     limit : float
-        The printed value, with the margin.
+        The printed value plus the margin.
     measured : float or None
-        Estimate; None where nothing was detected.
+        Measured value; None if the effect was not detected.
     low, high : float
-        Ends of the 95 % interval; `low` is 0 where the effect was not detected.
+        Ends of the 95 % interval; `low` is 0 if the effect was not detected.
     verdict : {"meets", "does not meet", "undecided"}
         *meets*: `high` is at most the limit. *does not meet*: `low` is above the limit.
     needs : float or None
-        Length of a record in s that would probably decide; None where it is decided, or no record of 30 days decides.
+        Length of a record in s that would probably give a decision. None if the verdict is decided, or if a record of 30
+        days would not suffice.
     remark : str
-        Why the verdict is what it is, where the numbers alone do not show it.
+        Explanation of a verdict that does not follow from the numbers alone.
     """
 
     figure: Quoted
@@ -94,11 +95,12 @@ class Acceptance:
     ----------
     sheet : DataSheet
     margin : float
-        Allowance above the printed figures, as a fraction.
+        Allowed excess over the printed figures, as a fraction.
     figures : tuple of FigureVerdict
     study : Study
-        The models that were fitted; the last one gives the numbers.
+        The models that were fitted. The measured values come from the last one.
     remarks : tuple of str
+        Contradictions in the sheet, and a warning if the model does not fit.
 
     Examples
     --------
@@ -128,17 +130,17 @@ class Acceptance:
 
     @property
     def verdict(self) -> str:
-        """*does not meet* if any figure does not; *meets* if all do; *undecided* otherwise."""
+        """*does not meet* if any figure does not meet its limit; *meets* if all do; *undecided* otherwise."""
         found = {figure.verdict for figure in self.figures}
         return next(v for v in (DOES_NOT_MEET, UNDECIDED, MEETS) if v in found)
 
     @property
     def needs(self) -> float | None:
-        """Length of a record in s that would probably decide every undecided figure; None where there is none."""
+        """Length of a record in s that would probably decide every undecided figure; None if no length is known."""
         return max((f.needs for f in self.figures if f.needs is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/accept/1``."""
+        """Return the JSON form, ``allanite/accept/1``."""
         return {
             "schema": "allanite/accept/1",
             "version": _kernels.version(),
@@ -171,7 +173,7 @@ class Acceptance:
         return "\n".join([*lines, *(f"! {remark}" for remark in self.remarks)])
 
     def plot(self, path: Any = None) -> Any:
-        """Measured Allan deviation, the last model, and the limits of the sheet; written to `path` if given."""
+        """Plot the measured Allan deviation, the last model, and the limits of the sheet; write it to `path` if given."""
         from allanite.plots import plot_compare
 
         recording = self.recording
@@ -187,7 +189,10 @@ class Acceptance:
 
 
 def limit_line(figure: Quoted, unit: str, tau: Any, margin: float = 1.0) -> tuple[Any, Any] | None:
-    """Averaging times and Allan deviation of an effect as large as a figure of a data sheet, times a margin."""
+    """Return averaging times and Allan deviation of an effect at its limit: the figure of the sheet times `margin`.
+
+    The result is None for a figure without an effect.
+    """
     limit = figure.in_unit(unit) * margin
     if figure.coefficient == MINIMUM:
         return tau, np.full(tau.shape, limit)
@@ -207,8 +212,8 @@ def accept(
 ) -> Acceptance:
     """Compare every figure of a data sheet with the measured 95 % interval.
 
-    The model N+B+K, with the coefficients that the sheet names, is fitted. If it is not adequate, missing effects are
-    added first (`improve`), so that a vibration or a temperature does not count as noise of the part.
+    The model N+B+K, extended by the coefficients that the sheet states, is fitted. If it does not describe the record,
+    missing effects are added first (`improve`), so that a vibration or a temperature does not count as noise of the part.
 
     Parameters
     ----------
@@ -217,9 +222,9 @@ def accept(
     sheet : DataSheet
         Figures of the recording's kind of sensor; others are ignored.
     margin : float
-        Allowance above the printed figures, as a fraction: 0.1 allows 10 %.
+        Allowed excess over the printed figures, as a fraction: 0.1 allows 10 %.
     on_progress : callable, optional
-        Called with steps done and steps in all.
+        Called with the number of steps done and the number of all steps.
 
     Returns
     -------
@@ -228,7 +233,7 @@ def accept(
     Raises
     ------
     InputError
-        A sheet without figures for this kind of sensor, or a margin below 0.
+        The sheet has no figure for this kind of sensor, or the margin is negative.
 
     Examples
     --------
@@ -244,14 +249,14 @@ def accept(
     own = sheet.of_kind(parse_unit(recording.unit).kind)
     if not own.figures:
         raise InputError(
-            f"{sheet.name}: no figure for {parse_unit(recording.unit).kind} (column {recording.columns[0]})"
+            f"{sheet.name}: the sheet has no figure for {parse_unit(recording.unit).kind} (column {recording.columns[0]})"
         )
     study = improve(recording, with_figures(as_model("N+B+K"), own), on_progress=on_progress)
     return accept_study(study, own, margin)
 
 
 def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptance:
-    """The acceptance test of the last model of a study by a sheet of its kind of sensor."""
+    """Return the acceptance test of the last model of a study. The sheet must be for the same kind of sensor."""
     fit = study.fit
     tested = []
     for figure in own.figures:
@@ -262,22 +267,23 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
     remarks = list(own.remarks())
     if not fit.adequate:
         remarks.append(
-            f"{fit.model.name} does not describe this record completely; its intervals include that misfit"
+            f"{fit.model.name} does not describe this record completely; the intervals are widened accordingly"
         )
     return Acceptance(own, margin, tuple(tested), study, tuple(remarks))
 
 
 def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
+    """Compare a figure that states a coefficient."""
     unit = fit.recording.unit
     try:
         measured = fit[figure.coefficient]
     except KeyError:
-        # The search dropped it: it is not needed to describe the record.
+        # `improve` removed the effect, because the record can be described without it.
         measured = None
     scale = figure.value / figure.in_unit(unit)
     limit = figure.value * (1.0 + margin)
     if measured is None or measured.interval is None:
-        remark = f"the last model {fit.model.name} has no {figure.coefficient}: no interval"
+        remark = f"no interval, because the last model {fit.model.name} has no {figure.coefficient}"
         return FigureVerdict(figure, limit, None, 0.0, math.inf, UNDECIDED, None, remark)
     low, high = (scale * end for end in measured.interval)
     value = scale * float(measured) if measured.detected else None
@@ -288,10 +294,13 @@ def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
     needs = None
     if verdict == UNDECIDED:
         needs = _needed(fit.recording.duration, value, low, high, limit, power)
-    return FigureVerdict(figure, limit, value, low, high, verdict, needs, _close(verdict, needs))
+    return FigureVerdict(
+        figure, limit, value, low, high, verdict, needs, _too_close(verdict, needs)
+    )
 
 
 def _verdict(low: float, high: float, limit: float) -> str:
+    """Compare an interval with a limit."""
     if high <= limit:
         return MEETS
     return DOES_NOT_MEET if low > limit else UNDECIDED
@@ -300,11 +309,11 @@ def _verdict(low: float, high: float, limit: float) -> str:
 def _needed(
     duration: float, value: float | None, low: float, high: float, limit: float, power: float
 ) -> float | None:
-    """Length of a record in s whose interval would probably exclude the limit.
+    """Return the length of a record in s whose interval would probably exclude the limit, or None.
 
-    The width of an interval falls with the square root of the length. The upper limit of an effect that is not
-    detected beside white noise N falls with N T^(power - 1/2), where the effect's unit is U s^power: 1/2 for B, 1 for K,
-    3/2 for R.
+    The width of an interval decreases with the square root of the length T. If an effect is not detected in white noise
+    N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of 1/T
+    is therefore 1/2 for B, 1 for K and 3/2 for R.
     """
     if value is None:
         factor = (high / limit) ** (1.0 / max(0.5 - power, 0.5))
@@ -312,19 +321,23 @@ def _needed(
         width = high - value if value < limit else value - low
         distance = abs(limit - value)
         factor = (width / distance) ** 2 if distance > 0.0 else math.inf
-    # Intervals scatter themselves: a tenth more.
+    # Ten percent more, because the width of the next interval varies by chance. Chosen by judgment; not measured.
     needed = 1.1 * duration * max(factor, 1.0)
-    return needed if needed <= LONGEST else None
+    return needed if needed <= MAX_RECORD_S else None
 
 
-def _close(verdict: str, needs: float | None) -> str:
+def _too_close(verdict: str, needs: float | None) -> str:
+    """Return a remark on an undecided figure that no record of recommended length can decide."""
     if verdict != UNDECIDED or needs is not None:
         return ""
-    return "too close to the limit: no record of 30 days would decide"
+    return "too close to the limit: even a record of 30 days would not be enough for a decision"
 
 
 def _minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
-    """The lowest Allan deviation: an upper bound from the curve, a lower bound from the slow noise that was detected."""
+    """Compare a figure that states the minimum of the Allan deviation.
+
+    The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected.
+    """
     recording = fit.recording
     scale = figure.value / figure.in_unit(recording.unit)
     limit = figure.value * (1.0 + margin)
@@ -336,16 +349,16 @@ def _minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
     needs, remark = None, ""
     if not found.detected:
         remark = (
-            "the Allan deviation still falls at the end of this record: its minimum is below"
-            f" {high:.3g} {figure.unit}"
+            "the Allan deviation still decreases at the end of this record, so that only an upper limit of its minimum is"
+            f" known: {high:.3g} {figure.unit}"
         )
     if verdict == UNDECIDED:
         if found.detected:
             needs = _needed(recording.duration, value, low, high, limit, 0.0)
         else:
-            # White noise falls with the square root of the length.
+            # The deviation of white noise decreases with the square root of the length.
             needed = recording.duration * (high / limit) ** 2
-            needs = needed if needed <= LONGEST else None
-        remark = remark or _close(verdict, needs)
+            needs = needed if needed <= MAX_RECORD_S else None
+        remark = remark or _too_close(verdict, needs)
     shown = value if found.detected else None
     return FigureVerdict(figure, limit, shown, low, high, verdict, needs, remark)

@@ -1,4 +1,4 @@
-"""Logs and models side by side: their Allan deviations on one grid of averaging times."""
+"""Comparison of logs and models: their Allan deviations at common averaging times."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Drawn:
     Attributes
     ----------
     name : str
-        What it is of.
+        Name of the log or model.
     kind : str
         ``"recording"`` or ``"model"``.
     unit : str
@@ -42,7 +42,7 @@ class Drawn:
     tau, deviation : ndarray of shape (points,)
         Averaging times in s, and the deviation.
     low, high : ndarray of shape (points,) or None
-        95 % interval; a model has none.
+        95 % interval; None for a model.
     """
 
     name: str
@@ -56,14 +56,14 @@ class Drawn:
     __repr__ = brief
 
     def at(self, tau: float) -> float | None:
-        """Deviation at an averaging time, within 1 %, or None."""
+        """Return the deviation at an averaging time, or None if the curve has no point within 1 % of it."""
         i = int(np.argmin(np.abs(self.tau - tau)))
         return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
 
     def near(self, tau: float) -> Drawn | None:
-        """The point at an averaging time, interpolated between its neighbors on double-logarithmic paper.
+        """Return the point at an averaging time, interpolated linearly in the logarithms; None outside of the curve.
 
-        The curve of a log at another rate has other averaging times. None outside of the curve.
+        Logs with different rates have different averaging times, so that interpolation is needed.
         """
         if not self.tau[0] * 0.999 <= tau <= self.tau[-1] * 1.001:
             return None
@@ -96,7 +96,7 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Several curves; the first is what the others are compared with.
+    """Several curves; the others are compared with the first.
 
     Examples
     --------
@@ -113,7 +113,7 @@ class Curves:
     __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/compare/1``."""
+        """Return the JSON form, ``allanite/compare/1``."""
         return {
             "schema": "allanite/compare/1",
             "version": _kernels.version(),
@@ -144,23 +144,23 @@ class Curves:
         return "\n".join([*names, "", *table])
 
     def plot(self, path: str | Path | None = None) -> Any:
-        """All curves on one pair of logarithmic axes; written to `path` (SVG, PNG, PDF) if given."""
+        """Plot all curves with logarithmic axes; write the figure to `path` (SVG, PNG, PDF) if given."""
         from allanite.plots import plot_compare
 
         return plot_compare(self, path)
 
 
 def _ratio(one: Drawn | None, other: Drawn | None, factor: float) -> str:
-    """The ratio of two points with its 95 % interval, where either has one.
+    """Return the ratio of two points, with a 95 % interval if at least one of them has an interval.
 
-    The interval adds the variances of the logarithms of two independent deviations.
+    The variances of the logarithms of the two deviations, taken as independent, are added.
     """
     if one is None or other is None or not other.deviation[0] > 0.0:
         return "–"
     ratio = float(one.deviation[0] * factor / other.deviation[0])
     sides = []
     for name, opposite in (("low", "high"), ("high", "low")):
-        far = _apart(one, name) ** 2 + _apart(other, opposite) ** 2
+        far = _log_distance(one, name) ** 2 + _log_distance(other, opposite) ** 2
         sides.append(np.sqrt(far))
     if not any(sides) or not np.isfinite(sides).all():
         return f"{ratio:.3f}"
@@ -168,8 +168,8 @@ def _ratio(one: Drawn | None, other: Drawn | None, factor: float) -> str:
     return f"{ratio:.3f} ({low:.3g} … {high:.3g})"
 
 
-def _apart(point: Drawn, end: str) -> float:
-    """Distance from a deviation to an end of its interval, of the logarithm; 0 where it has none."""
+def _log_distance(point: Drawn, end: str) -> float:
+    """Return |ln(end of the interval / deviation)|; 0 for a point without an interval."""
     values = getattr(point, end)
     return 0.0 if values is None else abs(float(np.log(values[0] / point.deviation[0])))
 
@@ -179,26 +179,26 @@ def compare(
     rate: float | None = None,
     unit: str | None = None,
 ) -> Curves:
-    """Allan deviations of logs and models on the grid of the first log.
+    """Compute the Allan deviations of logs and models for a comparison.
 
     Parameters
     ----------
     items : sequence of (name, Recording of one column, Model, str or Drawn, unit or None)
-        The unit is that of a model's samples. A `Drawn` is a curve of its own, such as a table of deviations.
+        For a model, the unit is that of its samples. A `Drawn` is a finished curve, such as a table of deviations.
     rate : float, optional
-        Sampling rate of the models, Hz; the first log's if left out.
+        Sampling rate of the models, Hz; by default that of the first log.
     unit : str, optional
-        Unit of models that have none; the first log's if left out.
+        Unit of models that have none; by default that of the first log.
 
     Returns
     -------
     Curves
-        Of each item in its own unit, in the order given; models at the τ of the first log.
+        One curve for each item, in its own unit and in the given order. Models have the averaging times of the first log.
 
     Raises
     ------
     InputError
-        Models alone, without a rate; no list of such items.
+        There are models only and no rate, or `items` is not a list of such items.
 
     Examples
     --------
@@ -225,7 +225,9 @@ def compare(
     rate = (logs[0][1].rate if logs else None) if rate is None else positive_rate(rate)
     if rate is None:
         raise InputError(
-            "models alone have no sampling rate", missing="rate", remedy=": give {rate}"
+            "without a log, the models need a sampling rate",
+            missing="rate",
+            remedy=": give {rate}",
         )
     unit = unit or (logs[0][1].unit if logs else "1")
     tau: NDArray[np.float64] = (
@@ -250,7 +252,7 @@ def compare(
 
 
 def of_deviations(found: Mapping[str, Deviation]) -> Curves:
-    """The deviations of some columns, by name; without an interval where none is known."""
+    """Return the curves of some deviations by name, with their intervals if they have any."""
     return Curves(
         tuple(
             Drawn(
@@ -267,7 +269,7 @@ def of_deviations(found: Mapping[str, Deviation]) -> Curves:
 
 
 def of_studies(studies: Mapping[str, Study]) -> Curves:
-    """Measured Allan deviation of some columns, each beside that of its last model."""
+    """Return for each column the measured Allan deviation and that of its last model."""
     from allanite.plots.curves import interval
 
     curves = []

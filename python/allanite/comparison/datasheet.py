@@ -1,4 +1,4 @@
-"""What a measurement says to the figures of a data sheet."""
+"""Comparison of fitted coefficients with the figures of a data sheet."""
 
 from __future__ import annotations
 
@@ -24,12 +24,13 @@ __all__ = [
     "with_figures",
 ]
 
-SOLID = 10  # degrees of freedom from which a point of the Allan curve may be its minimum
+#: Fewest degrees of freedom of a point of the Allan curve that is used as its minimum. Chosen by judgment; not measured.
+MIN_EDF = 10
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A figure beside its measurement, both in the canonical unit of the coefficient."""
+    """A figure of the sheet and the measured coefficient, both in the canonical unit of the coefficient."""
 
     figure: Quoted
     sheet: float
@@ -40,7 +41,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Measured coefficients over a data sheet's figures."""
+    """Ratios of measured coefficients to the figures of a data sheet."""
 
     sheet: DataSheet
     column: str
@@ -48,7 +49,7 @@ class Comparison:
     remarks: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/datasheet/1``."""
+        """Return the JSON form, ``allanite/datasheet/1``."""
         return {
             "schema": "allanite/datasheet/1",
             "name": self.sheet.name,
@@ -81,18 +82,19 @@ class Comparison:
             for row in self.rows
         ]
         widths = [max(len(row[i]) for row in cells) for i in range(4)]
-        lines = [f"{self.column} against {self.sheet.name}"]
+        lines = [f"{self.column} compared with {self.sheet.name}"]
         lines += ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
         remarks = [f"! {row.figure.name}: {row.remark}" for row in self.rows if row.remark]
         return "\n".join([*lines, *remarks, *(f"! {remark}" for remark in self.remarks)])
 
 
 def _in_its_unit(row: Row) -> float:
-    """Return the measured value as the sheet would print it."""
+    """Return the measured value in the unit of the sheet."""
     return row.measured.value * row.figure.value / row.sheet if row.sheet else math.nan
 
 
 def _ratio(ratio: Estimate) -> str:
+    """Return a ratio with its interval, or its upper limit if the effect was not detected."""
     if not ratio.detected:
         return f"< {ratio.interval[1]:.3g}" if ratio.interval else "?"
     if ratio.interval is None:
@@ -101,23 +103,23 @@ def _ratio(ratio: Estimate) -> str:
 
 
 def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
-    r"""Compare a fit with a sheet: the ratio of each figure, and the suspicious ones named.
+    r"""Compare a fit with a data sheet, and explain ratios that are typical of a mistake with units.
 
     Parameters
     ----------
     fit : Fit
-        Of a model that has the sheet's coefficients.
+        Fit of a model that has the coefficients of the sheet.
     sheet : DataSheet
 
     Returns
     -------
     Comparison
-        Of each figure the measured coefficient, in the unit of the recording, and its ratio to the sheet's.
+        For each figure the measured coefficient, in the unit of the recording, and its ratio to the figure.
 
     Raises
     ------
     InputError
-        A figure of another kind of sensor.
+        A figure is for another kind of sensor.
 
     Examples
     --------
@@ -152,17 +154,19 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
         rows.append(Row(figure, expected, measured, ratio, remark))
     remarks = sheet.remarks()
     if missing:
-        remarks.append(f"the model has no coefficient for {', '.join(missing)}: fit one that does")
+        remarks.append(
+            f"the model has no coefficient for {', '.join(missing)}: fit a model that has one"
+        )
     if not getattr(fit, "adequate", True):
         remarks.append(
-            f"{fit.model.name} does not describe this record (see allanite check): B and K may"
-            " stand for what it lacks"
+            f"{fit.model.name} does not describe this record (see allanite check): B and K may be"
+            " too large, because they include missing effects"
         )
     return Comparison(sheet, fit.recording.columns[0], tuple(rows), tuple(remarks))
 
 
 def with_figures(model: Model, sheet: DataSheet) -> Model:
-    """The model with an effect for every coefficient that the sheet names and the model lacks."""
+    """Return the model, extended by an effect for each coefficient of the sheet that it does not have."""
     present = {effect.kind for effect in model}
     for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
         effect = find(name.partition(".")[0])
@@ -173,16 +177,17 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
 
 
 def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
+    """Return an interval multiplied by a factor."""
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
-def minimum_of(fit: Any, edf: float = SOLID) -> Estimate:
-    """The minimum of the Allan deviation with its 95 % interval, in the unit of the recording.
+def minimum_of(fit: Any, edf: float = MIN_EDF) -> Estimate:
+    """Return the minimum of the Allan deviation with its 95 % interval, in the unit of the recording.
 
-    The minimum is at most the deviation at any averaging time. The upper end is that of the measured point at which the
-    fitted model is lowest, among points with at least `edf` degrees of freedom. The lower end is the minimum over all
-    averaging times of the detected effects at the lower ends of their intervals. If no slow noise was detected, the
-    curve still falls at the end of the record: the lower end is 0 and the minimum counts as not detected.
+    The upper end is that of the measured point at which the fitted model is lowest, among points with at least `edf`
+    degrees of freedom; the minimum cannot be larger. The lower end is the minimum of the detected effects, each with the
+    lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the record. The lower
+    end is then 0, and the minimum counts as not detected.
 
     Parameters
     ----------
@@ -193,7 +198,7 @@ def minimum_of(fit: Any, edf: float = SOLID) -> Estimate:
     Returns
     -------
     Estimate
-        Value, interval, and whether the record shows the minimum at all.
+        Value and interval; `detected` is True if the record is long enough to show the minimum.
     """
     from allanite.deviation import oadev
 
@@ -212,7 +217,10 @@ def minimum_of(fit: Any, edf: float = SOLID) -> Estimate:
 
 
 def _least(fit: Any) -> float:
-    """Lowest Allan deviation, over all averaging times, of the random effects at the lower ends of their intervals."""
+    """Return the lowest Allan deviation of the detected random effects, each with the lower end of its interval.
+
+    The result is 0 if the deviation has no minimum.
+    """
     effects = []
     for effect, estimates in zip(fit.model, fit.estimates, strict=True):
         if isinstance(effect, Stochastic):
@@ -220,7 +228,7 @@ def _least(fit: Any) -> float:
             if own.detected and own.interval is not None and own.interval[0] > 0.0:
                 effects.append(effect.with_values(**{effect.coefficient: own.interval[0]}))
     rate = fit.recording.rate
-    # Flicker stays level and white noise falls without end: a thousand records are long enough to tell.
+    # Flicker noise levels off and white noise decreases forever: times up to 1000 record lengths distinguish them.
     tau = np.geomspace(1.0 / rate, 1000.0 * fit.recording.duration, 400)
     m = np.unique(np.round(tau * rate))
     if not effects:
@@ -235,18 +243,23 @@ def _least(fit: Any) -> float:
 
 
 def _remark(figure: Quoted, ratio: Estimate) -> str:
+    """Return the mistake that explains a ratio, or an empty text."""
     if not ratio.detected:
         return ""
     return slip(figure.coefficient, ratio.value, _tolerance(ratio))
 
 
 def _tolerance(ratio: Estimate) -> float:
+    """Return the tolerance of the logarithm of a ratio: three standard errors, at least 5 %."""
     width = 3 * (ratio.std_error or 0.0) / ratio.value if ratio.value > 0 else 0.0
     return max(width, 0.05)
 
 
 def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
-    """Whether the white level is that of samples thinned by skipping: alone it cannot be seen, white stays white."""
+    """Return a remark if N is as much too large as skipping samples makes it, otherwise an empty text.
+
+    The log alone cannot show this, because skipping samples of white noise leaves white noise.
+    """
     if (
         figure.coefficient != "N"
         or not ratio.detected
@@ -258,8 +271,8 @@ def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) 
     if folded is None or not folded[0] / slack <= ratio.value <= folded[1] * slack:
         return ""
     return (
-        f"looks as if samples were skipped on the way to {recording.rate:g} Hz: the noise above half of that is folded"
-        f" down and raises N by {folded[0]:.3g}"
+        f"looks as if samples were skipped to reach {recording.rate:g} Hz: noise at higher frequencies is then folded"
+        f" down (aliasing), and N is too large by a factor of {folded[0]:.3g}"
         + (f" to {folded[1]:.3g}" if folded[1] > 1.001 * folded[0] else "")
-        + "; log faster and average"
+        + "; log at a higher rate and average"
     )

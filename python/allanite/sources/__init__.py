@@ -1,7 +1,8 @@
-"""Models that do not come from a log: data sheets, files of other tools, tables of deviations, strings with units.
+"""Models from sources other than logs: data sheets, files of other tools, tables of deviations, strings with units.
 
-Input: a path or a model string. Output: model documents (``allanite/fit/1``), one for each axis, with the assumptions
-made. Add a source as a module that returns documents of `model_document`, and a line in `documents_of`.
+Input: a path or a model string. Output: one model document (``allanite/fit/1``) for each axis, with the assumptions
+that were made. To add a source: write a module that returns documents from `model_document`, and call it in
+`documents_of`.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from allanite.effects.strings import parse_with_units
 
 __all__ = ["documents_of", "is_source_file"]
 
-#: Largest file, bytes: model files of many columns have some megabytes.
-LARGEST = 200_000_000
+#: Largest file that is read, bytes. Model files of many columns have some megabytes. Chosen by judgment; not measured.
+MAX_FILE_BYTES = 200_000_000
 
 
 def is_source_file(text: str) -> bool:
-    """Whether a text names a file, not a model string."""
+    """Return True for the name of a file and False for a model string."""
     if text.lower().endswith((".json", ".toml", ".yaml", ".yml")):
         return True
     return is_file(text)
@@ -34,7 +35,7 @@ def documents_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[dict[str, Any]]:
-    """Model documents of a source, one an axis.
+    """Return the model documents of a source, one for each axis.
 
     Parameters
     ----------
@@ -50,12 +51,12 @@ def documents_of(
     Returns
     -------
     list of dict
-        ``allanite/fit/1`` or ``allanite/model/1``, with ``"assumptions"`` where some were made.
+        ``allanite/fit/1`` or ``allanite/model/1``. ``"assumptions"`` is present if assumptions were made.
 
     Raises
     ------
     InputError
-        No such file, an unknown kind of file, or a value that is missing; one line with the remedy.
+        The file does not exist or is of an unknown kind, or a value is missing. The message is one line with the remedy.
     """
     text = str(source)
     if not is_source_file(text):
@@ -68,9 +69,9 @@ def documents_of(
     try:
         if not path.is_file():
             raise InputError(f"{path}: no such file")
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MAX_FILE_BYTES:
             raise InputError(
-                f"{path}: too large for a model, a data sheet or a table of deviations"
+                f"{path}: too large for a model file, a data sheet or a table of deviations"
             )
         return _of_file(path, unit, rate, record_length)
     except OSError as error:
@@ -80,6 +81,7 @@ def documents_of(
 def _of_file(
     path: Path, unit: str | None, rate: float | None, record_length: float | None
 ) -> list[dict[str, Any]]:
+    """Read a file with the reader that its extension names; any other extension is read as JSON."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         from allanite.sources.datasheet import documents_of_sheet, read_datasheet
@@ -101,6 +103,7 @@ def _of_file(
 
 
 def _of_json(path: Path) -> list[dict[str, Any]]:
+    """Read a JSON file: a model file of allanite, a data sheet, or a loadparams file of MATLAB."""
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
 
@@ -109,23 +112,23 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a model file ({error})") from None
     if not isinstance(tree, dict):
-        raise InputError(f"{path}: not a model file: no allanite schema in it")
+        raise InputError(f"{path}: not a model file of allanite: it has no allanite schema")
     if str(tree.get("schema")).startswith("allanite/"):
         documents = tree.get("columns", [tree])
         if not isinstance(documents, list) or not all(isinstance(one, dict) for one in documents):
             raise InputError(
-                f"{path}: its columns are not as fit, improve or characterize write them"
+                f"{path}: 'columns' must be a list of models, as allanite fit, improve and characterize write it"
             )
         return [_with_extras(_last_step(one), tree) for one in documents]
     if any(isinstance(tree.get(table), dict) for table in TABLES):
         return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
     if is_matlab_json(tree):
         return documents_of_matlab_json(tree, str(path))
-    raise InputError(f"{path}: not a model file: no allanite schema in it")
+    raise InputError(f"{path}: not a model file of allanite: it has no allanite schema")
 
 
 def _with_extras(document: dict[str, Any], tree: dict[str, Any]) -> dict[str, Any]:
-    """The document with what `characterize` says beside its model: noise at work, bias at switch-on, samples."""
+    """Add the results of `characterize` for this column: noise during use, bias at switch-on, facts about the samples."""
     column = str((document.get("recording") or {}).get("column"))
     found = {}
     for name in ("working", "turn_on", "samples"):
@@ -137,7 +140,7 @@ def _with_extras(document: dict[str, Any], tree: dict[str, Any]) -> dict[str, An
 
 
 def _last_step(document: dict[str, Any]) -> dict[str, Any]:
-    """The last model of a stepwise improvement; other documents as they are."""
+    """Return the last model of a stepwise improvement; return other documents unchanged."""
     ladder = document.get("ladder")
     if not ladder:
         return document

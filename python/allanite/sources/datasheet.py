@@ -4,15 +4,15 @@ A sheet is a small TOML or JSON file. The figures of one sensor stand in ``[figu
 ``[gyroscope]`` and ``[accelerometer]``::
 
     name = "MEMS gyroscope"
-    temperature = "25 degC"                      # at which the figures hold
+    temperature = "25 degC"                      # temperature for which the figures are stated
     [figures]
     noise_density = "0.03 deg/s/sqrt(Hz)"        # one-sided unless it says "two-sided"
     angle_random_walk = "1.27 deg/sqrt(h)"       # velocity_random_walk of an accelerometer
     bias_instability = "18 deg/h"                # the coefficient B of IEEE 952
     in_run_bias_stability = "12 deg/h"           # the minimum of the Allan deviation
     rate_random_walk = { value = 1.0, unit = "deg/h^1.5" }
-    bandwidth = "330 Hz"                         # -3 dB; tells a log whose samples were skipped
-    sample_rate = "2000 Hz"                      # of the sensor itself, not of the log
+    bandwidth = "330 Hz"                         # -3 dB; used to detect logs in which samples were skipped
+    sample_rate = "2000 Hz"                      # rate of the sensor itself, not of the log
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ __all__ = [
 ]
 
 MINIMUM = "minimum"
-#: Tables of a sheet, each with the kind of sensor of its figures. Those of ``figures`` have the kind of their unit.
+#: Tables of a sheet, and the kind of sensor that each describes. In ``figures`` the unit of a figure decides its kind.
 TABLES = {
     "figures": None,
     "gyroscope": ANGULAR_RATE,
@@ -61,29 +61,29 @@ TABLES = {
 #: SI unit of the samples of each kind of sensor.
 SI_OF_KIND = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", FREQUENCY: "1"}
 
-# What is read off the Allan curve itself, with other spellings.
-OF_THE_CURVE = {"in_run_bias_stability": ("bias_stability", "allan_minimum")}
-# What the sensor gives before a log takes its samples, Hz.
-FREQUENCIES = ("bandwidth", "sample_rate")
+#: Figures that state the minimum of the Allan deviation, not a coefficient; with their other spellings.
+CURVE_FIGURES = {"in_run_bias_stability": ("bias_stability", "allan_minimum")}
+#: Figures that are frequencies of the sensor, in Hz, and not noise.
+FREQUENCY_FIGURES = ("bandwidth", "sample_rate")
 
 
 def known_figures() -> dict[str, tuple[str, float | str]]:
-    """What each figure is of (a coefficient, or the Allan curve's minimum) and its unit: a power of s, or itself."""
+    """Return for each figure the coefficient that it states (or `MINIMUM`), and its power of seconds or its unit."""
     ours = {
         figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
         for e in CATALOGUE
         for p in e.parameters
         for figure in p.figures
     }
-    return {**ours, **dict.fromkeys(OF_THE_CURVE, (MINIMUM, 0.0))}
+    return {**ours, **dict.fromkeys(CURVE_FIGURES, (MINIMUM, 0.0))}
 
 
 def _spellings() -> dict[str, str]:
-    """The figure of each of its other spellings."""
+    """Return a dictionary from each other spelling to the name of the figure."""
     ours = (p.figures for e in CATALOGUE for p in e.parameters)
     return {
         other: figure
-        for figures in (*ours, OF_THE_CURVE)
+        for figures in (*ours, CURVE_FIGURES)
         for figure, others in figures.items()
         for other in others
     }
@@ -135,7 +135,7 @@ class Quoted:
 
     @property
     def coefficient(self) -> str:
-        """What the figure speaks of: Q, N, B, K, R, or the minimum of the Allan deviation."""
+        """The coefficient that the figure states: Q, N, B, K or R, or the minimum of the Allan deviation."""
         return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:
@@ -144,7 +144,7 @@ class Quoted:
         Raises
         ------
         InputError
-            The figure is of another kind of sensor or another quantity; both units are named.
+            The figure belongs to another kind of sensor or quantity. The message names both units.
         """
         _, power = known_figures()[self.name]
         own = power if isinstance(power, str) else coefficient_unit(unit, power)
@@ -156,7 +156,7 @@ class Quoted:
 
 @dataclass(frozen=True, slots=True)
 class DataSheet:
-    """Name and figures of a sensor's data sheet; its −3 dB bandwidth and its own rate, Hz, where given.
+    """Name and figures of a sensor's data sheet, and its −3 dB bandwidth and sampling rate in Hz if the sheet has them.
 
     Examples
     --------
@@ -178,11 +178,12 @@ class DataSheet:
         return replace(self, figures=tuple(f for f in self.figures if f.kind == kind))
 
     def folded(self, rate: float) -> tuple[float, float] | None:
-        """By how much N rises, at least and at most, where samples at `rate` Hz are taken without averaging.
+        """Return the smallest and the largest factor by which N rises if samples are skipped down to `rate` Hz.
 
-        All noise of the sensor's band is folded below half the rate: N rises by √(band/rate), the band being 2·bandwidth
-        (a sharp filter) to π·bandwidth (first order), and no more than the sensor's own rate. None where the sheet does
-        not say, or where nothing to speak of is folded.
+        Skipping samples without averaging folds all noise of the sensor's band below half the rate, so N rises by
+        √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but not more
+        than the sensor's sampling rate. The result is None if the sheet states neither frequency, or if the band is
+        narrower than twice the rate.
         """
         most = math.inf if self.sample_rate is None else self.sample_rate
         band = math.inf if self.bandwidth is None else self.bandwidth
@@ -192,7 +193,7 @@ class DataSheet:
         return math.sqrt(low / rate), math.sqrt(high / rate)
 
     def remarks(self) -> list[str]:
-        """Contradictions inside the sheet: a density and a random walk that are not the same N."""
+        """Return the contradictions inside the sheet: a noise density and a random walk that state different N."""
         remarks = []
         density = [figure for figure in self.figures if figure.coefficient == "N"]
         first_of = {figure.kind: figure for figure in reversed(density)}
@@ -241,6 +242,7 @@ def read_datasheet(path: str | Path) -> DataSheet:
 
 
 def _read(path: Path) -> DataSheet:
+    """Read a sheet; the messages of errors do not contain the path."""
     try:
         text = path.read_text(encoding="utf-8")
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
@@ -254,12 +256,12 @@ def _read(path: Path) -> DataSheet:
 
 
 def datasheet_of(parsed: object, name: str) -> DataSheet:
-    """The sheet of a parsed TOML or JSON document; `name` stands where the document has none.
+    """Return the sheet of a parsed TOML or JSON document. `name` is used if the document states no name.
 
     Raises
     ------
     InputError
-        No figures, an unknown one, or one in the table of another kind of sensor.
+        There is no figure, an unknown figure, or a figure in the table of another kind of sensor.
     """
     tables = parsed if isinstance(parsed, dict) else {}
     given = {t: tables[t] for t in TABLES if isinstance(tables.get(t), Mapping) and tables[t]}
@@ -271,14 +273,16 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
         for key, value in figures.items():
             figure = _figure(str(key), value)
             kind = TABLES[table]
-            if kind is not None and figure.name not in FREQUENCIES and figure.kind != kind:
+            if kind is not None and figure.name not in FREQUENCY_FIGURES and figure.kind != kind:
                 raise InputError(
-                    f"[{table}] {figure.name} = {figure.value:g} {figure.unit}: the unit is that of"
-                    f" {figure.kind}, the table that of {kind}"
+                    f"[{table}] {figure.name} = {figure.value:g} {figure.unit}: this is a unit of"
+                    f" {figure.kind}, but the table is for {kind}"
                 )
             found.append(figure)
-    hertz = {f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCIES}
-    noise = tuple(f for f in found if f.name not in FREQUENCIES)
+    hertz = {
+        f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCY_FIGURES
+    }
+    noise = tuple(f for f in found if f.name not in FREQUENCY_FIGURES)
     if not noise:
         raise InputError(f"no figure to compare: add one of {known}")
     return DataSheet(
@@ -290,11 +294,12 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
 
 
 def _figure(name: str, given: object) -> Quoted:
+    """Return one figure of a sheet; `given` is a text such as "18 deg/h", or a table with value and unit."""
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _spellings().get(key, key)
-    if key not in known_figures() and key not in FREQUENCIES:
-        known = ", ".join((*known_figures(), *FREQUENCIES))
-        raise InputError(f"unknown figure {name!r}: one of {known}")
+    if key not in known_figures() and key not in FREQUENCY_FIGURES:
+        known = ", ".join((*known_figures(), *FREQUENCY_FIGURES))
+        raise InputError(f"unknown figure {name!r}; known figures: {known}")
     if isinstance(given, Mapping):
         value, unit = given.get("value"), given.get("unit")
     else:
@@ -316,7 +321,7 @@ def _figure(name: str, given: object) -> Quoted:
 
 
 def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
-    """Model documents of a data sheet, one for each kind of sensor, with what is assumed.
+    """Return the model documents of a data sheet, one for each kind of sensor, with the assumptions.
 
     Parameters
     ----------
@@ -332,7 +337,7 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
     Raises
     ------
     InputError
-        A sensor without a noise density or random walk.
+        A sensor has neither a noise density nor an angle or velocity random walk.
     """
     return [
         _document(sheet.of_kind(kind), kind, source)
@@ -341,6 +346,7 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
 
 
 def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
+    """Return the model document of one kind of sensor. Of two figures for one coefficient the larger is used."""
     unit = SI_OF_KIND[kind]
     table = next(t for t, k in TABLES.items() if k == kind)
     by_coefficient: dict[str, Quoted] = {}
@@ -349,7 +355,7 @@ def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
     values = {name: figure.in_unit(unit) for name, figure in by_coefficient.items()}
     if "N" not in values:
         raise InputError(
-            f"{source}: no noise density or random walk of the {table}: add"
+            f"{source}: the {table} has neither a noise density nor an angle or velocity random walk: add"
             ' e.g. noise_density = "0.01 deg/s/sqrt(Hz)"'
         )
     assumptions = [f"data sheet {sheet.name}, {table}: figures as printed, not measured"]
@@ -365,12 +371,12 @@ def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
         ratio = other.in_unit(unit) / values["N"]
         if ratio < 0.98:
             assumptions.append(
-                f"N is that of {density.name}; {other.name} gives {ratio:.2f} of it, and the larger is used"
+                f"N is taken from {density.name}; {other.name} gives only {ratio:.2f} times this value"
             )
     assumptions.append(
-        f"the figures hold at {sheet.temperature}"
+        f"the figures are valid at {sheet.temperature}"
         if sheet.temperature
-        else "the figures hold at the temperature of the sheet (not stated; usually 25 degC)"
+        else "the figures are valid at one temperature that the sheet does not state (usually 25 degC)"
     )
     minimum = values.pop(MINIMUM, None)
     if "B" not in values and minimum is not None:
@@ -385,20 +391,22 @@ def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
 
 
 def _about_walk(values: Mapping[str, float], unit: str) -> str:
-    """What is said of a random walk that the sheet does not give.
+    """Return the assumption about the rate random walk K that the sheet does not state.
 
-    Of N and K the Allan deviation is lowest at tau = sqrt(3) N/K, where its square is 2 N K/sqrt(3). A floor of s
-    therefore allows K up to sqrt(3) s^2/(2 N): the largest, where nothing else makes the floor.
+    The Allan deviation of N and K alone has its minimum at tau = sqrt(3) N/K; the square of this minimum is
+    2 N K/sqrt(3). A measured minimum s therefore allows K up to sqrt(3) s^2/(2 N). This largest K is reached if no
+    other noise contributes to the minimum.
     """
     if "B" not in values:
-        return "the sheet has neither a bias instability nor a random walk K: the slow noise in this file is a guess"
+        return "the sheet states neither a bias instability nor a rate random walk: the slow noise in this file is a guess"
     floor = PLATEAU * values["B"]
     largest = math.sqrt(3.0) * floor**2 / (2.0 * values["N"])
     return (
-        f"the sheet has no random walk K: slow noise follows the bias instability B; any K from 0 to {largest:.2g}"
+        f"the sheet has no rate random walk K: slow noise follows the bias instability B; any K from 0 to {largest:.2g}"
         f" {coefficient_unit(unit, -0.5).replace('½', '0.5')} agrees with the sheet (sqrt(3) sigma_min^2 / (2 N))"
     )
 
 
 def _bare(unit: str) -> str:
+    """Return a unit without the words "one-sided" or "two-sided"."""
     return re.sub(r"\s*\b(one|two|single|double)[\s-]?sided\b", "", unit)

@@ -1,7 +1,7 @@
 """Tables of Allan deviations from other tools: averaging times and deviations, fitted as curves.
 
-The fit is generalized least squares with the covariance that the fitted noise itself implies
-(`allanite.fit.classical.gls`). It needs the length of the record, which no table states.
+The fit is generalized least squares with the covariance that follows from the fitted noise
+(`allanite.fit.classical.gls`). It needs the length of the record, because tables do not contain it.
 """
 
 from __future__ import annotations
@@ -25,29 +25,30 @@ if TYPE_CHECKING:
 
 __all__ = ["curves_of_table", "documents_of_table", "is_deviation_table"]
 
-#: Points of a decade that are fitted: neighboring points of an overlapping estimate are nearly the same number.
-PER_DECADE = 8
+#: Points per decade that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more points
+#: add no information. Chosen by judgment; not measured.
+POINTS_PER_DECADE = 8
 #: Coefficients that are fitted.
 NAMES = ("Q", "N", "B", "K")
-#: Shortest table: as many points as coefficients.
-FEWEST = len(NAMES) + 1
-#: Rows of the largest table that is read. A log is longer.
-LONGEST = 100_000
+#: Fewest rows of a table: one more than coefficients.
+MIN_ROWS = len(NAMES) + 1
+#: Most rows of a table; a longer file is a log. Chosen by judgment; not measured.
+MAX_ROWS = 100_000
 
 
 def is_deviation_table(path: Path) -> bool:
-    """Whether a text file is a table of deviations: its first column is named tau, or it has no other explanation.
+    """Return True if a text file is a table of deviations.
 
-    A log may have a time column first as well. Only a header with ``tau`` decides without doubt; a table without a
-    header counts if times grow, all values are positive and the curve is smooth: neighbors differ by less than 30 %
-    in the median.
+    A file with a header is a table if its first column is named ``tau`` or ``averaging…``. A file without a header is a
+    table if its times grow, all its values are positive, each column falls by a third or more, and the columns are
+    smooth: neighboring values differ by less than 30 % in the median. The first column of a log may grow as well.
     """
     try:
         header, numbers = _read(path)
     except InputError:
         return False
     tau, values = numbers[:, 0], numbers[:, 1:]
-    grows = tau.size >= FEWEST and bool((np.diff(tau) > 0.0).all() and tau[0] > 0.0)
+    grows = tau.size >= MIN_ROWS and bool((np.diff(tau) > 0.0).all() and tau[0] > 0.0)
     if not grows or not values.size or not bool((values > 0.0).all()):
         return False
     if header:
@@ -62,7 +63,7 @@ def documents_of_table(
     rate: float | None,
     record_length: float | None,
 ) -> list[dict[str, Any]]:
-    """Model documents of a table: Q, N, B, K of each column with intervals.
+    """Return a model document for each column of a table: Q, N, B, K with intervals.
 
     Parameters
     ----------
@@ -71,42 +72,43 @@ def documents_of_table(
     unit : str or None
         Unit of the samples behind the deviations: one for all columns, or one for each, separated by commas.
     rate : float or None
-        Sampling rate of the record, Hz; one over the first τ if left out.
+        Sampling rate of the record, Hz. If left out, the reciprocal of the first τ.
     record_length : float or None
-        Length of the record in s: it decides how well each point is known.
+        Length of the record in s. The uncertainty of each point depends on it.
 
     Raises
     ------
     InputError
-        No such table, no unit, no record length, or one shorter than the longest τ.
+        The file is not a table, the unit or the record length is missing, or the record is shorter than twice the
+        longest τ.
     """
     header, numbers = _read(path)
     tau, deviations = numbers[:, 0], numbers[:, 1:]
     if not ((np.diff(tau) > 0.0).all() and tau[0] > 0.0 and (deviations > 0.0).all()):
         raise InputError(
-            f"{path}: not a table of Allan deviations (growing tau, positive deviations):"
-            " of a log, run allanite characterize"
+            f"{path}: not a table of Allan deviations (tau must grow, deviations must be positive):"
+            " if this is a log, use allanite characterize"
         )
     names = header[1:] if header else [f"deviation {i + 1}" for i in range(deviations.shape[1])]
     units = _units(unit, names, str(path))
     if record_length is None:
         raise InputError(
-            f"{path}: a table of deviations does not state how long the record was",
+            f"{path}: the length of the record is not known, because a table of deviations does not contain it",
             missing="record_length",
-            remedy=": give it in seconds with {record_length}",
+            remedy=": give the length in seconds with {record_length}",
         )
     if record_length < 2.0 * tau[-1]:
         raise InputError(
-            f"{path}: tau reaches {tau[-1]:g} s, the record must be at least twice as long"
-            f" (record length {record_length:g} s)"
+            f"{path}: the record must be at least twice as long as the largest tau, {tau[-1]:g} s"
+            f" (given record length: {record_length:g} s)"
         )
     fs = 1.0 / tau[0] if rate is None else rate
     factors, rows = _factors(tau, fs, str(path))
     n = round(record_length * fs)
     assumptions = [
-        "fitted to a table of Allan deviations, taken as overlapping estimates, not to samples",
+        "fitted to a table of Allan deviations, assumed to be overlapping estimates; not fitted to samples",
         f"record of {record_length:g} s at {fs:g} Hz"
-        + ("" if rate is not None else " (one over the first tau)"),
+        + ("" if rate is not None else " (rate = 1 / first tau)"),
     ]
     effects = [e for e in CATALOGUE if issubclass(e, Stochastic) and e.short in NAMES]
     found = []
@@ -118,7 +120,7 @@ def documents_of_table(
         ends = {e.short: (float(a), float(b)) for e, a, b in zip(effects, low, high, strict=True)}
         said = [*assumptions]
         if fit.chi2 > fit.dof + 4.0 * np.sqrt(2.0 * fit.dof):
-            said.append(f"Q+N+B+K does not describe the curve: chi2/dof = {fit.chi2 / fit.dof:.1f}")
+            said.append(f"Q+N+B+K does not fit the curve: chi2/dof = {fit.chi2 / fit.dof:.1f}")
         found.append(model_document(name, own, values, str(path), fs, said, ends))
     return found
 
@@ -126,7 +128,7 @@ def documents_of_table(
 def curves_of_table(
     path: Path, unit: str | None
 ) -> list[tuple[str, str, NDArray[np.float64], NDArray[np.float64]]]:
-    """Name, unit, averaging times and deviations of each column of a table."""
+    """Return name, unit, averaging times and deviations of each column of a table."""
     header, numbers = _read(path)
     names = header[1:] if header else [f"deviation {i + 1}" for i in range(numbers.shape[1] - 1)]
     units = _units(unit, names, str(path))
@@ -137,26 +139,27 @@ def curves_of_table(
 def _factors(
     tau: NDArray[np.float64], rate: float, source: str
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Averaging factors of the points that are fitted, eight a decade, and their rows."""
+    """Return the averaging factors of the points that are fitted, `POINTS_PER_DECADE` of them, and their rows."""
     m = np.round(tau * rate).astype(np.int64)
     if m[0] < 1 or np.abs(m / (tau * rate) - 1.0).max() > 0.05:
         raise InputError(
-            f"{source}: tau = {tau[0]:g} s and more are no multiples of 1/{rate:g} s",
+            f"{source}: the values of tau, from {tau[0]:g} s on, are not multiples of the sampling interval 1/{rate:g} s",
             missing="rate",
             remedy=": give the rate of the record with {rate}",
         )
-    wanted = np.geomspace(tau[0], tau[-1], int(PER_DECADE * np.log10(tau[-1] / tau[0])) + 2)
+    wanted = np.geomspace(tau[0], tau[-1], int(POINTS_PER_DECADE * np.log10(tau[-1] / tau[0])) + 2)
     rows = np.unique(np.abs(np.log(tau[:, None] / wanted[None, :])).argmin(axis=0))
     kept = np.unique(m[rows], return_index=True)[1]
     return m[rows][kept], rows[kept]
 
 
 def _units(unit: str | None, names: list[str], source: str) -> list[str]:
+    """Return a unit for each column: one for all, one for each, or one for each kind of sensor in the names."""
     if unit is None:
         raise InputError(
             f"{source}: the unit of the samples behind the deviations is not known",
             missing="unit",
-            remedy=": give {unit}, one for all columns or one for each",
+            remedy=": give {unit}, either one unit for all columns or one for each",
         )
     given = [parse_unit(one.strip()).name for one in unit.split(",")]
     if len(given) == 1:
@@ -169,20 +172,20 @@ def _units(unit: str | None, names: list[str], source: str) -> list[str]:
         return [by_kind[kind] for kind in kinds if kind is not None]
     kinds_text = f"{ANGULAR_RATE}, {ACCELERATION} or {FREQUENCY}"
     raise InputError(
-        f"{source}: {len(given)} units for {len(names)} columns whose names do not tell {kinds_text}:"
+        f"{source}: {len(given)} units for {len(names)} columns, and the names do not show {kinds_text}:"
         " give one unit for each column, separated by commas"
     )
 
 
 def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
-    """Names of the columns (empty if there is no header) and the numbers, shape (points, columns)."""
+    """Return the names of the columns (empty if there is no header) and the numbers, shape (points, columns)."""
     header: list[str] = []
     rows: list[list[float]] = []
     with path.open(encoding="utf-8", errors="replace") as file:
         for number, line in enumerate(file, start=1):
-            if number > LONGEST:
+            if number > MAX_ROWS:
                 raise InputError(
-                    f"{path}: more than {LONGEST} rows: a log, not a table of deviations"
+                    f"{path}: more than {MAX_ROWS} rows: this is a log, not a table of deviations"
                 )
             words = [w for w in re.split(r"[,;\s]+", line.strip().lstrip("#").strip()) if w]
             if not words:
@@ -192,22 +195,25 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
             except ValueError:
                 if rows:
                     raise InputError(
-                        f"{path}, row {number}: {line.strip()[:60]!r} is no number"
+                        f"{path}, row {number}: {line.strip()[:60]!r} is not a number"
                     ) from None
                 header = _names(line)
                 continue
             if rows and len(row) != len(rows[0]):
                 raise InputError(
-                    f"{path}, row {number}: {len(row)} columns, the rows before have {len(rows[0])}"
+                    f"{path}, row {number}: {len(row)} columns, but the rows above have {len(rows[0])}"
                 )
             rows.append(row)
-    if len(rows) < FEWEST or len(rows[0]) < 2:
-        raise InputError(f"{path}: no table of tau and deviations with at least {FEWEST} rows")
+    if len(rows) < MIN_ROWS or len(rows[0]) < 2:
+        raise InputError(
+            f"{path}: a table of tau and deviations needs two columns and at least {MIN_ROWS} rows"
+        )
     numbers = np.array(rows, dtype=np.float64)
     return (header if len(header) == numbers.shape[1] else []), numbers
 
 
 def _names(line: str) -> list[str]:
+    """Return the names in a header, separated by commas, semicolons or tabs, otherwise by spaces."""
     line = line.strip().lstrip("#").strip()
     split = re.split(r"[,;\t]", line) if re.search(r"[,;\t]", line) else line.split()
     return [name.strip() for name in split if name.strip()]

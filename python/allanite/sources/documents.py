@@ -1,4 +1,4 @@
-"""The common result of every source: a model document (``allanite/fit/1``) with the assumptions made."""
+"""The result that all sources return: a model document (``allanite/fit/1``) with the assumptions that were made."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PLATEAU", "model_document"]
 
-#: Plateau of the Allan deviation over the coefficient B (IEEE 952: sqrt(2 ln 2 / pi)).
+#: Allan deviation of flicker noise divided by its coefficient B, 0.664 (IEEE 952: sqrt(2 ln 2 / pi)).
 PLATEAU = math.sqrt(2.0 * math.log(2.0) / math.pi)
 
 
@@ -26,7 +26,7 @@ def model_document(
     assumptions: Sequence[str] = (),
     intervals: Mapping[str, tuple[float, float]] | None = None,
 ) -> dict[str, Any]:
-    """Document of one axis with standard coefficients.
+    """Return the document of one axis from its standard coefficients.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def model_document(
     source : str
         File or text that the values came from.
     rate : float, optional
-        Sampling rate in Hz; anything that is no positive number counts as unknown.
+        Sampling rate in Hz. A value that is not a positive number means unknown.
     assumptions : sequence of str
-        Sentences that a filter file repeats.
+        Sentences that exported filter files repeat.
     intervals : mapping of str to (float, float), optional
         95 % intervals; a lower end of 0 means not detected.
     """

@@ -24,12 +24,15 @@ _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
 
 
 def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
-    """Documents of a MATLAB script: name-value pairs in gyroparams(…), or assignments ``imu.Gyroscope.NoiseDensity = …``.
+    """Return the documents of a MATLAB script.
+
+    The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as
+    ``imu.Gyroscope.NoiseDensity = …``.
 
     Raises
     ------
     InputError
-        No noise density in it, or a value that is no list of numbers.
+        The script has no noise density, or a value is not a list of numbers.
     """
     text = re.sub(r"%.*", "", text).replace("...", " ")
     rate = re.search(r"SampleRate['\"]?\s*[,=]\s*([\d.eE+-]+)", text)
@@ -44,13 +47,13 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
             found += _axes(parts, sensor, unit, source, None if rate is None else rate[1])
     if not found:
         raise InputError(
-            f"{source}: no gyroparams(…) or accelparams(…) with a NoiseDensity in this MATLAB script"
+            f"{source}: this MATLAB script has no gyroparams(…) or accelparams(…) with a NoiseDensity"
         )
     return found
 
 
 def is_matlab_json(tree: object) -> bool:
-    """Whether a parsed JSON document is a file of loadparams: parts with a Gyroscope or an Accelerometer."""
+    """Return True if a parsed JSON document is a file of loadparams: it has parts with a Gyroscope or an Accelerometer."""
     return isinstance(tree, dict) and any(_is_part(part) for part in (tree, *tree.values()))
 
 
@@ -59,10 +62,12 @@ def _is_part(part: object) -> bool:
 
 
 def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[str, Any]]:
-    """Documents of a loadparams file with one part."""
+    """Return the documents of a loadparams file that contains one part."""
     parts = [part for part in (tree, *tree.values()) if _is_part(part)]
     if len(parts) > 1:
-        raise InputError(f"{source}: holds {len(parts)} parts: keep the one that is meant")
+        raise InputError(
+            f"{source}: contains {len(parts)} parts, but only one can be used: delete the others"
+        )
     found = []
     for sensor, _, unit in SENSORS:
         own = parts[0].get(sensor)
@@ -78,6 +83,7 @@ def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[
 def _axes(
     given: Mapping[str, str], sensor: str, unit: str, source: str, rate: str | None
 ) -> list[dict[str, Any]]:
+    """Return a document for each axis of a sensor; one number stands for all three axes."""
     numbers = {letter: _numbers(given[key], key, source) for key, letter in FIELDS if key in given}
     if not any(numbers.get("N", ())):
         raise InputError(f"{source}: {sensor} has no NoiseDensity above 0")
@@ -105,12 +111,13 @@ def _axes(
 
 
 def _numbers(text: str, key: str, source: str) -> list[float]:
+    """Return the one or three numbers of a field."""
     try:
         found = [float(word) for word in text.split()]
     except ValueError:
         found = []
     if len(found) not in (1, 3) or not all(0.0 <= v < math.inf for v in found):
         raise InputError(
-            f"{source}: {key} = {text[:60]!r}: give one number or three, none negative"
+            f"{source}: {key} = {text[:60]!r}: give one number or three numbers, not negative"
         )
     return found

@@ -1,4 +1,4 @@
-"""Mistakes by which a figure of a data sheet is off, told by the factor."""
+"""Common mistakes with the figures of a data sheet, recognized by the factor between measured and stated value."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ __all__ = ["slip"]
 
 ONE_SIDED = math.sqrt(2)
 
-# Factors by which a figure is off when it was read in the wrong convention, and what then happened.
+# Factor by which a figure is wrong, and the mistake that causes this factor.
 SLIPS_OF_N = (
     (60.0, "a density in deg/s/√Hz was read as a random walk in deg/√h (60 times larger)"),
     (60.0 / ONE_SIDED, "a one-sided density in deg/s/√Hz was read as a random walk in deg/√h"),
     (1 / 60.0, "a random walk in deg/√h was read as a density in deg/s/√Hz (60 times smaller)"),
     (ONE_SIDED / 60.0, "a random walk in deg/√h was read as a one-sided density in deg/s/√Hz"),
     (ONE_SIDED, "a two-sided density was read as one-sided"),
-    (1 / ONE_SIDED, "a one-sided density was read as two-sided (N is it divided by √2)"),
+    (1 / ONE_SIDED, "a one-sided density was read as two-sided (N is the density divided by √2)"),
     (1 / 3600.0, "a density in deg/h/√Hz was read as deg/s/√Hz"),
 )
 SLIPS_OF_ALL = (
@@ -29,10 +29,14 @@ SLIPS_OF_ALL = (
 
 
 def slip(coefficient: str, ratio: float, tolerance: float) -> str:
-    """Name the mistake that explains a ratio beyond its expected scatter, if one does."""
+    """Return the mistake that explains a ratio, or an empty text.
+
+    The logarithm of the ratio must exceed the tolerance, and must agree with that of a known factor to within the
+    tolerance or 0.1, whichever is smaller.
+    """
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""
     slips = (*SLIPS_OF_N, *SLIPS_OF_ALL) if coefficient == "N" else SLIPS_OF_ALL
     distance, words = min((abs(math.log(ratio / factor)), words) for factor, words in slips)
-    # A wide interval fits some slip by chance: only a close one is worth a remark.
+    # With a wide tolerance some factor agrees by chance, so at most 0.1 is allowed.
     return f"looks as if {words}" if distance <= min(tolerance, 0.1) else ""

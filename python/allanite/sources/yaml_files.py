@@ -24,27 +24,27 @@ __all__ = ["documents_of_yaml"]
 
 SENSORS = (("gyroscope", "gyr", "rad/s"), ("accelerometer", "acc", "m/s^2"))
 KALIBR = ("noise_density", "random_walk")
-#: Longest YAML file, bytes: the files of both tools have a few hundred.
-LARGEST = 1_000_000
+#: Largest YAML file that is read, bytes. The files of both tools have a few hundred.
+MAX_FILE_BYTES = 1_000_000
 
 
 def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
-    """Model documents of a Kalibr or imu_utils file.
+    """Return the model documents of a Kalibr or imu_utils file.
 
     Parameters
     ----------
     path : Path
     rate : float or None
-        Sampling rate in Hz of the log that imu_utils analyzed: its file does not state it.
+        Sampling rate in Hz of the log that imu_utils analyzed. The file of imu_utils does not contain it.
 
     Raises
     ------
     InputError
-        Neither kind of file, a value that is no positive number, or no rate for imu_utils.
+        The file is of neither kind, a value is not a positive number, or the rate for imu_utils is missing.
     """
-    if path.stat().st_size > LARGEST:
+    if path.stat().st_size > MAX_FILE_BYTES:
         raise InputError(f"{path}: too large for a YAML file of Kalibr or imu_utils")
-    # OpenCV writes "%YAML:1.0", which is no directive of YAML.
+    # OpenCV writes "%YAML:1.0", which is not a valid YAML directive.
     text = re.sub(r"\A%YAML:[\d.]+", "", path.read_text(encoding="utf-8", errors="replace"))
     try:
         tree = yaml.safe_load(text)
@@ -64,13 +64,14 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
 
 
 def _nodes(tree: Any) -> list[dict[str, Any]]:
-    """The document and the mappings directly in it (``imu0:``)."""
+    """Return the document and the mappings directly inside it (``imu0:``)."""
     if not isinstance(tree, dict):
         return []
     return [tree, *(value for value in tree.values() if isinstance(value, dict))]
 
 
 def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
+    """Return the documents of one IMU of a Kalibr file. With several IMUs the names contain the ROS topic."""
     rate = node.get("update_rate")
     found = []
     for sensor, _, unit in SENSORS:
@@ -79,16 +80,17 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
         N, K = (_positive(node, f"{sensor}_{key}", source) for key in KALIBR)
         name = f"{node.get('rostopic', sensor)} {sensor}" if several else sensor
         assumptions = [
-            "Kalibr file: continuous-time, two-sided N and K, as another tool wrote them"
+            "Kalibr file: N and K are taken as continuous-time, two-sided densities; they were not fitted by allanite"
         ]
         found.append(model_document(name, unit, {"N": N, "K": K}, source, rate, assumptions))
     return found
 
 
 def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list[dict[str, Any]]:
+    """Return the documents of an imu_utils file: three axes if all are present, otherwise their average."""
     if rate is None:
         raise InputError(
-            f"{source}: imu_utils writes the noise of a sample and not the rate of its log",
+            f"{source}: imu_utils states the noise per sample but not the sampling rate of the log",
             missing="rate",
             remedy=": give the rate of that log with {rate}",
         )
@@ -105,7 +107,10 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
             noise = _positive(part, f"{short}_n", source)
             floor = _positive(part, f"{short}_w", source)
             values = {"N": noise / math.sqrt(rate), "B": floor / PLATEAU}
-            white = f"imu_utils file, log at {rate:g} Hz: {short}_n is the noise of a sample, N = {short}_n / sqrt(rate)"
+            white = (
+                f"imu_utils file, log at {rate:g} Hz: {short}_n is the standard deviation of a sample,"
+                f" N = {short}_n / sqrt(rate)"
+            )
             slow = f"{short}_w is the minimum of the Allan deviation, not a random walk: B = {short}_w / 0.664"
             assumptions = [white, slow]
             name = f"{sensor} {axis}"
@@ -114,6 +119,7 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
 
 
 def _positive(node: Mapping[str, Any], key: str, source: str) -> float:
+    """Return a value of the file that must be a positive number."""
     try:
         value = float(node[key])
     except KeyError:

@@ -1,4 +1,4 @@
-"""Known functions of a trend: offset, rate, steps, annual and semi-annual terms; and times of steps as text."""
+"""The known functions of a trend (offset, rate, steps, annual and semi-annual terms), and times of steps as text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["PER", "YEAR", "Functions", "seconds_of"]
 Array = NDArray[np.float64]
 #: Julian year, s.
 YEAR = 31557600.0
-#: Times to which a rate may refer, s.
+#: Units of time for a rate, in s.
 PER = {"year": YEAR, "day": 86400.0, "hour": 3600.0, "second": 1.0}
 _SPAN = re.compile(r"\+?(?P<number>\d+(?:\.\d*)?|\.\d+)\s*(?P<unit>s|h|d|y|yr)")
 _SPANS = {"s": 1.0, "h": 3600.0, "d": 86400.0, "y": YEAR, "yr": YEAR}
@@ -26,20 +26,20 @@ _DECIMAL = re.compile(r"(?:19|20|21)\d\d(?:\.\d*)?")
 
 @dataclass(frozen=True)
 class Functions:
-    """What is fitted beside the noise.
+    """The functions of time whose amplitudes are fitted together with the noise.
 
     Attributes
     ----------
     middle : float
-        Time at which the rate leaves the offset alone, s.
+        Time to which the offset refers, s.
     per : float
-        Time to which the rate refers, s.
+        Unit of time for the rate, in s.
     steps : tuple of float
-        s.
+        Times of the steps, s.
     periods : tuple of float
-        s.
+        Periods, s.
     origin : float
-        Time of phase 0 of the periodic terms, s.
+        Time at which the periodic terms have phase 0, s.
     """
 
     middle: float
@@ -59,18 +59,19 @@ class Functions:
 
 
 def seconds_of(text: str, epoch: float | None) -> float:
-    """Return a time in s from the first sample: ``2012-03-04``, ``2012.17``, ``120d``, ``3.5yr``, ``86400s``.
+    """Convert a date or time as text to a time in s from the first sample.
 
     Parameters
     ----------
     text : str
+        Such as ``2012-03-04``, ``2012.17``, ``120d``, ``3.5yr`` or ``86400s``.
     epoch : float or None
         Time of the first sample, s since 1970, if the log has dates.
 
     Raises
     ------
     InputError
-        Text that is no time, or a date for a log without dates.
+        The text is not a time, or it is a date and the log has no dates.
     """
     text = text.strip()
     span = _SPAN.fullmatch(text)
@@ -97,7 +98,7 @@ def seconds_of(text: str, epoch: float | None) -> float:
 
 
 def date_of(seconds: float, epoch: float | None) -> str:
-    """Return a date, or the time since the first sample in days of a log without dates."""
+    """Return a time as a date; for a log without dates, as days since the first sample."""
     if epoch is None or not math.isfinite(epoch):
         return f"{seconds / 86400.0:.6g} d"
     whole = np.datetime64(round(epoch + seconds), "s")

@@ -1,4 +1,4 @@
-"""Where a series steps: the height at every sample, tested under the fitted noise."""
+"""Search for a step in a series: a step is fitted at every sample and tested with the fitted noise."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 __all__ = ["best_step"]
 
 Array = NDArray[np.float64]
-#: Steps whitened at a time.
-COLUMNS = 256
-#: Distance, in samples, of the steps tried first; about the best of these every one is tried.
-COARSE = 8
+#: Steps that are whitened together, to limit memory.
+STEPS_PER_BLOCK = 256
+#: Distance of the steps that are tried first, in samples. Then every step near the best of these is tried.
+COARSE_DISTANCE = 8
 
 
 def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
-    """Return the row at which a step explains most, and the square of its height over its standard error.
+    """Return the row of the most significant step, and the square of its height divided by its standard error.
 
-    A step at row i lifts rows i and later. The amplitudes of the known functions are fitted with each.
+    A step at row i changes rows i and later. The amplitudes of the known functions are fitted together with each step.
     """
     there = np.ones(series.n, dtype=bool)
     columns = np.vstack([series.values, series.design])
@@ -38,23 +38,27 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
 
     def squares(rows: NDArray[np.int64]) -> Array:
         out = np.zeros(rows.size)
-        for first in range(0, rows.size, COLUMNS):
+        for first in range(0, rows.size, STEPS_PER_BLOCK):
             stop_if_unwanted()
-            some = rows[first : first + COLUMNS]
+            some = rows[first : first + STEPS_PER_BLOCK]
             steps = (np.arange(series.n)[None, :] >= some[:, None]).astype(float)
             white, _ = whitened(noise, series.times, there, steps)
             white = white * root
             known = white @ basis
             size = (white**2).sum(axis=1) - (known**2).sum(axis=1)
-            # A step that the known functions already make has no height of its own.
+            # A step that is a sum of the known functions cannot be fitted separately.
             own = size > 1e-9 * (white**2).sum(axis=1)
-            out[first : first + COLUMNS] = np.where(
+            out[first : first + STEPS_PER_BLOCK] = np.where(
                 own, (white @ values) ** 2 / np.where(own, size, 1.0), 0.0
             )
         return out
 
-    rows = np.arange(2, series.n - 1, COARSE, dtype=np.int64)
+    rows = np.arange(2, series.n - 1, COARSE_DISTANCE, dtype=np.int64)
     best = int(rows[np.argmax(squares(rows))])
-    near = np.arange(max(1, best - COARSE), min(series.n - 1, best + COARSE + 1), dtype=np.int64)
+    near = np.arange(
+        max(1, best - COARSE_DISTANCE),
+        min(series.n - 1, best + COARSE_DISTANCE + 1),
+        dtype=np.int64,
+    )
     height = squares(near)
     return int(near[np.argmax(height)]), float(height.max())

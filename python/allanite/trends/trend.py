@@ -1,7 +1,7 @@
-"""Rate, offset, steps and periodic terms of a series, by generalized least squares under the noise that fits it.
+"""Rate, offset, steps and periodic terms of a series, by generalized least squares with the noise fitted to the series.
 
-The noise is white, flicker, a random walk, a power law, or white noise with these, chosen by evidence. Likelihood and least
-squares are exact at the times of the samples: missing days and uneven spacing cost nothing.
+The noise is white noise, flicker noise, a random walk, a power law, or a sum of these, chosen by evidence. The likelihood
+is exact for the actual times of the samples, so that missing days and uneven spacing cause no error.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ if TYPE_CHECKING:
 __all__ = ["Step", "Trend", "Trends", "Wave", "trend"]
 
 Array = NDArray[np.float64]
-#: Annual and semi-annual terms, s.
+#: Default periods: annual and semi-annual terms, s.
 PERIODS = (YEAR, 0.5 * YEAR)
-#: Periodic terms are fitted to a record of at least so many of their periods.
-LEAST_PERIODS = 1.0
-#: Samples beyond those of the known functions from which a noise can be fitted.
-LEAST = 16
-#: False-alarm probability of a step that is found, over all samples.
+#: Shortest record to which the default periodic terms are fitted, in years.
+MIN_YEARS = 1.0
+#: Fewest samples for the noise, in addition to one for each known function. Chosen by judgment; not measured.
+MIN_SAMPLES = 16
+#: Probability that a record without steps has a false step.
 FALSE_ALARM = 0.01
-#: Steps found at most.
-MOST_STEPS = 50
-#: Times of the length of the record for which the uncertainty is predicted.
-LONGER = (1.0, 2.0, 4.0)
+#: Most steps that are searched for. Chosen by judgment; not measured.
+MAX_STEPS = 50
+#: Multiples of the length of the record for which the standard error of the rate is predicted.
+LENGTH_MULTIPLES = (1.0, 2.0, 4.0)
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,13 @@ class Step:
     Attributes
     ----------
     time : float
-        s from the first sample.
+        Time from the first sample, s.
     date : str
         Date, or days from the first sample.
     height : Estimate
+        Height of the step.
     found : bool
-        Whether the step was found, not given.
+        True if the step was found by the search, False if it was given.
     """
 
     time: float
@@ -77,12 +78,12 @@ class Step:
 
 @dataclass(frozen=True)
 class Wave:
-    """A periodic term: cosine · cos(2πt/period) + sine · sin(2πt/period), t from the origin of `Trend.origin`.
+    """A periodic term: cosine · cos(2πt/period) + sine · sin(2πt/period), where t is the time from `Trend.origin`.
 
     Attributes
     ----------
     period : float
-        s.
+        Period, s.
     cosine, sine : Estimate
     amplitude : Estimate
     """
@@ -95,7 +96,7 @@ class Wave:
 
 @dataclass(frozen=True, eq=False)
 class Trend:
-    """The rate of a series and what was fitted with it.
+    """The rate of a series, and the other functions and the noise that were fitted with it.
 
     Attributes
     ----------
@@ -103,34 +104,34 @@ class Trend:
     unit : str
         Unit of the series.
     per : str
-        Time to which the rate refers: year, day, hour or second.
+        Unit of time of the rate: year, day, hour or second.
     rate : Estimate
-        With the uncertainty of the noise in its standard error and interval.
+        Its standard error and interval include the uncertainty of the noise.
     offset : Estimate
-        At the middle of the record.
+        Value at the middle of the record.
     steps : tuple of Step
     waves : tuple of Wave
         Annual and semi-annual terms.
     noise : Model
-        In s and the unit of the series.
+        Noise model, in seconds and the unit of the series.
     parts : tuple of (str, float, str)
-        Each part of the noise: name, size, unit in years.
+        Each part of the noise as in geodesy: name, size, unit with years.
     candidates : tuple of (str, float)
-        Noise models that were compared, and ln of the evidence of each under the best.
+        Noise models that were compared, each with ln of its evidence minus that of the best.
     residual : float
-        Standard deviation of the series without the known functions.
+        Standard deviation of the series after subtraction of the known functions.
     n, missing : int
-        Samples, and rows of the grid without one.
+        Number of samples, and number of rows of the regular grid without a sample.
     duration : float
-        s.
+        Length of the record, s.
     uneven : bool
-        Whether the samples were used at uneven times.
+        True if the samples have uneven times, which were then used.
     longer : tuple of (float, float)
-        Duration in s and standard error of the rate, for this record and longer ones.
+        Duration in s and predicted standard error of the rate, for this record and longer ones.
     epoch : float or None
         Time of the first sample, s since 1970.
     origin : str
-        Date, or time, at which the periodic terms have phase 0.
+        Date or time at which the periodic terms have phase 0.
 
     Examples
     --------
@@ -169,14 +170,14 @@ class Trend:
     _functions: Functions
 
     def predicted(self, times: float) -> float:
-        """Return the standard error of the rate that a record of so many times this length would have.
+        """Return the predicted standard error of the rate for a record `times` as long as this one.
 
-        The noise and the sampling interval are taken to go on, with the periodic terms and steps of this record.
+        The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps.
         """
         return _after(self._fitted, self._series, self._functions, times)
 
     def signal(self, times: ArrayLike) -> Array:
-        """Return the known functions at times (n,), s from the first sample: offset, rate, steps, periodic terms."""
+        """Return the fitted sum of offset, rate, steps and periodic terms at times (n,), s from the first sample."""
         return np.asarray(
             self._fitted.regressed.amplitudes @ self._functions.at(np.asarray(times, dtype=float))
         )
@@ -275,7 +276,7 @@ class Trends(Mapping[str, Trend]):
         return len(self._trends)
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/trend/1``."""
+        """Return the JSON form, ``allanite/trend/1``."""
         return {
             "schema": "allanite/trend/1",
             "version": _kernels.version(),
@@ -301,38 +302,39 @@ def trend(
     model: str | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Trend | Trends:
-    """Rate of a series with steps, annual and semi-annual terms, under the noise that fits it.
+    """Fit the rate of a series together with steps, annual and semi-annual terms, and the noise.
 
     Parameters
     ----------
     recording : Recording
-        One column, or several. Missing samples are NaN.
+        One column or several, each fitted separately. Missing samples are NaN.
     unit : str, optional
-        Unit of the series, any text; by default the recording's.
+        Unit of the series, any text; by default that of the recording.
     per : {"year", "day", "hour", "second"}
-        Time to which the rate refers; a year has 365.25 days.
+        Unit of time of the rate; a year has 365.25 days.
     steps : sequence of float or str
-        Times at which the series may step: s from the first sample, or text such as ``2012-03-04``, ``2012.17``, ``120d``.
+        Times of known steps: s from the first sample, or text such as ``2012-03-04``, ``2012.17``, ``120d``.
     find_steps : bool
-        Whether steps at other times are looked for, with a false-alarm probability of 1 % for the whole record.
+        True to search for steps at other times, with a false-alarm probability of 1 % for the whole record.
     periods : sequence of float, optional
         Periods in s; by default one year and half a year, if the record is at least one year long.
     model : str, optional
-        Noise to use instead of a choice by evidence: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL``, ``N+PL``.
+        Noise model: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL`` or ``N+PL``. By default all are compared and
+        the one with the highest evidence is used.
     progress : callable, optional
-        Called with a column, a number of fits done and the number of all.
+        Called with a column, the number of fits done and the number of all fits.
 
     Returns
     -------
     Trend
-        Of one column; `Trends`, a mapping by column, of several.
+        For one column; for several columns `Trends`, a mapping by column.
 
     Raises
     ------
     InputError
-        An unknown noise or `per`, or a step outside the record or at the same sample as another.
+        The noise model or `per` is unknown, or a step is outside the record or at the same sample as another.
     TooShortError
-        Too few samples for the known functions and the noise.
+        There are too few samples for the known functions and the noise.
 
     References
     ----------
@@ -349,7 +351,7 @@ def trend(
     """
     require_recording(recording)
     if per not in PER:
-        raise InputError(f"per = {per!r}: one of {', '.join(PER)}")
+        raise InputError(f"unknown unit of time per = {per!r}; choose one of {', '.join(PER)}")
     candidates = _candidates(model)
     found = []
     for column in recording:
@@ -366,6 +368,7 @@ def trend(
 
 
 def _candidates(model: str | None) -> tuple[Candidate, ...]:
+    """Return the noise models to compare: all, or the one with this name."""
     white, flicker, walk = AngleRandomWalk(), BiasInstability(), RateRandomWalk()
     free, range_ = PowerLaw(), (-1.99, -0.01)
     known = (
@@ -383,7 +386,9 @@ def _candidates(model: str | None) -> tuple[Candidate, ...]:
     parts = sorted(model.replace(" ", "").split("+"))
     chosen = tuple(c for c in known if sorted(c.name.split("+")) == parts)
     if not chosen:
-        raise InputError(f"noise {model!r}: one of {', '.join(c.name for c in known)}")
+        raise InputError(
+            f"unknown noise {model!r}; choose one of {', '.join(c.name for c in known)}"
+        )
     return chosen
 
 
@@ -397,19 +402,18 @@ def _trend(
     candidates: tuple[Candidate, ...],
     report: Callable[[int, int], None],
 ) -> Trend:
+    """Fit one column."""
     name = column.columns[0]
     samples = np.asarray(column.samples, dtype=np.float64)
     there = np.isfinite(samples)
     times, values = column.seconds()[there], samples[there]
-    if times.size < LEAST:
+    if times.size < MIN_SAMPLES:
         raise TooShortError(
-            f"{name}: {times.size} samples are too few: at least {LEAST} are needed"
+            f"{name}: {times.size} samples are too few: at least {MIN_SAMPLES} are needed"
         )
     span = float(times[-1] - times[0])
-    chosen = (
-        periods if periods is not None else (p for p in PERIODS if span >= YEAR * LEAST_PERIODS)
-    )
-    # Phases are those of a calendar where the log has one: from the beginning of 2000.
+    chosen = periods if periods is not None else (p for p in PERIODS if span >= YEAR * MIN_YEARS)
+    # For a log with dates, phases refer to J2000.0.
     origin = 0.0 if column.epoch is None else 946728000.0 - column.epoch
     functions = Functions(
         middle=0.5 * float(times[0] + times[-1]),
@@ -418,20 +422,20 @@ def _trend(
         periods=tuple(float(p) for p in chosen),
         origin=origin,
     )
-    needed = LEAST + len(functions.steps) + 2 + 2 * len(functions.periods)
+    needed = MIN_SAMPLES + len(functions.steps) + 2 + 2 * len(functions.periods)
     if times.size < needed:
         raise TooShortError(
-            f"{name}: {times.size} samples are too few for {needed - LEAST} known functions: at least {needed} are needed"
+            f"{name}: {times.size} samples are too few for {needed - MIN_SAMPLES} known functions:"
+            f" at least {needed} are needed"
         )
 
     def fit(known: Functions) -> tuple[StampedSeries, list[FittedNoise]]:
-        # In units of their scatter, so that nothing is lost in rounding.
         series = StampedSeries(times, values, known.at(times))
         return series, _fits(series, candidates, column.rate, report)
 
     series, fits = fit(functions)
     found: list[float] = []
-    while find_steps and len(found) < MOST_STEPS:
+    while find_steps and len(found) < MAX_STEPS:
         row, square = best_step(series, fits[0].noise)
         if not _significant(square, times.size):
             break
@@ -477,7 +481,7 @@ def _trend(
         missing=int(samples.size - times.size),
         duration=span,
         uneven=column.times is not None,
-        longer=tuple((k * span, _after(best, series, functions, k)) for k in LONGER),
+        longer=tuple((k * span, _after(best, series, functions, k)) for k in LENGTH_MULTIPLES),
         epoch=column.epoch,
         origin="2000-01-01T12:00:00" if column.epoch is not None else "first sample",
         _series=series,
@@ -489,17 +493,17 @@ def _trend(
 def _given(
     steps: Sequence[float | str], epoch: float | None, times: Array, name: str
 ) -> tuple[float, ...]:
-    """Return times of steps in ascending order, each with samples of its own before and after it."""
+    """Return the times of given steps in ascending order; check that samples lie before, between and after them."""
     out = sorted(seconds_of(s, epoch) if isinstance(s, str) else float(s) for s in steps)
     rows = np.searchsorted(times, out)
     for step, row in zip(out, rows.tolist(), strict=True):
         if not 0 < row < times.size:
             first, last = date_of(float(times[0]), epoch), date_of(float(times[-1]), epoch)
             raise InputError(
-                f"{name}: step {date_of(step, epoch)} is outside of the samples, {first} to {last}"
+                f"{name}: the step at {date_of(step, epoch)} is outside of the record, {first} to {last}"
             )
     if len(set(rows.tolist())) < len(out):
-        raise InputError(f"{name}: two steps lie between the same two samples: leave one out")
+        raise InputError(f"{name}: two steps lie between the same two samples: remove one of them")
     return tuple(out)
 
 
@@ -509,7 +513,7 @@ def _fits(
     rate: float,
     report: Callable[[int, int], None],
 ) -> list[FittedNoise]:
-    """Return a fit of each candidate, best first; the larger ones begin where the smaller ones ended."""
+    """Return a fit of each candidate, best first. Larger models start from the results of smaller ones."""
     fits: list[FittedNoise] = []
     for candidate in candidates:
         stop_if_unwanted()
@@ -527,7 +531,7 @@ def _fits(
 
 
 def _significant(square: float, n: int) -> bool:
-    """Whether the largest squared height of n steps is one that noise makes in `FALSE_ALARM` of records at most."""
+    """Return True if noise causes so large a squared height, the largest of n, in less than `FALSE_ALARM` of records."""
     from scipy.special import chdtrc
 
     return n * float(chdtrc(1, square)) < FALSE_ALARM
@@ -535,22 +539,26 @@ def _significant(square: float, n: int) -> bool:
 
 @dataclass(frozen=True)
 class _Estimates:
+    """Amplitudes of the known functions with standard errors and degrees of freedom."""
+
     amplitudes: Array
     errors: Array
     freedom: Array
     unit: str
 
     def one(self, at: int, name: str, unit: str | None = None) -> Estimate:
+        """Return one amplitude as an estimate with its 95 % interval."""
         from scipy.special import stdtrit
 
         value, error = float(self.amplitudes[at]), float(self.errors[at])
         half = float(stdtrit(self.freedom[at], 0.975)) * error
         interval = (value - half, value + half)
-        # A rate or a height has a sign: 0 is a value like others.
+        # A rate or a height can have either sign, so that it always counts as detected.
         return Estimate(value, error, interval, unit or self.unit, True, name)
 
 
 def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
+    """Return the amplitude of a periodic term from its cosine and sine."""
     size = float(np.hypot(*pair))
     direction = pair / size if size > 0.0 else np.array([1.0, 0.0])
     error = float(np.sqrt(direction @ covariance @ direction))
@@ -560,7 +568,10 @@ def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
 
 
 def _parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
-    """Return name, size and unit of each part as geodesy has them: U for white noise, U/yr^(−κ/4) for a power law κ."""
+    """Return name, size and unit of each part of the noise in the convention of geodesy.
+
+    The unit is U for white noise and U/yr^(−κ/4) for a power law with exponent κ, where U is the unit of the series.
+    """
     names = {
         "angle_random_walk": "white",
         "bias_instability": "flicker",
@@ -582,7 +593,10 @@ def _parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str]
 
 
 def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times: float) -> float:
-    """Standard error of the rate of a record `times` as long: its samples again and again, the steps of the first."""
+    """Return the standard error of the rate for a record `times` as long.
+
+    The times of the samples are repeated; there are no steps after the end of the original record.
+    """
     whole = int(np.ceil(times))
     step = float(np.median(np.diff(series.times)))
     span = float(series.times[-1] - series.times[0])
@@ -594,6 +608,7 @@ def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times
 
 
 def _span(seconds: float) -> str:
+    """Return a duration in years, days, hours or seconds."""
     for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"

@@ -122,7 +122,7 @@ def test_a_stability_that_the_record_cannot_show_is_not_reported(tmp_path, capsy
     code, out, _ = run(capsys, "accept", log, "--sheet", path)
     assert code == 3
     assert "not detected" in out
-    assert "still falls" in out
+    assert "still decreases" in out
     code, out, _ = run(capsys, "compare", log, "--datasheet", path)
     assert code == 0
     assert "not detected" in out

@@ -236,7 +236,7 @@ def test_a_bandwidth_above_half_the_rate_is_folded(tmp_path):
         only(compare_datasheet(al.fit_model(r, "N"), s)) for r in thinned(40, 80.0)
     )
     assert 2.530 < skipped.ratio < 3.171 * 1.1
-    assert "samples were skipped on the way to 25 Hz" in skipped.remark
+    assert "samples were skipped to reach 25 Hz" in skipped.remark
     assert "2.53 to 3.17" in skipped.remark
     assert averaged.remark == ""
     assert s.folded(100.0) is None

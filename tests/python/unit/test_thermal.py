@@ -227,7 +227,7 @@ def test_a_lag_begins_anew_in_each_run():
         (
             lambda: [al.Recording(np.random.default_rng(1).normal(size=500), rate=1, unit="deg/s")],
             InputError,
-            "no column of temperature in every log",
+            "no temperature column was found in every log",
         ),
         (lambda: [three_axes(1), three_axes(1).decimate(2)], InputError, "0.5 Hz, but"),
         (
@@ -235,7 +235,7 @@ def test_a_lag_begins_anew_in_each_run():
                 recording({"gyro_x": np.random.default_rng(1).normal(size=500)}, np.full(500, 20.0))
             ],
             TooShortError,
-            "record while the temperature changes",
+            "record a log while the temperature changes",
         ),
     ],
 )
@@ -246,7 +246,7 @@ def test_bad_input_is_one_line(logs, error, said):
 
 def test_a_clock_has_no_parameters_for_px4():
     log = three_axes(1, letters="y", stem="clock_", unit="1")
-    with pytest.raises(InputError, match="the logs have neither"):
+    with pytest.raises(InputError, match="the logs contain neither"):
         al.thermal(log).export("px4")
 
 

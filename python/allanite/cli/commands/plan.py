@@ -17,7 +17,8 @@ from allanite.cli.options import json_option
     "--model",
     required=True,
     metavar="MODEL",
-    help='Your model with the values you expect, e.g. "N(N=0.003)+K(K=1e-5)", or a model file.',
+    help='Your model with the values you expect, e.g. "N(N=0.003)+K(K=1e-5)", or a model file. Values with a unit, as in'
+    ' "N(N=0.3 deg/sqrt(h))", are converted to SI units.',
 )
 @click.option(
     "--find",
@@ -32,7 +33,7 @@ from allanite.cli.options import json_option
 @click.option(
     "--tell",
     metavar="A,B",
-    help="Two effects to tell apart, one of them in MODEL, e.g. K,GM.",
+    help="Two effects to distinguish, one of them in MODEL, e.g. K,GM.",
 )
 @click.option(
     "--to",
@@ -60,7 +61,7 @@ from allanite.cli.options import json_option
     "--duration",
     type=float,
     metavar="S",
-    help="Show what a record of this length tells, instead of the shortest length. Needs a rate.",
+    help="Show what a record of this length would reach, instead of the shortest length. Needs a rate.",
 )
 @json_option
 def command(
@@ -76,7 +77,7 @@ def command(
 ) -> None:
     """Compute how long and at what rate to record.
 
-    State the goal with one of these options: --find an effect, --know a parameter, or --tell two effects apart. Prints the
+    State the goal with one of these options: --find an effect, --know a parameter, or distinguish two effects with --tell. Prints the
     shortest record that reaches the goal, and the standard errors of the parameters. With --duration, prints what a
     record of this length would show. The result follows from the spectrum of MODEL; nothing is simulated.
     """

@@ -55,9 +55,9 @@ def command(
 ) -> None:
     """Predict how errors grow after aiding ends: angle, velocity, position or clock phase.
 
-    Until the last fix, the filter knew the state and averaged the bias for --aided seconds. Afterwards it integrates the
-    sensor alone. Prints the standard deviation of each error over time, and the contribution of each effect. An effect
-    that was not detected counts with its expected size.
+    The last fix is the last measurement from another sensor, such as GNSS. Until then, the filter knew the state and
+    averaged the bias for --aided seconds. Afterwards it integrates the sensor alone. Prints the standard deviation of each
+    error over time, and the contribution of each effect. An effect that was not detected counts with its expected size.
 
     With LOG, a record at rest, the growth is also measured on segments of the log. With models of gyroscopes and
     accelerometers, a budget of horizontal velocity and position follows, with gravity and the Schuler oscillation.

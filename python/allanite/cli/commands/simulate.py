@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from allanite.cli.options import SEED, json_option
+from allanite.cli.options import SEED
 from allanite.common.errors import about
 from allanite.common.plain import plain
 
@@ -57,7 +57,12 @@ if TYPE_CHECKING:
     metavar="LOG",
     help="With --all-axes: log whose temperature and other columns drive the simulated axes.",
 )
-@json_option
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="With --output: print a description of the written file as JSON.",
+)
 def command(
     model: str,
     rate: float | None,

@@ -24,7 +24,7 @@ def test_command(run, log, tmp_path):
     read = ("--rate", RATE, "--unit", "deg/s", "--quiet")
     code, out, err = run("combine", log, *read, "--model", "N", "--save", model, "--plot", figure)
     assert code == 0, err
-    assert out.startswith("2 units: averaging lowers the Allan deviation")
+    assert out.startswith("2 units: averaging divides the Allan deviation")
     assert figure.exists()
     code, out, err = run("combine", log, *read, "--model", "N", "--json")
     assert code == 0, err

@@ -54,7 +54,7 @@ def test_the_parameters_alone_on_standard_output(run, warm_up):
         (("--export", "px4", "--json"), "add --output FILE"),
         (("--output", "law.h"), "--output needs --export"),
         (("--covariate", "humidity"), "humidity"),
-        (("--model", "N+K+SIN"), "leave the others out"),
+        (("--model", "N+K+SIN"), "remove the others"),
     ],
 )
 def test_refusals_are_one_line(run, warm_up, options, said):

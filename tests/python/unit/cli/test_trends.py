@@ -124,7 +124,7 @@ def test_times_of_steps(text, epoch, expected):
     [
         ({"steps": ["tomorrow"]}, "give a date"),
         ({"steps": ["2012-01-01"]}, "no dates"),
-        ({"steps": [1e9]}, "outside of the samples"),
+        ({"steps": [1e9]}, "outside of the record"),
         ({"steps": ["10.1d", "10.2d"]}, "two steps lie between the same two samples"),
         ({"per": "month"}, "one of year"),
         ({"model": "Q"}, "one of N"),
