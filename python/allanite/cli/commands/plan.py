@@ -77,9 +77,10 @@ def command(
 ) -> None:
     """Compute how long and at what rate to record.
 
-    State the goal with one of these options: --find an effect, --know a parameter, or distinguish two effects with --tell. Prints the
-    shortest record that reaches the goal, and the standard errors of the parameters. With --duration, prints what a
-    record of this length would show. The result follows from the spectrum of MODEL; nothing is simulated.
+    State the goal with one of these options: --find (detect an effect), --know (measure a parameter), or --tell
+    (distinguish two effects). Prints the shortest record that reaches the goal, and the standard errors of the parameters.
+    With --duration, prints what a record of this length would reach. The result follows from the spectrum of MODEL;
+    nothing is simulated.
     """
     from allanite.cli.models import models_of
     from allanite.cli.output import dumps
