@@ -59,7 +59,7 @@ class Limit:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Where the limit begins (exclusive) and ends (inclusive), s."""
+        """Shortest (exclusive) and longest (inclusive) averaging time of the limit, s."""
         return self.pieces[0].low, self.pieces[-1].high
 
     def at(self, tau: Array) -> Array:

@@ -74,7 +74,7 @@ class Request:
     piece: int | None = None
     topics: tuple[str, ...] = ()
     insists: bool = False
-    """Whether `rate` overrides the rate in the log."""
+    """True if `rate` overrides the rate in the log."""
     scales: Mapping[str, float] = field(default_factory=dict)
     """Factors on columns, by name."""
 
