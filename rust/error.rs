@@ -6,6 +6,7 @@
 
 /// Every way a call into the core can fail.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// An unusable argument or sample. The message names the argument, the value found, and the remedy.
     #[error("{0}")]
