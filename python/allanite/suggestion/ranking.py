@@ -51,7 +51,7 @@ def in_order(
     # A disturbance that something else explains is not suggested.
     judged = [s for s in judged if s not in disturbances or s in first]
     first += [s for s in judged if _outliers_lead(s, judged, fit)]
-    ahead = [s for s in judged if _changes_level(s.effect) and _is_far_ahead(s, judged)]
+    ahead = [s for s in judged if _changes_white_level(s.effect) and _is_far_ahead(s, judged)]
     ranked = sorted(
         judged, key=lambda s: _sort_key(s, overdispersion, s in first, s in ahead), reverse=True
     )
@@ -162,6 +162,11 @@ def _excludes_segment(effect: Effect) -> bool:
 def _changes_level(effect: Effect) -> bool:
     """True if the effect changes the noise level over time."""
     return isinstance(effect, Modifier) and effect.passing
+
+
+def _changes_white_level(effect: Effect) -> bool:
+    """True if the effect changes the level of the white noise, not of one band."""
+    return isinstance(effect, Modifier) and effect.passing and effect.band is None
 
 
 def _acts_in_time(effect: Effect) -> bool:

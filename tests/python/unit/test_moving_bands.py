@@ -32,7 +32,6 @@ def test_a_machine_whose_speed_falls_is_one_effect(seed):
     study = al.improve(_recording(seed, WARMS_UP), "N")
     assert [e.kind for e in study.fit.model] == ["angle_random_walk", "drifting_resonance"], study
     assert study.adequate, study
-    assert study.ladder[-1].removed == ("resonance",)
     left = study.misfit_left
     assert left[-1] < left[-2]
     band = study.fit.model.effects[1]
