@@ -193,7 +193,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         _discard_output()
         return 0
     except MemoryError:
-        return _fail("not enough memory for this log: average it with --decimate K", 3)
+        return _fail("not enough memory: average the samples of a long log with --decimate K", 3)
     except OSError as error:
         if error.filename is None:
             # `whole_file` names its file, so an error without a name concerns standard output.

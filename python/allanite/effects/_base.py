@@ -245,7 +245,7 @@ class Effect:
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
         """Effects of this kind suggested by single ordinates, tried in addition to the grid; by default none.
 
-        `power` are the squared cosine ordinates of n samples at `rate` Hz relative to the model, shape (n,).
+        `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the model, shape (n,).
         """
         return ()
 

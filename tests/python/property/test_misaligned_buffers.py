@@ -19,7 +19,7 @@ def small():
     """Levels keep fewer samples, so that a short record has several."""
     with pytest.MonkeyPatch.context() as patch:
         for module in (level, reading, summary):
-            patch.setattr(module, "KEEP", 1 << 17)
+            patch.setattr(module, "MAX_KEPT_SAMPLES", 1 << 17)
         yield
 
 

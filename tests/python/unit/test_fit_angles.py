@@ -41,9 +41,7 @@ def test_the_unit_given_for_integrals_may_be_their_own(tmp_path, quantity, unit,
 def test_a_counter_in_hz_says_which_unit_to_give(tmp_path):
     path = tmp_path / "clock.csv"
     path.write_text("frequency [Hz]\n" + "".join(f"{1e7 + k % 7}\n" for k in range(50)))
-    with pytest.raises(
-        al.InputError, match=r"frequency \(Hz\) is in no unit.* unit=, of a counter Hz/10MHz"
-    ):
+    with pytest.raises(al.InputError, match=r"frequency \(Hz\).* unit=.* counter Hz/10MHz"):
         al.read(path, rate=1)
     clock = al.read(path, rate=1, column="frequency", unit="Hz/10MHz").to("1")
     np.testing.assert_allclose(clock.samples[:3] - 1, [0, 1e-7, 2e-7], atol=1e-15)

@@ -2,6 +2,8 @@
 
 import itertools
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -178,3 +180,18 @@ def test_two_effects_are_told_apart_only_where_one_is_in_the_model():
         al.plan("N(N=0.01)+B(B=0.01)+K(K=0.001)", tell=("K", "B"))
     with pytest.raises(al.InputError, match="the other one can look like it"):
         al.plan("N(N=0.01)+K(K=0.001)", tell=("K", "GM"), rate=1.0)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits the address space")
+def test_a_plan_takes_no_memory_for_the_samples_of_ten_years():
+    """Ten years at 10 Hz are 3·10⁹ samples; their squares alone would take 24 GB."""
+    code = (
+        "import resource; resource.setrlimit(resource.RLIMIT_AS, (6 * 10**9, 6 * 10**9));"
+        "from allanite.cli import main; main()"
+    )
+    words = ["plan", "--model", "N(N=0.003)+K(K=1e-4)", "--tell", "K,GM", "--rate", "10"]
+    answer = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=False
+    )
+    assert answer.returncode == 2
+    assert "ten years of record do not suffice" in answer.stderr

@@ -110,7 +110,7 @@ def fit_shapes(
     for place in opened * (2 if len(opened) > 1 else 1):
         points = grid_models(_with_effect(model, place, blank[place]), place, part.data)
         points += [
-            _with_effect(model, place, e) for e in _suggested_by_ordinates(blank[place], part.data)
+            _with_effect(model, place, e) for e in _suggested_by_ordinates(blank[place], part)
         ]
         tried = [(part.maximize(m), m) for m in map(_WithGridMiddles(part.data), points)]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
@@ -130,9 +130,13 @@ def fit_shapes(
     return polish(model, free_places(model), found, part) if polished else (model, found)
 
 
-def _suggested_by_ordinates(effect: Effect, data: Data) -> list[Effect]:
-    """Effects of this kind suggested by single ordinates that agree with the values already given."""
-    if data.ordinates.size != data.n:
+def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
+    """Effects of this kind suggested by single ordinates that agree with the values already given.
+
+    None for a summary or an expected record, which have no single ordinates.
+    """
+    data = part.data
+    if part.is_expected or data.ordinates.size != data.n:
         return []
     given = {k: v for k, v in effect.values.items() if v is not None}
     seen = type(effect).seen_in(data.ordinates**2, data.rate)

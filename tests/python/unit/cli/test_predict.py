@@ -110,7 +110,7 @@ def test_a_file_of_several_axes_where_one_model_is_meant(two):
         parse_model(str(two / "fit.json"))
     path = two / "odd.json"
     path.write_text('{"schema": "allanite/fit/1", "columns": [1]}')
-    with pytest.raises(InputError, match=r"odd\.json: its columns are not as"):
+    with pytest.raises(InputError, match=r"odd\.json: 'columns'"):
         run("--model", str(path), "--aided", "10")
 
 
