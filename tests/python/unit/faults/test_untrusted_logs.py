@@ -139,7 +139,7 @@ def test_arrays_without_samples_and_with_more_columns_than_samples(tmp_path):
     with zipfile.ZipFile(tmp_path / "empty.npz", "w") as archive:
         archive.write(empty, "data.npy")
     refused(tmp_path / "empty.npz", "no samples")
-    refused(npy(tmp_path / "wide.npy", (3, 10**8), hole=24 * 10**8), "transpose it")
+    refused(npy(tmp_path / "wide.npy", (3, 10**8), hole=24 * 10**8), "transpose")
     refused(npy(tmp_path / "cut.npy", (10**10,), bytes(80)), "needs 80000000000 bytes")
 
 
