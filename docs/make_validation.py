@@ -8,12 +8,12 @@ RECORD = ROOT / "benches" / "record" / "claims.toml"
 PAGE = ROOT / "docs" / "validation.md"
 HEAD = """# Validation
 
-Each line names a claim, the command or test that tries the claim, the result, and the date of the run.
+Each line names a claim, the command or test that tries the claim, the result, and a date.
 `docs/make_validation.py` writes this page from `benches/record/claims.toml`. Run programs of `benches/claims` with
-`python FILE` in the repository. [Methods](methods.md) explains the terms. For results before 2026-11-28, the date is that
-on which the result was written down.
+`python FILE` in the repository. [Methods](methods.md) explains the terms. The date is that of the run from 2026-11-28
+on; before, that of the entry.
 
-The continuous integration runs the same claims on fewer records. `make test-nightly` runs them on all records.
+CI runs the claims that name a test, on fewer records; others say so. `make test-nightly` runs them on all records.
 """
 
 

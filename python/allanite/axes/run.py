@@ -62,7 +62,8 @@ def characterize(
     tolerance : float, optional
         % of the deviation. The search ends if the model discrepancy is below it.
     seconds : float, optional
-        Time limit of all searches together, s. Each column gets at least its initial model.
+        Time limit of all columns together, s; the columns share it. Each column gets at least its initial model.
+        `allanite.improve_columns` gives this time to each column instead.
     on_study : callable, optional
         Called with the study of a column as soon as it is finished, from the thread that computed it.
     working : Recording or sequence of Recording
@@ -148,7 +149,8 @@ def improve_columns(
 ) -> list[Study | AllaniteError]:
     """Study of each column, built two at a time, or the error why there is none; each column has an initial model.
 
-    The other parameters are those of `characterize`.
+    The other parameters are those of `characterize`. The columns share `seconds`; `allanite.improve_columns` gives
+    `seconds` to each column.
     """
     end = None
     if seconds is not None:

@@ -49,7 +49,8 @@ model_option = click.option(
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Model to fit or to start from: a sum of effects, e.g. N+B+K or N+GM(T=30), or a model file.",
+    help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. GM(T=30): T starts at 30 s;"
+    " T=30! holds it; T=[10,100] limits it.",
 )
 #: Type of every --seed option: the range that the random number generators accept.
 SEED = click.IntRange(0, SEEDS)
@@ -134,8 +135,8 @@ time_option = click.option(
     "seconds",
     type=Seconds(),
     metavar="TIME",
-    help="Start no further step after this time, e.g. 60s or 10min. Every axis gets at least a first model."
-    " Default: 1 min of processor time plus 10 s per million samples.",
+    help="Time for all axes together, e.g. 60s or 10min; no further step starts after it. Every axis gets at least a first"
+    " model. Default: for each axis 1 min of processor time plus 10 s per million samples.",
 )
 
 
@@ -167,7 +168,7 @@ _LOG_OPTIONS = (
         "--unit",
         metavar="UNIT",
         help="Unit of the samples, if the log does not state it: rad/s deg/s deg/h m/s^2 g mg ug, or 1 for none."
-        " For gyroscopes and accelerometers together: deg/s,m/s^2.",
+        " For gyroscopes and accelerometers together: deg/s,m/s^2. Phase of a clock: s, ms, us, ns.",
     ),
     click.option(
         "--quantity",
@@ -213,7 +214,8 @@ _LOG_OPTIONS = (
     click.option(
         "--trim",
         metavar="START:END|quiet",
-        help="Use only these seconds, e.g. 600: or 60:3600. quiet: the longest segment without motion.",
+        help="Use only these seconds, e.g. 600: or 60:3600. quiet: the longest segment without motion. To exclude an"
+        " interval in the middle, add DIST(start=100,end=120) to MODEL.",
     ),
     click.option(
         "--scale",

@@ -24,7 +24,7 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
     base : Model
         Model with values that contains one of the two.
     names : (str, str)
-        Names of the two effects: ``K``, ``GM``.
+        Names of the two effects: ``GM``, ``K``.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
         None or both of the two are in the model, or the other one is a known function of time.
     """
     if len(names) != 2:
-        raise InputError(f"tell = {', '.join(names)}: two effects, such as K,GM")
+        raise InputError(f"tell = {', '.join(names)}: two effects, such as GM,K")
     given = [parse_model(name).effects[0] for name in names]
     held = [e.kind in {b.kind for b in base} for e in given]
     if sum(held) != 1:

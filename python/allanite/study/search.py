@@ -220,8 +220,11 @@ def improve_columns(
     ----------
     recording : Recording
         One or more columns.
-    model, on_progress, limit, tolerance, seconds
+    model, on_progress, limit, tolerance
         As of `improve`.
+    seconds : float, optional
+        Time limit of each column, s: every column gets this time. `allanite.characterize` shares its limit among the
+        columns.
 
     Returns
     -------

@@ -114,6 +114,7 @@ def command(
 
     The model of each axis starts at MODEL and gets missing effects step by step, as in allanite improve. Prints one table
     of all axes, with the effects that axes share and the correlation of their residuals. Two axes are computed at a time.
+    LOG is a file, or - for standard input.
 
     Further LOGs show the same sensor, each recorded after another switch-on. From them the spread of the bias at
     switch-on is estimated, and the initial covariance of filters.

@@ -24,7 +24,8 @@ def command(
     """Fit MODEL to LOG; show where the model fails and which effects are missing.
 
     Prints for each column whether the model is adequate, the averaging times and frequencies where the model fails, and
-    a ranked list of missing effects with their evidence. allanite improve adds these effects.
+    a ranked list of missing effects with their evidence. allanite improve adds these effects. LOG is a file, or - for
+    standard input.
     """
     from allanite.cli import output
     from allanite.cli.models import for_column, models_of

@@ -47,7 +47,7 @@ def command(
 
     Prints a table of the coefficients with 95 % intervals, and how well the model fits. Several columns or logs are
     fitted one by one. For sensors of one kind, the command also prints pooled coefficients and tests whether the sensors
-    agree. allanite check shows which effects the model lacks.
+    agree. allanite check shows which effects the model lacks. LOG is a file, or - for standard input.
     """
     from allanite.cli import output
     from allanite.cli.models import for_column, models_of

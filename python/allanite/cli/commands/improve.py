@@ -70,7 +70,7 @@ def command(
     Starting with MODEL, each step fits the model, searches for missing effects and adds the best one. The steps end when
     the model is adequate, no effect helps, or the time is up. Ctrl-C prints and saves the steps so far. Prints for each
     step the added effect, its evidence and the remaining error, then the final coefficients. Two columns are computed at
-    a time.
+    a time. LOG is a file, or - for standard input.
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output

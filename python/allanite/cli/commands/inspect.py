@@ -18,7 +18,7 @@ def command(log: str, options: LogOptions) -> None:
     """Show how LOG is read, before anything is computed.
 
     Prints the role (sensor, time, temperature, other), unit, sampling rate and first values of each column. Doubts follow
-    with the option that settles them, such as a missing unit or motion.
+    with the option that settles them, such as a missing unit or motion. LOG is a file, or - for standard input.
     """
     from dataclasses import replace
 

@@ -23,17 +23,19 @@ from allanite.cli.options import json_option
 @click.option(
     "--find",
     metavar="EFFECT",
-    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)".',
+    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)". Its values have the'
+    " unit of the values of MODEL: SI units if those state units.",
 )
 @click.option(
     "--know",
     metavar="NAME",
-    help="Parameter of MODEL to measure with the accuracy --to, e.g. K or GM.correlation_time.",
+    help="Parameter of an effect in MODEL to measure with the accuracy --to, e.g. K or GM.correlation_time.",
 )
 @click.option(
     "--tell",
     metavar="A,B",
-    help="Two effects to distinguish, one of them in MODEL, e.g. K,GM.",
+    help="Two effects to distinguish, e.g. GM,K. MODEL has one of them with values, preferably the more specific one (here"
+    " GM): a GM with a long T looks like K, so a K in MODEL can never be told from GM.",
 )
 @click.option(
     "--to",
@@ -116,12 +118,12 @@ def command(
 
 
 def _two(text: str) -> tuple[str, str]:
-    """The two names in ``K,GM``."""
+    """The two names in ``GM,K``."""
     from allanite.common.errors import InputError
 
     first, comma, second = (part.strip() for part in text.partition(","))
     if not comma or not first or not second or "," in second:
-        raise InputError(f"--tell {text}: write two effects separated by a comma, such as K,GM")
+        raise InputError(f"--tell {text}: write two effects separated by a comma, such as GM,K")
     return first, second
 
 

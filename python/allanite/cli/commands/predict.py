@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     "--model",
     required=True,
     metavar="MODEL",
-    help="Model file, or a sum of effects with values. With LOG, values may be missing: they are fitted.",
+    help="Model file, or a sum of effects with values. With LOG, values may be missing: all values are then"
+    " fitted, except those held with !, as in GM(T=30!).",
 )
 @click.option(
     "--aided",
@@ -55,12 +56,14 @@ def command(
 ) -> None:
     """Predict how errors grow after aiding ends: angle, velocity, position or clock phase.
 
-    The last fix is the last measurement from another sensor, such as GNSS. Until then, the filter knew the state and
-    averaged the bias for --aided seconds. Afterwards it integrates the sensor alone. Prints the standard deviation of each
-    error over time, and the contribution of each effect. An effect that was not detected counts with its expected size.
+    The last fix is the last measurement from another sensor, such as GNSS. Up to the last fix, aiding kept the state known,
+    and the bias was averaged over the last --aided seconds. Afterwards the filter integrates the sensor alone. Prints the
+    standard deviation of each error over time, and the contribution of each effect. An effect that was not detected counts
+    with its expected size.
 
-    With LOG, a record at rest, the growth is also measured on segments of the log. With models of gyroscopes and
-    accelerometers, a budget of horizontal velocity and position follows, with gravity and the Schuler oscillation.
+    With LOG, a record at rest (a file, or - for standard input), the growth is also measured on segments of the log. With
+    models of gyroscopes and accelerometers, a budget of horizontal velocity and position follows, with gravity and the
+    Schuler oscillation.
     """
     from allanite.cli.output import dumps
     from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit

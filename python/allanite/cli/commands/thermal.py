@@ -21,7 +21,8 @@ from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_opti
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Noise model of the axes: a sum of random effects. The temperature law is added to it.",
+    help="Noise model of the axes: a sum of random effects. The temperature law is added to it. GM(T=30): T starts at 30 s;"
+    " T=30! holds it; T=[10,100] limits it.",
 )
 @plot_option
 @click.option(

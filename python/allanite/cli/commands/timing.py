@@ -53,9 +53,9 @@ def command(
 ) -> None:
     """Test the phase (time error) of clocks and time servers.
 
-    LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase in s (--quantity angle).
-    Prints time error, MTIE and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted
-    holdover error.
+    LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase (--quantity angle). A
+    column in s is taken for a phase. - reads standard input. Prints time error, MTIE and TDEV with the verdict of each
+    --mask, jumps, frequency offset, drift, noise and predicted holdover error.
 
     The log of a servo also holds its frequency corrections. They are removed, so that noise and holdover describe the free
     clock.

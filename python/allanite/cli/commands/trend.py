@@ -55,8 +55,9 @@ def command(
     flicker noise, random walk or a power law is estimated together with them. Therefore the uncertainty of the rate counts
     colored noise.
 
-    LOG is a tenv, tenv3 or mom file or any other log. "# offset" lines of a mom file count as known steps. --unit is
-    required here: the unit of the series, as any text (m, mm, nm/s^2). Prints the rate, the steps and the noise.
+    LOG is a tenv, tenv3 or mom file or any other log; - is standard input. "# offset" lines of a mom file count as known
+    steps. --unit is required here: the unit of the series, as any text (m, mm, nm/s^2). Prints the rate, the steps and the
+    noise.
     """
     from dataclasses import replace
     from pathlib import Path
