@@ -35,6 +35,9 @@ Array = NDArray[np.float64]
 CHAINS, WARMUP_STEPS, STEPS = 64, 200, 400
 #: Fewest degrees of freedom. With fewer, three clocks cannot be separated.
 MIN_EDF = 2.0
+#: Scatter of the sum of three columns, relative to the scatter of the quietest column. Below this ratio the columns are
+#: differences of pairs: the sum contains only rounding. Chosen by judgment; not measured.
+MAX_REMAINDER = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +174,8 @@ def three_cornered_hat(
     Raises
     ------
     InputError
-        There are fewer than three clocks, a pair is missing, or the record is too short.
+        There are fewer than three clocks, a pair is missing, the columns are differences of pairs without `pairs`, or the
+        record is too short.
 
     References
     ----------
@@ -247,6 +251,7 @@ def _differences(
         if len(names) < 3:
             raise InputError(f"{len(names)} clocks ({', '.join(names)}): three or more are needed")
         samples = np.asarray(recording.samples, dtype=np.float64)
+        _refuse_differences(names, samples)
         first = recording.column(0)
         return names, {
             (names[i], names[j]): first.with_samples(samples[:, i] - samples[:, j])
@@ -264,6 +269,26 @@ def _differences(
     if len(names) < 3:
         raise InputError(f"{len(names)} clocks: three or more are needed")
     return names, measured
+
+
+def _refuse_differences(names: list[str], samples: Array) -> None:
+    """Raise an error if three columns are the differences of each pair of three clocks: A − B, B − C, C − A.
+
+    Three such columns, each with one of both signs, add up to zero except for rounding and constants.
+    """
+    changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
+    if len(changes) < 2:
+        return
+    covariance = np.atleast_2d(np.cov(changes, rowvar=False))
+    for columns in map(list, combinations(range(len(names)), 3)):
+        three = covariance[np.ix_(columns, columns)]
+        for signs in np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]):
+            if signs @ three @ signs < MAX_REMAINDER**2 * np.diag(three).min():
+                listed = ", ".join(names[i] for i in columns)
+                raise InputError(
+                    f"columns {listed}: the columns sum to zero, so they are differences of pairs of clocks; give"
+                    " the phase of each clock against the same reference"
+                )
 
 
 def _phase(one: Recording) -> Array:

@@ -18,6 +18,7 @@ from allanite.clocks.verdicts import Verdict, averages, verdicts
 from allanite.clocks.words import span_text, time_text
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
+from allanite.common.units import parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.uncertainty import with_noise
@@ -271,7 +272,7 @@ def timing(
     Raises
     ------
     InputError
-        The samples are not a phase, or a mask or column is unknown.
+        The samples or their unit are not those of a phase, or a mask or column is unknown.
     TooShortError
         There are fewer than 32 samples.
 
@@ -288,6 +289,7 @@ def timing(
     ('N', [700.0], True)
     """
     require_recording(recording)
+    _refuse_other_units(recording)
     if recording.quantity != "angle":
         raise InputError(
             "timing needs the phase of a clock in s",
@@ -308,6 +310,26 @@ def timing(
     return found[0] if len(found) == 1 else Timings(found)
 
 
+def _refuse_other_units(recording: Recording) -> None:
+    """Raise an error if a column has a unit that is not the unit of a phase.
+
+    Samples without a unit may be a phase. A recording states the unit of the rate, which is 1 both for a phase in s and
+    for a fractional frequency. Only the columns of the log show which of the two was stated.
+    """
+    other = next((u for u in recording.units if parse_unit(u).kind != "fractional frequency"), None)
+    if other is not None:
+        kind = parse_unit(other).kind
+        raise InputError(
+            f"timing needs a phase in s; this column is an {kind} (unit {other}): give the log of a clock"
+        )
+    for column in recording.log_columns:
+        if column.name in recording.columns and column.unit == "1":
+            raise InputError(
+                "timing needs a phase in s; this column is a fractional frequency (unit 1): integrate it, or use adev"
+                " and fit"
+            )
+
+
 def _timing(
     column: Recording,
     masks: Sequence[Mask],
@@ -318,8 +340,6 @@ def _timing(
     """Analyze one column."""
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
-    from allanite.common.units import parse_unit
-
     scale = parse_unit(column.unit).scale
     phase = np.asarray(column.samples, dtype=np.float64) * scale
     there = np.isfinite(phase)

@@ -98,6 +98,8 @@ class Drawn:
 class Curves:
     """Several curves; the others are compared with the first.
 
+    The printed table shows each curve in the unit of the first curve of the same kind of sensor.
+
     Examples
     --------
     >>> model = al.parse_model("N(N=0.1)")
@@ -121,10 +123,11 @@ class Curves:
         }
 
     def __str__(self) -> str:
-        first = self.curves[0]
-        same = [parse_unit(c.unit).kind == parse_unit(first.unit).kind for c in self.curves]
+        curves = [_in_first_unit(curve, self.curves) for curve in self.curves]
+        first = curves[0]
+        same = [parse_unit(c.unit).kind == parse_unit(first.unit).kind for c in curves]
         head = ["tau s"]
-        for i, curve in enumerate(self.curves):
+        for i, curve in enumerate(curves):
             head.append(f"[{i + 1}] {curve.unit}")
             if i and same[i]:
                 head.append(f"[{i + 1}]/[1]")
@@ -132,14 +135,14 @@ class Curves:
         for tau in first.tau:
             row = [f"{tau:.6g}"]
             reference = first.near(tau)
-            for i, curve in enumerate(self.curves):
+            for i, curve in enumerate(curves):
                 point = curve.near(tau)
                 row.append("–" if point is None else f"{point.deviation[0]:.4g}")
                 if i and same[i]:
-                    row.append(_ratio(point, reference, conversion(curve.unit, first.unit)))
+                    row.append(_ratio(point, reference))
             rows.append(row)
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        names = [f"[{i + 1}] {c.kind} {c.name}" for i, c in enumerate(self.curves)]
+        names = [f"[{i + 1}] {c.kind} {c.name}" for i, c in enumerate(curves)]
         table = ["  ".join(map(str.rjust, row, widths)) for row in rows]
         return "\n".join([*names, "", *table])
 
@@ -150,14 +153,30 @@ class Curves:
         return plot_compare(self, path)
 
 
-def _ratio(one: Drawn | None, other: Drawn | None, factor: float) -> str:
+def _in_first_unit(curve: Drawn, curves: Sequence[Drawn]) -> Drawn:
+    """Return a curve in the unit of the first curve of the same kind of sensor."""
+    kind = parse_unit(curve.unit).kind
+    unit = next(one.unit for one in curves if parse_unit(one.unit).kind == kind)
+    if unit == curve.unit:
+        return curve
+    factor = conversion(curve.unit, unit)
+    return replace(
+        curve,
+        unit=unit,
+        deviation=curve.deviation * factor,
+        low=None if curve.low is None else curve.low * factor,
+        high=None if curve.high is None else curve.high * factor,
+    )
+
+
+def _ratio(one: Drawn | None, other: Drawn | None) -> str:
     """Return the ratio of two points, with a 95 % interval if at least one of them has an interval.
 
     The variances of the logarithms of the two deviations, taken as independent, are added.
     """
     if one is None or other is None or not other.deviation[0] > 0.0:
         return "–"
-    ratio = float(one.deviation[0] * factor / other.deviation[0])
+    ratio = float(one.deviation[0] / other.deviation[0])
     sides = []
     for name, opposite in (("low", "high"), ("high", "low")):
         far = _log_distance(one, name) ** 2 + _log_distance(other, opposite) ** 2

@@ -16,7 +16,7 @@ from allanite.effects._base import Stochastic
 from allanite.effects._modifier import Modifier
 from allanite.effects.files import model_from_dict
 from allanite.effects.model import Model
-from allanite.export._text import plain
+from allanite.export._text import MAX_SENTENCE_LENGTH, plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -280,10 +280,15 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         Model(tuple(expected)),
         min(HORIZON, until),
         warning=warning_of(document),
-        assumptions=tuple(plain(line) for line in document.get("assumptions", ())),
-        notes=tuple(plain(line) for line in document.get("notes", ())),
+        assumptions=_sentences(document.get("assumptions", ())),
+        notes=_sentences(document.get("notes", ())),
         turn_on=document.get("turn_on"),
     )
+
+
+def _sentences(lines: Iterable[object]) -> tuple[str, ...]:
+    """The sentences of a document as text that is safe in every format."""
+    return tuple(plain(line, MAX_SENTENCE_LENGTH) for line in lines)
 
 
 def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import textwrap
 import unicodedata
 
-__all__ = ["block", "comments", "plain"]
+__all__ = ["MAX_SENTENCE_LENGTH", "block", "comments", "plain"]
 
-#: Maximum length of a text, characters.
+#: Maximum length of a name, a path or a unit, characters.
 MAX_LENGTH = 120
+#: Maximum length of a sentence, characters. Sentences are longer than names, and comments wrap them.
+MAX_SENTENCE_LENGTH = 1000
+#: Length at which comment lines wrap, characters.
+LINE_LENGTH = 120
 
 
-def plain(text: object) -> str:
+def plain(text: object, max_length: int = MAX_LENGTH) -> str:
     """The text as one line that cannot end a line, a comment or a string in any of the formats.
 
     Control characters, line and paragraph separators, invisible and surrogate characters become ``/uNNNN``. A backslash,
     which would continue a line of C, becomes a slash. A space separates ``--`` (the end of an XML comment), ``*/`` and
-    ``%{``. Quotes become typographic quotes.
+    ``%{``. Quotes become typographic quotes. A text above `max_length` characters is cut.
     """
     out = []
-    for c in str(text)[: MAX_LENGTH + 1]:
+    for c in str(text)[: max_length + 1]:
         if unicodedata.category(c)[0] == "C" or unicodedata.category(c) in ("Zl", "Zp"):
             out.append(f"/u{ord(c):04x}")
         else:
@@ -27,14 +32,28 @@ def plain(text: object) -> str:
     for pair in ("--", "*/", "/*", "%{", "%}", "??", "<!", "->"):
         while pair in line:
             line = line.replace(pair, f"{pair[0]} {pair[1]}")
-    return line if len(line) <= MAX_LENGTH else line[: MAX_LENGTH - 1] + "…"
+    return line if len(line) <= max_length else line[: max_length - 1] + "…"
+
+
+def _wrapped(line: str, begin: str) -> list[str]:
+    """The line, preceded by `begin` and broken between words; the lines that follow are indented by four more spaces."""
+    indent = line[: len(line) - len(line.lstrip())]
+    return textwrap.wrap(
+        line,
+        LINE_LENGTH,
+        initial_indent=begin,
+        subsequent_indent=f"{begin}{indent}    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    ) or [begin.rstrip()]
 
 
 def comments(lines: list[str], mark: str = "#") -> str:
-    """Text in which every line is a comment that begins with `mark`."""
-    return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
+    """Text in which every line is a comment that begins with `mark`; long lines wrap."""
+    return "".join(f"{row}\n" for line in lines for row in _wrapped(line, f"{mark} "))
 
 
 def block(lines: list[str]) -> str:
-    """Text of the lines as one XML comment."""
-    return "<!--\n" + "".join(f"  {line}\n" for line in lines) + "-->\n"
+    """Text of the lines as one XML comment; long lines wrap."""
+    rows = [row for line in lines for row in _wrapped(line, "  ")]
+    return "<!--\n" + "".join(f"{row}\n" for row in rows) + "-->\n"

@@ -526,9 +526,29 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
     told = [
         *found.findings,
         *doubted,
+        *_frequencies_as_phases([columns[i] for i in samples], request, quantity),
         *([] if request.columns else _not_used(columns, loud, request)),
     ]
     return replace(layout, columns=tuple(columns), findings=tuple(told))
+
+
+def _frequencies_as_phases(
+    columns: Sequence[LogColumn], request: Request, quantity: str
+) -> list[Finding]:
+    """One finding that lists columns read as a phase although the log states unit 1, or none."""
+    if quantity == "rate" or time_unit(request.unit) is not None:
+        return []
+    names = [c.name for c in columns if c.unit == "1" and c.sources.get("unit") != "option"]
+    if not names:
+        return []
+    return [
+        Finding(
+            "phase_unit",
+            "warning",
+            f"{listed_names(names)} has unit 1, the unit of a fractional frequency, but is read as a phase in s",
+            remedy=": leave {quantity:angle} out, or state that the numbers are in s with {this_unit:s}",
+        )
+    ]
 
 
 def _time_unit(table: Table, found: Roles, at: int) -> str | None:

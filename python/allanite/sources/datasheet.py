@@ -402,8 +402,9 @@ def _about_walk(values: Mapping[str, float], unit: str) -> str:
     floor = PLATEAU * values["B"]
     largest = math.sqrt(3.0) * floor**2 / (2.0 * values["N"])
     return (
-        f"the sheet has no rate random walk K: slow noise follows the bias instability B; any K from 0 to {largest:.2g}"
-        f" {coefficient_unit(unit, -0.5).replace('½', '0.5')} agrees with the sheet (sqrt(3) sigma_min^2 / (2 N))"
+        "the sheet has no rate random walk K: a random walk in this file covers the bias instability B too; any K from 0"
+        f" to {largest:.2g} {coefficient_unit(unit, -0.5).replace('½', '0.5')} agrees with the sheet (sqrt(3)"
+        " sigma_min^2 / (2 N))"
     )
 
 

@@ -187,6 +187,20 @@ def test_compare_draws_one_log_with_its_sheet(tmp_path, sheet, capsys):
     )
 
 
+def test_compare_prints_one_unit(tmp_path, capsys):
+    sheet = tmp_path / "part.toml"
+    sheet.write_text('[gyroscope]\nangle_random_walk = "1.2 deg/sqrt(h)"\n', encoding="utf-8")
+    code, out, err = run(capsys, "compare", part(tmp_path, 0.2), sheet)
+    assert code == 0, err
+    head = next(line for line in out.splitlines() if "tau s" in line)
+    assert "[1] deg/s" in head
+    assert "[2] deg/s" in head
+    assert "rad/s" not in head
+    table = out.partition("tau s")[2].splitlines()[1:]
+    one, other, ratio = map(float, table[0].split()[1:4])
+    assert ratio == pytest.approx(other / one, rel=2e-3)
+
+
 def test_compare_takes_what_other_tools_wrote(tmp_path, sheet, capsys):
     log = part(tmp_path, 0.2)
     yaml = tmp_path / "kalibr.yaml"

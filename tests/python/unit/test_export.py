@@ -37,6 +37,27 @@ def value(text, key):
     return float(re.search(rf"^{key}: (\S+)", text, re.MULTILINE).group(1))
 
 
+def test_long_comments_wrap_and_are_not_cut(tmp_path):
+    sheet = tmp_path / "sheet.toml"
+    sheet.write_text(
+        '[gyroscope]\nangle_random_walk = "1.27 deg/sqrt(h)"\nbias_instability = "18 deg/h"\n'
+        '[accelerometer]\nvelocity_random_walk = "0.1 m/s/sqrt(h)"\nbias_instability = "0.1 mg"\n'
+    )
+    for target in TARGETS:
+        text = export(axes_of(documents_of(sheet)), target, rate=100)
+        assert "…" not in text, target
+        if not text.startswith("{"):
+            head = [s for s in text.splitlines() if s.startswith(("#", "%", "//", "  ass"))]
+            # Commented keys have a value and a note in one line.
+            head = [s for s in head if not re.match("# (set|EKF2)_", s)]
+            assert max(map(len, head), default=0) <= 120, target
+        elif "_comment" not in json.loads(text):
+            continue
+        words = " ".join(text.replace("\n#", " ").replace("\n%", " ").replace("\n//", " ").split())
+        assert "covers the bias instability B too" in words, target
+        assert "agrees with the sheet (sqrt(3) sigma_min^2 / (2 N))" in words, target
+
+
 def test_kalibr_is_continuous_time_si():
     text = export(axes(), "kalibr", rate=100)
     assert value(text, "gyroscope_noise_density") == pytest.approx(N * RAD, rel=1e-6)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import click
 
 from allanite.cli.options import json_option
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect
 
 
 @click.command(
@@ -23,8 +27,8 @@ from allanite.cli.options import json_option
 @click.option(
     "--find",
     metavar="EFFECT",
-    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)". Its values have the'
-    " unit of the values of MODEL: SI units if those state units.",
+    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)". Bare values have the'
+    " unit of the values of MODEL: SI units if those state units. Then values may have units as well.",
 )
 @click.option(
     "--know",
@@ -96,17 +100,18 @@ def command(
         )
     base = models[0].model
     result: object
+    effect = None if find is None else _effect(find, models[0].unit)
     # A model file states the rate of its log.
     rate = models[0].rate if rate is None else rate
     if duration is not None:
         if rate is None:
             raise InputError("--duration needs the sampling rate: add --rate HZ")
-        found = detection_power(base, find, duration=duration, rate=rate)
+        found = detection_power(base, effect, duration=duration, rate=rate)
         document, result = found.to_dict(), found
     else:
         planned = plan(
             base,
-            find=find,
+            find=effect,
             know=know,
             tell=None if tell is None else _two(tell),
             to=_share(share),
@@ -115,6 +120,24 @@ def command(
         )
         document, result = planned.to_dict(), planned
     click.echo(dumps(document) if as_json else str(result))
+
+
+def _effect(text: str, unit: str | None) -> Effect | str:
+    """The effect of --find, with coefficients for samples in the unit of the model; a file name is returned unchanged."""
+    from allanite.common.errors import InputError
+    from allanite.effects.strings import parse_with_units
+    from allanite.sources import is_source_file
+
+    if is_source_file(text):
+        return text
+    model, own = parse_with_units(text, unit)
+    if unit is None and own is not None:
+        raise InputError(
+            f"--find {text}: the value has a unit, but the values of --model have none; give both with units"
+        )
+    if len(model) != 1:
+        raise InputError(f"--find {text}: these are {len(model)} effects; give one")
+    return model.effects[0]
 
 
 def _two(text: str) -> tuple[str, str]:

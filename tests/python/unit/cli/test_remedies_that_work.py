@@ -1,5 +1,6 @@
 """What a command offers it takes, and what is easily mistaken is asked about."""
 
+import json
 import re
 
 import numpy as np
@@ -18,6 +19,24 @@ def test_a_bare_number_is_no_percentage(run, share):
 @pytest.mark.parametrize("share", ["10%", "0.1", "150%"])
 def test_a_share_is_taken(run, share):
     assert run("plan", "--model", "N(N=1)", "--know", "N", "--to", share, "--rate", 1)[0] == 0
+
+
+def test_the_effect_of_a_plan_may_have_units(run):
+    model = "N(N=0.3 deg/sqrt(h))+K(K=1e-3 deg/s/sqrt(s))"
+    found = []
+    for find in ("GM(T=60,q_c=7e-4 deg/s/sqrt(s))", f"GM(T=1 min,q_c={np.radians(7e-4):.15g})"):
+        code, out, err = run(
+            "plan", "--model", model, "--find", find, "--rate", 10, "--duration", 3600, "--json"
+        )
+        assert code == 0, err
+        found.append(json.loads(out))
+    assert found[0]["probability"] == pytest.approx(found[1]["probability"], rel=1e-6)
+    assert found[0]["effect"] == "gauss_markov"
+    with_units = "GM(T=60,q_c=7e-4 deg/s/sqrt(s))"
+    answer = run("plan", "--model", "N(N=3e-3)", "--find", with_units, "--rate", 10)
+    refused(answer, 2, "--find", "has a unit, but the values of --model have none", "both")
+    answer = run("plan", "--model", model, "--find", "N(N=1)+K(K=1)", "--rate", 10)
+    refused(answer, 2, "--find", "2 effects; give one")
 
 
 def test_only_what_is_taken_is_offered_of_averaging_times(run, log):

@@ -364,3 +364,63 @@ def test_the_command_parts_the_clocks_of_a_log(run, tmp_path):
     code, _, err = run("timing", path, path, "--rate", 1, "--hat")
     assert code == 2
     assert "one log" in err
+
+
+def test_the_command_refuses_a_frequency_read_as_a_phase(run, tmp_path):
+    y = np.random.default_rng(9).standard_normal(60) * 1e-9
+    numbers = "".join(f"{v:.6e}\n" for v in y)
+    stated, bare = tmp_path / "stated.csv", tmp_path / "bare.csv"
+    stated.write_text("x [1]\n" + numbers)
+    bare.write_text(numbers)
+    integrate = (
+        "timing needs a phase in s; this column is a fractional frequency (unit 1): integrate it"
+    )
+    for arguments in (
+        [stated],
+        [stated, "--quantity", "angle"],
+        [bare, "--unit", "1"],
+        [bare, "--unit", "1", "--quantity", "angle"],
+    ):
+        code, out, err = run("timing", *arguments, "--rate", 1)
+        assert (code, out) == (2, ""), arguments
+        assert integrate in " ".join(err.split())
+        assert "--quantity" not in err
+    # Without a unit the samples may be either; a unit of another sensor is neither.
+    code, _, err = run("timing", bare, "--rate", 1)
+    assert code == 2
+    assert "--quantity angle" in err
+    assert run("timing", bare, "--rate", 1, "--quantity", "angle", "--after", "1h")[0] == 0
+    code, _, err = run("timing", bare, "--rate", 1, "--quantity", "angle", "--unit", "deg")
+    assert code == 2
+    assert "this column is an angular rate" in " ".join(err.split())
+
+
+def test_a_frequency_read_as_a_phase_is_reported(tmp_path):
+    path = tmp_path / "clock.csv"
+    path.write_text("x [1]\n" + "1e-9\n3e-9\n2e-9\n" * 20)
+    found = [f for f in al.read(path, rate=1, quantity="angle").audit if f.kind == "phase_unit"]
+    assert [f.severity for f in found] == ["warning"]
+    assert "x has unit 1, the unit of a fractional frequency, but is read as a phase in s" in str(
+        found[0]
+    )
+    for given in ({"unit": "s", "quantity": "angle"}, {}):
+        audit = al.read(path, rate=1, **given).audit
+        assert "phase_unit" not in {f.kind for f in audit}
+
+
+def test_differences_of_clocks_are_no_clocks(run, tmp_path):
+    x = np.cumsum(np.random.default_rng(9).standard_normal((400, 3)) * 1e-9, axis=0)
+    differences = x - np.roll(x, -1, axis=1)
+    path = tmp_path / "pairs.csv"
+    rows = "".join(",".join(f"{v:.6e}" for v in row) + "\n" for row in differences)
+    path.write_text("ab [s],bc [s],ca [s]\n" + rows)
+    code, out, err = run("timing", path, "--rate", 1, "--hat")
+    assert (code, out) == (2, "")
+    assert "the columns sum to zero" in err
+    assert "each clock against the same reference" in " ".join(err.split())
+    # The column of the third pair may have the opposite sign.
+    for samples in (differences * [1, 1, -1], np.cumsum(differences, axis=0)):
+        with pytest.raises(al.InputError, match="against the same reference"):
+            al.three_cornered_hat(clock(samples, columns=["ab", "bc", "ac"]))
+    pairs = [("a", "b"), ("b", "c"), ("c", "a")]
+    assert len(al.three_cornered_hat(clock(differences), pairs=pairs)) == 3
