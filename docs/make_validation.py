@@ -13,7 +13,8 @@ Each line names a claim, the command or test that tries the claim, the result, a
 `python FILE` in the repository. [Methods](methods.md) explains the terms. The date is that of the run from 2026-11-28
 on; before, that of the entry.
 
-CI runs the claims that name a test, on fewer records; others say so. `make test-nightly` runs them on all records.
+The nightly CI workflow (`make test-nightly`) runs the claims that name a test, first on fewer records and then on all.
+Programs of `benches/claims` are run by hand. Claims of another kind say how they are tried.
 """
 
 
