@@ -10,6 +10,7 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "benches" / "claims"))
 from acceptance import count, wrong
 
 
+@pytest.mark.long
 @pytest.mark.statistical
 def test_wrong_verdicts_are_rare():
     # 30 records, four figures: 40 of 1.25 and 80 of at most 1.0 times the limit. With an error rate of 5 %, more than 6

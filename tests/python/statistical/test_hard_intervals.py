@@ -31,6 +31,7 @@ def _share(inside):
     return np.mean(inside), 2.5 * np.sqrt(0.95 * 0.05 / len(inside))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("times", [1.0, 10.0], ids=["K not seen", "K seen"])
 def test_a_ramp_beside_flicker_and_random_walk(times):
     covered, at_the_fit = [], []

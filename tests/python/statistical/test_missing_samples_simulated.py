@@ -11,6 +11,7 @@ pytestmark = pytest.mark.statistical
 RATE, N, RECORDS = 100.0, 20_000, records(16, 40)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("truth", "fitted", "kind", "name"),
     [

@@ -19,6 +19,7 @@ def study_of(name):
     return runpy.run_path(str(CLAIMS / f"{name}.py"))["study"]
 
 
+@pytest.mark.long
 def test_rates_are_as_good_as_with_the_true_noise():
     count = records(30, 500)
     rows, names, _ = study_of("trends")(count, 1500)
@@ -33,6 +34,7 @@ def test_rates_are_as_good_as_with_the_true_noise():
     assert names.most_common(1)[0][0] == "N+B"
 
 
+@pytest.mark.long
 def test_holdover_bands_hold():
     count = records(24, 300)
     shares = np.mean(list(study_of("holdover")(count, 600).values()), axis=0)

@@ -47,6 +47,7 @@ def test_the_first_rung_is_the_filter(kind, names, few):
     assert right >= few, told
 
 
+@pytest.mark.long
 def test_the_true_model_raises_no_alarm():
     """Ten minutes behind a notch (the hundred of half an hour are counted by benches/claims/whole_filters.py)."""
     notched = (record("notch:25:5", seed, 60_000) for seed in range(records(12, 24)))

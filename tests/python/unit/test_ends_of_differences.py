@@ -87,6 +87,7 @@ def _one(n, seed):
     return check.adequate and not check.significant, low < Q < high
 
 
+@pytest.mark.long
 @pytest.mark.statistical
 @pytest.mark.parametrize("n", [2000, 20_000])
 def test_counters_are_adequate_and_their_intervals_hold(n):
