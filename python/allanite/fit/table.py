@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import figures_for_interval, harmonics_text, numbers_text
+from allanite.common.numbers import figures_for_interval, harmonics_text, number, numbers_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed, relative_unit
 
@@ -84,30 +84,28 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
 def misfit_line(fit: Fit, whole: bool = True) -> str:
     """Sentence on the agreement of a fit: χ², adequacy, Allan error, discrepancy, and ignored bands.
 
-    Without `whole`, an adequate fit is described as "the curve agrees", because other checks failed.
+    Without `whole`, an adequate fit is described as "the spectrum agrees", because other checks failed.
     """
     m, e = fit.misfit, fit.error
-    words = ("adequate" if whole else "the curve agrees") if fit.adequate else "not adequate"
+    words = ("adequate" if whole else "the spectrum agrees") if fit.adequate else "not adequate"
     if fit.adequate and fit.limited_by_quantization:
         words += ", limited by quantization"
     line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
     if e.adev_rms_percent is not None:
         line += (
-            f"; Allan deviation: residual {e.adev_rms_percent:.2g} % rms"
-            f" (expected scatter: {e.chance_rms_percent:.2g} %)"
+            f"; Allan deviation: residual {number(e.adev_rms_percent, 2)} % rms"
+            f" (expected scatter: {number(e.chance_rms_percent, 2)} %)"
         )
     if e.adev_worst is not None:
         factor, tau = e.adev_worst
-        line += f", largest error at τ = {tau:.3g} s: model/measured = {factor:.3g}"
+        line += f", largest error at τ = {tau:.3g} s: model/measured = {number(factor)}"
     if fit.discrepancy.percent:
         off = fit.discrepancy.percent
         # δ is the typical error; a few bins may be off by far more.
         line += f"; most of the spectrum is within {off:.{2 if off < 99.5 else 3}g} % of the model"
     if fit.not_judged:
         where = " and ".join(f"{low:.3g}–{high:.3g}" for low, high in fit.not_judged)
-        line += (
-            f"; not judged: {where} Hz, where a filter left less than 1e-4 of the neighboring power"
-        )
+        line += f"; not judged: {where} Hz, where a filter removed more than 99.99 % of the power"
     return line
 
 

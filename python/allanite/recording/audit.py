@@ -62,6 +62,8 @@ def audit(recording: Recording) -> list[Finding]:
     units = recording.units
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]
+        # A gap of angles costs one difference more than samples, but all findings count samples.
+        rows, missing = x.size, _count_missing(x)
         if recording.quantity == "angle":
             # Angles wander by nature: only their steps can be judged.
             x = np.diff(x)
@@ -72,7 +74,7 @@ def audit(recording: Recording) -> list[Finding]:
             unit = coefficient_unit(unit, 1).removeprefix("1·")
         # Squares of extreme samples overflow; the checks handle the infinities.
         with np.errstate(all="ignore"):
-            column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
+            column = _Column(name, np.ascontiguousarray(x), recording.rate, unit, rows, missing)
             for check in CHECKS:
                 findings.extend(check(column))
     return [*findings, *_coarse_column_findings(recording), *last]
@@ -95,10 +97,16 @@ def _coarse_column_findings(recording: Recording) -> Iterator[Finding]:
 
 
 class _Column:
-    """A column with the statistics that several checks need."""
+    """A column with the statistics that several checks need.
 
-    def __init__(self, name: str, x: NDArray[Any], rate: float, unit: str) -> None:
+    `x` are the samples, or the differences of angles. `rows` and `missing` count the samples and those that are NaN.
+    """
+
+    def __init__(
+        self, name: str, x: NDArray[Any], rate: float, unit: str, rows: int, missing: int
+    ) -> None:
         self.name, self.x, self.rate, self.unit = name, x, rate, unit
+        self.rows, self.missing = rows, missing
         self.n = x.size
         self.single = x.dtype == np.float32 or _is_single(x)
         self.spread = _blocks(x)
@@ -124,6 +132,13 @@ class _Column:
     ) -> Finding:
         """Finding about this column."""
         return Finding(kind, severity, f"{self.name}: {found}", self.name, values, remedy)
+
+
+def _count_missing(x: NDArray[Any]) -> int:
+    """Number of samples that are NaN."""
+    if x.dtype.kind != "f":
+        return 0
+    return sum(int(np.count_nonzero(np.isnan(x[k : k + CHUNK]))) for k in range(0, x.size, CHUNK))
 
 
 def _is_single(x: NDArray[Any]) -> bool:
@@ -154,9 +169,7 @@ def _extremes(x: NDArray[Any]) -> tuple[float, float]:
 
 def _check_missing(c: _Column) -> Iterator[Finding]:
     """Report missing samples and their effect on the Allan deviation."""
-    if c.x.dtype.kind != "f":
-        return
-    missing = sum(int(np.count_nonzero(np.isnan(piece))) for _, piece in c.pieces())
+    missing = c.missing
     if missing:
         runs = _lengths_of_runs(c)
         few = remedy = ""
@@ -171,7 +184,7 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
         yield c.finding(
             "missing",
             "warning",
-            f"{missing} samples are NaN ({missing / c.n:.2%}). The fit uses every sample that is there{few}",
+            f"{missing} samples are NaN ({missing / c.rows:.2%}). The fit uses every sample that is there{few}",
             remedy=remedy,
             count=missing,
         )

@@ -191,9 +191,9 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
     if e["adev_rms_percent"] is not None:
         words += [", Allan deviation: residual "]
         words += _flat(exact(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2))
-        words += [" % rms (expected scatter: about "]
+        words += [" % rms (expected scatter: "]
         words += _flat(exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2))
-        words += [" % rms)"]
+        words += [" %)"]
     if e["adev_worst"] is not None:
         words += [", largest error "]
         words += _worst_error(e["adev_worst"], f"{place}.error.adev_worst")

@@ -275,6 +275,17 @@ def test_dropped_samples_are_one_remark_of_all_axes_with_what_to_do():
     assert len([f for f in recording.audit if f.kind == "missing"]) == 3
 
 
+def test_a_gap_of_a_phase_counts_samples_not_differences():
+    x = np.cumsum(np.random.default_rng(3).standard_normal(2400)) * 1e-9
+    there = np.r_[:1000, 1400:2400]
+    found = Recording(x[there], time=there.astype(float), time_unit="s", quantity="angle").audit
+    (gap,) = [f for f in found if f.kind == "gaps"]
+    (missing,) = [f for f in found if f.kind == "missing"]
+    assert "400 samples missing" in gap.message
+    assert "400 samples are NaN (16.67%)" in missing.message
+    assert missing.values["count"] == 400
+
+
 def test_averaged_samples_have_no_doubts_of_the_rate_or_of_averaging():
     coarse = dropped().decimate(20)
     assert coarse.rate == 10

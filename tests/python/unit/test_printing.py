@@ -1,6 +1,7 @@
 """Units of tables: a data sheet's, or relatives of the unit that was asked for; every spelling of it."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from allanite.common.numbers import chance_text, harmonics_text, numbers_text, t
 from allanite.common.printing import REQUESTED_UNITS, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.files import parse_model
-from allanite.fit.table import parameter_rows
+from allanite.fit.table import misfit_line, parameter_rows
 
 
 @pytest.mark.parametrize(
@@ -259,3 +260,21 @@ def test_a_table_says_when_and_in_which_unit():
     text = str(fit.add(away))
     assert "20 70 s" in text
     assert "°/s" in next(line for line in text.splitlines() if "heights" in line)
+
+
+def test_an_agreement_is_worded_alike_and_without_powers_of_ten():
+    from allanite.report import make_report
+
+    record = al.parse_model("N(N=1)+K(K=0.3)").simulate(n=4000, rate=1.0, seed=1)
+    wrong = al.parse_model("N").fit(record)
+    line = misfit_line(wrong)
+    assert wrong.error.adev_rms_percent > 100.0
+    assert "e+" not in line
+    right = al.parse_model("N+K").fit(record)
+    assert "adequate" in misfit_line(right)
+    assert ": the spectrum agrees; Allan deviation: residual" in misfit_line(right, whole=False)
+    scatter = re.search(r"\(expected scatter[^)]*\)", misfit_line(right))[0]
+    largest = re.search(r"largest error at .*?model/measured = [\d.]+", misfit_line(right))[0]
+    report = make_report(record, "N+K").to_markdown()
+    assert scatter in report
+    assert largest in report

@@ -186,9 +186,8 @@ def _deliver(
             )
         )
     else:
-        click.echo(
-            f"{plain(output)}: {recording.n} samples at {recording.rate:g} Hz in {recording.unit}"
-        )
+        unit = "without a unit" if recording.unit == "1" else f"in {recording.unit}"
+        click.echo(f"{plain(output)}: {recording.n} samples at {recording.rate:g} Hz {unit}")
 
 
 def _check_format(path: str) -> None:

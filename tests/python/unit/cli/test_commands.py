@@ -36,6 +36,12 @@ def test_simulate_writes_what_read_reads(run, tmp_path):
     assert len(out.splitlines()) == 6
 
 
+def test_simulate_names_no_unit_1(run, tmp_path):
+    code, out, err = run("simulate", "N(N=1)", "--rate", 1, "-n", 40, "-o", tmp_path / "x.csv")
+    assert code == 0, err
+    assert out.rstrip().endswith("x.csv: 40 samples at 1 Hz without a unit")
+
+
 def test_simulate_json(run, tmp_path):
     needs("simulate")
     code, out, _ = run(
