@@ -19,12 +19,20 @@ from allanite.common.errors import InputError
 __all__ = ["MASKS", "Limit", "Mask", "Piece", "mask_named"]
 
 Array = NDArray[np.float64]
+#: 1 ns in s. The recommendations state limits in ns.
 NS = 1e-9
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A limit for low < τ ≤ high, in s: Σ coefficient · τ^power, in ns.
+    """A limit between two averaging times: Σ coefficient · τ^power, in ns.
+
+    Attributes
+    ----------
+    low, high : float
+        The limit holds for low < τ ≤ high, s.
+    terms : tuple of (float, float)
+        Coefficient in ns and power of τ of each term.
 
     Examples
     --------
@@ -35,11 +43,11 @@ class Piece:
 
     low: float
     high: float
-    sum: tuple[tuple[float, float], ...]
+    terms: tuple[tuple[float, float], ...]
 
     def at(self, tau: float) -> float:
         """Return the limit at τ, ns."""
-        return float(sum(coefficient * tau**power for coefficient, power in self.sum))
+        return float(sum(coefficient * tau**power for coefficient, power in self.terms))
 
 
 @dataclass(frozen=True)
@@ -49,7 +57,7 @@ class Limit:
     Attributes
     ----------
     pieces : tuple of Piece
-        In ascending order, each from where the last one ends.
+        In ascending order of τ; each begins where the previous one ends.
     source : str
         Recommendation, edition and clause or table.
     """
@@ -74,22 +82,23 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mask:
-    """Limits of one kind of clock.
+    """All limits of one kind of clock.
 
     Attributes
     ----------
     name : str
     title : str
     limits : mapping of str to Limit
-        ``mtie``, ``tdev``.
+        Limit of each deviation, by ``"mtie"`` or ``"tdev"``.
     filter_hz : float or None
-        First-order low-pass filter of the time error before MTIE and TDEV.
+        Cutoff of the first-order low-pass filter that is applied to the time error before MTIE and TDEV; None without a
+        filter.
     time_error : float or None
-        Limit of |time error|, s.
+        Limit of the largest |time error|, s; None without a limit.
     constant : float or None
-        Limit of the |constant time error| of any 1000 s, s.
+        Limit of the |mean time error| over any 1000 s, s; None without a limit.
     source : str
-        Of the limits of the time error.
+        Recommendation, edition and clause of the two limits of the time error.
     """
 
     name: str
@@ -102,6 +111,7 @@ class Mask:
 
 
 def _limit(source: str, *pieces: tuple[float, float, tuple[tuple[float, float], ...]]) -> Limit:
+    """The limit of a source, with pieces (low, high, terms)."""
     return Limit(tuple(Piece(low, high, terms) for low, high, terms in pieces), source)
 
 
@@ -115,12 +125,15 @@ def _mask(
     constant: float | None = None,
     source: str = "",
 ) -> Mask:
+    """The mask with limits on MTIE and TDEV; either may be None."""
     limits = {kind: limit for kind, limit in (("mtie", mtie), ("tdev", tdev)) if limit is not None}
     return Mask(name, title, MappingProxyType(limits), filter_hz, time_error, constant, source)
 
 
-_PRIMARY = ((0.275, 1.0), (25.0, 0.0))  # 0.275e-3 τ + 0.025 µs
-_SSU_2 = _limit(
+#: MTIE of a primary reference clock at short τ: 0.275e-3 τ + 0.025 µs.
+_PRIMARY_CLOCK_MTIE = ((0.275, 1.0), (25.0, 0.0))
+#: TDEV of a node clock of type II or III; option 2 of G.8262 has the same limit.
+_NODE_CLOCK_TDEV = _limit(
     "G.812 (06/2004) clause 8.1, types II and III",
     (0.1, 2.5, ((3.2, -0.5),)),
     (2.5, 40.0, ((2.0, 0.0),)),
@@ -133,7 +146,7 @@ _MASKS = (
         "primary reference clock",
         _limit(
             "G.811 (09/1997) clause 6.1, figure 1",
-            (0.1, 1e3, _PRIMARY),
+            (0.1, 1e3, _PRIMARY_CLOCK_MTIE),
             (1e3, np.inf, ((0.01, 1.0), (290.0, 0.0))),
         ),
         _limit(
@@ -168,7 +181,7 @@ _MASKS = (
             (1.0, 10.0, ((40.0, 0.4),)),
             (10.0, 1e3, ((100.0, 0.0),)),
         ),
-        _SSU_2,
+        _NODE_CLOCK_TDEV,
     ),
     _mask(
         "G.8262-1",
@@ -195,14 +208,14 @@ _MASKS = (
             (1.0, 10.0, ((20.0, 0.48),)),
             (10.0, 1e3, ((60.0, 0.0),)),
         ),
-        Limit(_SSU_2.pieces, "G.8262 (07/2010) table 5"),
+        Limit(_NODE_CLOCK_TDEV.pieces, "G.8262 (07/2010) table 5"),
     ),
     _mask(
         "G.8272-A",
         "primary reference time clock, class A",
         _limit(
             "G.8272 (11/2018) table 1",
-            (0.1, 273.0, _PRIMARY),
+            (0.1, 273.0, _PRIMARY_CLOCK_MTIE),
             (273.0, 1e5, ((100.0, 0.0),)),
         ),
         _limit(
@@ -219,7 +232,7 @@ _MASKS = (
         "primary reference time clock, class B",
         _limit(
             "G.8272 (11/2018) table 2",
-            (0.1, 54.5, _PRIMARY),
+            (0.1, 54.5, _PRIMARY_CLOCK_MTIE),
             (54.5, 1e5, ((40.0, 0.0),)),
         ),
         _limit(
@@ -254,12 +267,12 @@ MASKS: Mapping[str, Mask] = MappingProxyType({mask.name: mask for mask in _MASKS
 
 
 def mask_named(name: str) -> Mask:
-    """Return a mask by its name, whatever the case of its letters.
+    """Return the mask of a name; upper and lower case are equal.
 
     Raises
     ------
     InputError
-        There is none of that name; the names are listed.
+        No mask has this name; the message lists all names.
     """
     found = next((mask for key, mask in MASKS.items() if key.lower() == name.strip().lower()), None)
     if found is None:

@@ -60,7 +60,11 @@ class Deterministic(Effect):
         raise NotImplementedError
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
-        """Lowest and highest frequency, Hz, between the times `start` and `end`, s; None if `low` or `Periodic`."""
+        """Lowest and highest frequency of the function between two times, Hz.
+
+        `start` and `end` are in s from the first sample. None for functions whose power is in the lowest ordinates
+        (`low`), and for `Periodic` functions, which have constant frequencies.
+        """
         return None
 
     @property
@@ -203,7 +207,7 @@ class Periodic(Deterministic):
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Cache key: class, frequency and multiples."""
+        """Cache key of the regressors: class, frequency and multiples. Equal keys have equal regressors."""
         return type(self), self.frequency, *(m for m, _, _ in self.lines)
 
     def regressors(

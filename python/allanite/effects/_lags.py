@@ -98,7 +98,10 @@ def power_law_lags(exponent: float, count: int) -> Array:
 
 
 def power_law_allan(exponent: float, m: Array) -> Array:
-    """Allan variance of the spectrum (2 sin(w/2))^a, shape of m: exact up to 4·DIRECT, then two leading powers of m."""
+    """Allan variance of noise with the spectrum (2 sin(w/2))^exponent at averaging factors m, shape of m.
+
+    The variance is exact up to 4·`MAX_DIRECT_FACTOR`. Above, it consists of the two leading powers of m.
+    """
     m = np.asarray(m, dtype=float)
     reference = 4 * MAX_DIRECT_FACTOR
     g = power_law_lags(round(exponent, 9), 2 * reference)

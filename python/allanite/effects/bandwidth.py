@@ -169,7 +169,11 @@ class Bandwidth(Modifier):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Cutoffs from 1/100 of the rate to the highest cutoff with a visible roll-off; or floors."""
+        """Values to try for a parameter.
+
+        For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate up to the highest cutoff with a visible roll-off. For
+        ``floor``: the two ends of its range, relative to N.
+        """
         if name == "floor":
             return np.array(FLOOR_RANGE)
         design, low = self.design or "sampled", 0.01

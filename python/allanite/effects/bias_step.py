@@ -71,7 +71,10 @@ class BiasStep(Event):
         return None if self.time is None else (self.time, self.time)
 
     def extended(self) -> tuple[Event, ...]:
-        """A transient at the time of the step: the form in which the bias decays back."""
+        """The richer form of a step: a transient, which jumps at the time of the step and then decays back.
+
+        Empty if the time of the step is not known.
+        """
         from allanite.effects.transient import Transient
 
         return () if self.time is None else (Transient(time=self.time),)

@@ -108,12 +108,12 @@ class DriftingResonance(Moving):
 
     @property
     def lowest(self) -> float | None:
-        """Lowest frequency of the course, Hz."""
+        """Lowest frequency of the course, Hz; None without a course."""
         return min(self.course) if self.course else None
 
     @property
     def highest(self) -> float | None:
-        """Highest frequency of the course, Hz."""
+        """Highest frequency of the course, Hz; None without a course."""
         return max(self.course) if self.course else None
 
     @property

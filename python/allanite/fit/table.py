@@ -91,7 +91,7 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
     if fit.adequate and fit.limited_by_quantization:
         words += ", limited by quantization"
     line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
-    if e.adev_rms_percent is not None:
+    if e.adev_rms_percent is not None and e.chance_rms_percent is not None:
         line += (
             f"; Allan deviation: residual {number(e.adev_rms_percent, 2)} % rms"
             f" (expected scatter: {number(e.chance_rms_percent, 2)} %)"

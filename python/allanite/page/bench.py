@@ -127,7 +127,10 @@ class Bench:
 
     @property
     def other_step(self) -> Step | None:
-        """Step of the same column with which the current step is compared; None if there is none."""
+        """Second step that the viewer chose to show next to the current step.
+
+        None if none was chosen, or if the chosen step is the current one or belongs to another column.
+        """
         ladder = self.ladder
         there = self.beside in ladder.steps and self.beside is not ladder.step
         return self.beside if there else None
@@ -236,7 +239,19 @@ class Bench:
         found: Recording | None = None,
         column: int | None = None,
     ) -> None:
-        """Read a log, or return to it, and fit the first model to a column (None: the last viewed column)."""
+        """Show a log: read the log and fit the first model to one of its columns, or return to earlier results.
+
+        Parameters
+        ----------
+        place : int
+            Index of the log in `sources`.
+        reading : Reading, optional
+            New options for reading the log. Earlier results of the log are then discarded.
+        found : Recording, optional
+            The recording of this log if it was already read; the log is then not read again.
+        column : int, optional
+            Index of the column to show; by default the last viewed one.
+        """
         if not 0 <= place < len(self.sources):
             raise InputError(f"There is no log {place}")
         source = self.sources[place]

@@ -17,7 +17,9 @@ __all__ = ["log_odds", "models_to_distinguish"]
 
 
 def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
-    """The true model, and the model with the other effect in the place of its own.
+    """The true model, and the alternative model in which one of two effects is exchanged for the other.
+
+    The alternative lacks the effect that the true model has. The other effect is appended at the end.
 
     Parameters
     ----------
@@ -29,7 +31,8 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
     Raises
     ------
     InputError
-        None or both of the two are in the model, or the other one is a known function of time.
+        Not exactly two names; the model has none or both of the two effects; or the other effect is a known function of
+        time.
     """
     if len(names) != 2:
         raise InputError(f"tell = {', '.join(names)}: two effects, such as GM,K")

@@ -41,7 +41,11 @@ def of_core(name: str) -> Iterator[None]:
 
 
 def _comma(found: str) -> str:
-    """Hint at a decimal comma if a row has twice the columns of the header, or one less."""
+    """Hint to append to an error, if decimal commas are its likely cause; otherwise an empty text.
+
+    A decimal comma splits each number into two columns. A row then has twice the columns of the header, or one less if the
+    first column holds whole numbers.
+    """
     match = re.search(r" has (\d+) columns, the header (\d+)$", found)
     if match is None or int(match[1]) not in (2 * int(match[2]), 2 * int(match[2]) - 1):
         return ""

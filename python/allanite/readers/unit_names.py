@@ -35,7 +35,10 @@ _SAID = re.compile(r"(?P<name>.+)[_\s](?P<unit>[^_\s]+/[^_\s]+)$")
 
 
 def unit_in_name(name: str) -> str | None:
-    """Unit in the suffix of a name, if the name is that of a sensor of this kind: ``deg/s`` for ``GyrX_dps``."""
+    """Unit that a column's name ends with: ``deg/s`` for ``GyrX_dps``, ``ns`` for ``offset_ns``.
+
+    None if the name ends with no unit, or if the unit contradicts the sensor that the name states, as in ``gyro_x_mg``.
+    """
     said = _SAID.match(name.strip())
     if said is not None:
         try:

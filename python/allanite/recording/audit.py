@@ -150,7 +150,10 @@ def _is_single(x: NDArray[Any]) -> bool:
 
 
 def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.float64]:
-    """Up to `most` contiguous blocks spread evenly over the record, shape (blocks, length)."""
+    """Blocks of neighboring samples at even distances over the record, shape (blocks, length).
+
+    There are at most `most` blocks. A record shorter than `length` is one block.
+    """
     length = min(length, x.size)
     count = min(most, x.size // length)
     starts = np.linspace(0, x.size - length, count).astype(np.int64)

@@ -1,8 +1,8 @@
 """Tail of noise: a Student t law fitted to its body, and the largest values that this law can reach.
 
-A few wrong samples must not affect the law that judges them, and large samples of heavy-tailed noise are not wrong. So the
-law is fitted to the body: of the largest few percent only the number counts (a censored sample). This is repeated for
-several such shares. Values beyond the heaviest tail that the best fit allows are outliers.
+The law is used to find outliers. A few wrong samples must not affect it, and large samples of heavy-tailed noise are not
+wrong. Therefore the largest values are censored: the fit uses their number but not their size. The fit is repeated for
+several shares of censored values. Values beyond the heaviest tail that a fit allows are outliers.
 """
 
 from __future__ import annotations
@@ -19,30 +19,40 @@ if TYPE_CHECKING:
 
 __all__ = ["CENSORED_SHARES", "Tail", "coarse_step", "outlier_limit", "tail_of"]
 
-#: 1/ν of the laws that are tried, from the normal one to one without a variance.
+#: Values of 1/ν that are tried, where ν are the degrees of freedom. The law is normal at 0 and has no variance from 0.5 on.
 INVERSE_FREEDOMS = np.concatenate([[0.0, 0.005, 0.01], np.arange(0.02, 0.6, 0.015)])
-#: Shares of the largest values of which only the number counts.
+#: Shares of the largest values that are censored, one fit for each. Chosen by judgment; not measured.
 CENSORED_SHARES = (0.003, 0.01, 0.03, 0.1, 0.2)
-#: ΔlogL by which two laws are distinguished: three standard deviations.
+#: Laws whose logL is lower than the best by more than this are excluded: three standard deviations.
 MIN_DELTA_LOGL = 4.5
-#: Number of scales tried around the one given by the median, and their range in its standard errors.
-SCALES, SCALE_RANGE = 13, 4.0
-#: Ratio of the largest to the smallest rank through which a power law is fitted.
+#: Number of scales that are tried for each law, around the scale that the median gives.
+SCALE_COUNT = 13
+#: Largest distance of a tried scale from the scale of the median, in standard errors of the median.
+SCALE_RANGE = 4.0
+#: Fewest uncensored magnitudes for a fit. Chosen by judgment; not measured.
+MIN_MAGNITUDES = 50
+#: Power laws are fitted to the values between two ranks, counted from the largest value. First ranks that are tried.
+FIRST_RANKS = (20, 100, 500, 2000)
+#: Last rank of such a fit, divided by its first rank. Chosen by judgment; not measured.
 RANK_RATIO = 25
-#: Probability of that many large values below which they are outliers.
+#: The largest values are outliers if the fitted power law makes so many of them with a probability below this one.
 MAX_PROBABILITY = 1e-5
+#: Values are called rounded to a coarse step if at most this many different values occur.
+MAX_COARSE_LEVELS = 50
+#: Number of samples that are examined for a coarse step.
+EXAMINED_SAMPLES = 20_000
 
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """Student t law of the magnitudes of a sample.
+    """Student t law fitted to the magnitudes |x| of a sample.
 
     Attributes
     ----------
     inverse_freedom : float
-        1/ν; 0 is the normal law.
+        1/ν, where ν are the degrees of freedom; 0 for the normal law.
     low, high : float
-        Values of 1/ν three standard deviations to each side.
+        Smallest and largest 1/ν that the sample does not exclude (three standard deviations).
     scale : float
         Scale of the law, in the unit of the sample.
     """
@@ -57,17 +67,17 @@ class Tail:
         """True if the normal law is excluded."""
         return self.low > 0.0
 
-    def reach(self, chance: float) -> float:
+    def reach(self, probability: float) -> float:
         """Magnitude that one value exceeds with at most this probability, under the heaviest allowed tail."""
-        return float(self.scale * _quantile(self.high, chance))
+        return float(self.scale * _exceeded_magnitude(self.high, probability))
 
 
-def _quantile(inverse: float, chance: float) -> float:
-    """Magnitude that a value of a law exceeds with this probability."""
+def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
+    """Magnitude that a value of the law of scale 1 exceeds with this probability."""
     from scipy.special import ndtri, stdtrit
 
-    p = 0.5 * chance
-    return float(-(ndtri(p) if inverse == 0.0 else stdtrit(1.0 / inverse, p)))
+    p = 0.5 * probability
+    return float(-(ndtri(p) if inverse_freedom == 0.0 else stdtrit(1.0 / inverse_freedom, p)))
 
 
 def _ascending(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -78,15 +88,26 @@ def _ascending(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
 def tail_of(
     magnitudes: NDArray[np.float64], censored: float, *, ordered: bool = False
 ) -> Tail | None:
-    """Law of magnitudes of which the share `censored` of the largest counts only by its number; None if there are too few.
+    """Student t law fitted to magnitudes; of the largest share `censored`, only the number counts.
 
-    With `ordered`, the magnitudes are in ascending order.
+    Parameters
+    ----------
+    magnitudes : ndarray, shape (n,)
+    censored : float
+        Share of the largest magnitudes that is censored.
+    ordered : bool
+        True if the magnitudes are in ascending order.
+
+    Returns
+    -------
+    Tail or None
+        None below 50 uncensored magnitudes, if the median is 0, or if no uncensored magnitude exceeds the median.
     """
     from scipy.special import ndtr, stdtr
 
     n = magnitudes.size
     keep = int(n * (1.0 - censored))
-    if keep < 50:
+    if keep < MIN_MAGNITUDES:
         return None
     rising = magnitudes if ordered else _ascending(magnitudes)
     median, top = rising[n // 2], rising[keep - 1]
@@ -97,12 +118,12 @@ def tail_of(
     places = np.searchsorted(rising, edges)
     places[-1] = inside = int(np.searchsorted(rising, top, side="right"))
     count, beyond = np.diff(places), n - inside
-    # The median of magnitudes is known to 0.79/√n of itself.
-    spread = np.exp(np.linspace(-SCALE_RANGE, SCALE_RANGE, SCALES) * 1.2 / np.sqrt(n))
+    # The median of n normal magnitudes has a relative standard error of 1.17/√n.
+    spread = np.exp(np.linspace(-SCALE_RANGE, SCALE_RANGE, SCALE_COUNT) * 1.2 / np.sqrt(n))
     value = np.empty(INVERSE_FREEDOMS.size)
     scales = np.empty(INVERSE_FREEDOMS.size)
     for i, inverse in enumerate(INVERSE_FREEDOMS):
-        s = median / _quantile(inverse, 0.5) * spread[:, None]
+        s = median / _exceeded_magnitude(inverse, 0.5) * spread[:, None]
         lower = ndtr(-edges / s) if inverse == 0.0 else stdtr(1.0 / inverse, -edges / s)
         p = 2.0 * np.maximum(lower[:, :-1] - lower[:, 1:], 1e-300)
         total = np.log(p) @ count + beyond * np.log(np.maximum(2.0 * lower[:, -1], 1e-300))
@@ -110,51 +131,53 @@ def tail_of(
         value[i], scales[i] = total[best], s[best, 0]
     best = int(np.argmax(value))
     allowed = INVERSE_FREEDOMS[value > value[best] - MIN_DELTA_LOGL]
-    # Between two laws that were tried.
+    # The limit lies between two tried laws; take the heavier one.
     heaviest = min(
         int(np.searchsorted(INVERSE_FREEDOMS, allowed[-1])) + 1, INVERSE_FREEDOMS.size - 1
     )
-    centre = float(INVERSE_FREEDOMS[best])
+    center = float(INVERSE_FREEDOMS[best])
     if 0 < best < INVERSE_FREEDOMS.size - 1:
-        # The top of the parabola through three laws.
-        near = slice(best - 1, best + 2)
-        square, slope, _ = np.polyfit(INVERSE_FREEDOMS[near] - centre, value[near], 2)
-        centre += float(-0.5 * slope / square) if square < 0.0 else 0.0
+        # Refine 1/ν by the maximum of the parabola through the best law and its two neighbors.
+        three = slice(best - 1, best + 2)
+        square, slope, _ = np.polyfit(INVERSE_FREEDOMS[three] - center, value[three], 2)
+        center += float(-0.5 * slope / square) if square < 0.0 else 0.0
     return Tail(
-        centre, float(allowed[0]), float(INVERSE_FREEDOMS[heaviest]), float(scales[heaviest])
+        center, float(allowed[0]), float(INVERSE_FREEDOMS[heaviest]), float(scales[heaviest])
     )
 
 
-def outlier_limit(magnitudes: NDArray[np.float64], chance: float, step: float = 0.0) -> float:
-    """Magnitude beyond which a value does not belong to the noise.
+def outlier_limit(magnitudes: NDArray[np.float64], probability: float, step: float = 0.0) -> float:
+    """Magnitude above which a value is an outlier: the smallest limit of several tail fits.
 
     Parameters
     ----------
     magnitudes : ndarray, shape (n,)
-    chance : float
-        Probability that one value of pure noise is beyond.
+    probability : float
+        Probability that one value of pure noise exceeds the limit.
     step : float
-        Step of rounded values, which are spread over it.
+        Step of rounded values; each value is then spread at random over one step.
     """
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)
         magnitudes = np.abs(magnitudes + spread)
     magnitudes = _ascending(magnitudes)
     tails = [tail_of(magnitudes, share, ordered=True) for share in CENSORED_SHARES]
-    limits = [t.reach(chance) for t in tails if t is not None]
-    return min([*limits, *_power_law_limits(magnitudes, chance)], default=np.inf) + 0.5 * step
+    limits = [t.reach(probability) for t in tails if t is not None]
+    return min([*limits, *_power_law_limits(magnitudes, probability)], default=np.inf) + 0.5 * step
 
 
-def _power_law_limits(rising: NDArray[np.float64], chance: float) -> list[float]:
-    """Limits from the largest ordered values: power laws through some ranks, extrapolated to the last expected value.
+def _power_law_limits(rising: NDArray[np.float64], probability: float) -> list[float]:
+    """Outlier limits from power laws that are fitted to the largest values; `rising` are ascending magnitudes.
 
-    The exponent is Hill's (1975) without the very largest values. Tails do not become heavier outwards than a power law.
+    Each power law is extrapolated to the magnitude that one value exceeds with the given probability. The exponent is
+    that of Hill (1975) without the very largest values. No tail is assumed to be heavier than a power law. A second limit
+    excludes values that are far more numerous than the power law predicts.
     """
     from scipy.special import pdtrc
 
     n = rising.size
     out: list[float] = []
-    for left_out in (20, 100, 500, 2000):
+    for left_out in FIRST_RANKS:
         last = RANK_RATIO * left_out
         if 4 * last > n:
             break
@@ -163,8 +186,8 @@ def _power_law_limits(rising: NDArray[np.float64], chance: float) -> list[float]
         if not top[-1] > 0.0:
             break
         if edge == top[-1]:
-            continue  # clipped: many values are the largest, and no law fits them
-        # Hill's exponent of the values between the two ranks; omitted values count as the lowest of them.
+            continue  # clipped samples: many values equal the largest, and no power law fits them
+        # Hill's estimate from the values between the two ranks; each omitted value counts as large as `edge`.
         used = last - left_out
         exponent = (
             float(
@@ -173,22 +196,23 @@ def _power_law_limits(rising: NDArray[np.float64], chance: float) -> list[float]
             )
             / used
         )
+        # The upper limit of the exponent, three standard errors above the estimate.
         exponent *= 1.0 + 3.0 / np.sqrt(used)
-        out.append(edge * (left_out / (chance * n)) ** exponent)
-        # More values than the law makes, so that nine in ten of them are wrong.
+        out.append(edge * (left_out / (probability * n)) ** exponent)
+        # Values are outliers if there are ten times as many as the law predicts, and this is no accident.
         number = np.arange(1, left_out)
-        with np.errstate(divide="ignore"):  # of samples at the end of the range all are alike
+        with np.errstate(divide="ignore"):  # many samples at the end of the range are equal
             expected = left_out * (edge / top[: left_out - 1]) ** (1.0 / exponent)
-        wrong = (expected < 0.1 * number) & (pdtrc(number - 1, expected) < MAX_PROBABILITY)
-        if wrong.any():
-            out.append(float(np.nextafter(top[np.flatnonzero(wrong)[-1]], 0.0)))
+        is_excess = (expected < 0.1 * number) & (pdtrc(number - 1, expected) < MAX_PROBABILITY)
+        if is_excess.any():
+            out.append(float(np.nextafter(top[np.flatnonzero(is_excess)[-1]], 0.0)))
     return out
 
 
 def coarse_step(values: NDArray[np.float64]) -> float:
-    """Distance of neighboring values if there are only few different ones, else 0."""
-    some = values[:: max(1, values.size // 20_000)]
+    """Smallest distance between different values if at most 50 different values occur; otherwise 0."""
+    some = values[:: max(1, values.size // EXAMINED_SAMPLES)]
     levels = np.unique(some)
-    if levels.size > 50 or levels.size < 2:
+    if levels.size > MAX_COARSE_LEVELS or levels.size < 2:
         return 0.0
     return float(np.diff(levels).min())

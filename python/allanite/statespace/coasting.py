@@ -79,7 +79,7 @@ class Coasting:
 
     @cached_property
     def _correlation(self) -> Array:
-        """Correlation of these weights."""
+        """Autocorrelation Σ_l r(l) r(l+h) of `weights`, h = 0 … m − 1, shape (m,)."""
         return correlation(self.m, self.rate, self.order)
 
     @cached_property

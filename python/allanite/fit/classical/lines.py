@@ -148,7 +148,7 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
 
 
 def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Indices of averaging factors at least 1/8 of a decade apart; factors of 0 are skipped."""
+    """Indices of averaging factors that grow by at least 20 % (1/8 of a decade, less 10 % for rounding); 0 is skipped."""
     out: list[int] = []
     step = 10.0 ** (1.0 / TAUS_PER_DECADE) * 0.9
     for k in np.flatnonzero(m > 0):

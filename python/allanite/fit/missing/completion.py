@@ -79,7 +79,11 @@ def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
 
 
 class _ConditionalMean:
-    """Solver for the conditional mean of missing samples under a spectrum."""
+    """Solver for the conditional mean of missing samples under a spectrum.
+
+    C is the orthonormal cosine transform of the record. The covariance of the samples is Cᵀ diag(spectrum) C, and its
+    inverse is Q = Cᵀ diag(`precision`) C, with `precision` = 1/spectrum. Index m denotes the missing samples.
+    """
 
     def __init__(self, missing: Mask, spectrum: Array) -> None:
         self.missing = missing
@@ -97,13 +101,13 @@ class _ConditionalMean:
         self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
 
     def _apply(self, values: Array, weight: Array) -> Array:
-        """Matrix Cᵀ diag(weight) C, restricted to missing samples, times values at the missing samples."""
+        """The product Cᵀ diag(weight) C · x at the missing samples, where x holds `values` there and 0 elsewhere."""
         whole = np.zeros(self.missing.size)
         whole[self.missing] = values
         return self._weighted(whole, weight)
 
     def _weighted(self, whole: Array, weight: Array) -> Array:
-        """Cᵀ diag(weight) C times a whole record, at the missing samples."""
+        """The product Cᵀ diag(weight) C · `whole` at the missing samples; `whole` is a record, shape (n,)."""
         stop_if_unwanted()
         ordinates = _kernels.cosine_transform(whole)
         ordinates *= weight

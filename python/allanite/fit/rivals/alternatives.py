@@ -104,9 +104,17 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
 def fit_replacement(
     cls: type[Effect], base: Solution, part: RandomPart, least: float
 ) -> Solution | None:
-    """Fit of the base model plus an effect of kind `cls`; None if the best grid point stays below `least` in logL.
+    """Fit of the base model plus an effect of kind `cls`; None if no grid point reaches the log likelihood `least`.
 
-    `part` is the random part of the base fit.
+    Parameters
+    ----------
+    cls : type of Effect
+    base : Solution
+        Fit of the base model.
+    part : RandomPart
+        Random part of the base fit.
+    least : float
+        Log likelihood of the whole model that a grid point must reach: an absolute value, not a difference.
     """
     data = part.data
     if cls.screened == "spectral":

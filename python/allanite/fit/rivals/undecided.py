@@ -150,8 +150,8 @@ def _kinds(model: Model) -> tuple[str, ...]:
 def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
     """Other models within `MAX_RIVAL_LOG_EVIDENCE` of the fit's ln evidence, with one effect replaced by one or two others.
 
-    Yields the difference in ln evidence and the fit. One-time events are excluded, since their evidence does not pay for
-    the many times that were tried.
+    Yields the ln evidence of the other model minus that of the fit, and the fitted other model. One-time events are
+    excluded, since their evidence does not pay for the many times that were tried.
     """
     for place in range(len(fit.model)):
         if not is_detected(fit, place):

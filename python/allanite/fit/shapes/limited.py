@@ -122,10 +122,21 @@ def _moved_into_limits(effect: Effect) -> Effect:
 
 
 def _with_held(model: Model, found: Model, held: Held) -> Model:
-    """The model with parameters held at their limits.
+    """The model to fit next, in which some parameters are held at their limits.
 
-    Deterministic effects, and effects at the end of their own range, keep their other fitted values. With one shape
-    given, a new search of the other shapes could end elsewhere.
+    Parameters
+    ----------
+    model : Model
+        The model to fit, with its given values.
+    found : Model
+        The fitted model.
+    held : Held
+        Values of the held parameters by index of the effect and name.
+
+    Notes
+    -----
+    Random effects that the user limited start again from the given values. All other effects with a held parameter start
+    from the fitted values, because a new search of their other shapes could end elsewhere.
     """
     effects = list(model.effects)
     for place, effect in enumerate(effects):

@@ -164,7 +164,10 @@ def best_spans(
 
 
 def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
-    """The effect with all times shifted by `start`, so that they count from the first sample of the recording."""
+    """The effect with `start` added to all its times, s.
+
+    Times since the start of the analyzed data thereby become times since the first sample of the recording.
+    """
     times = {p.name: effect.values[p.name] for p in effect.parameters if p.unit == "s"}
     return effect.with_values(**{name: time + start for name, time in times.items()})
 

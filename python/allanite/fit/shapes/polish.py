@@ -222,7 +222,26 @@ def _step(
     weight: Array,
     part: RandomPart,
 ) -> tuple[Array, Array]:
-    """θ and shape coordinates that solve the linearized problem within the trust region."""
+    """Coefficients θ and shape coordinates after one step: the optimum of the linearized model in the trust region.
+
+    Near the current shapes, the spectrum is linear in θ and in changes of the shapes. Nonnegative least squares finds both.
+    A shape changes by at most `trust`.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (bins, shapes)
+        Derivative of the spectrum with respect to each shape coordinate.
+    point, trust : ndarray, shape (shapes,)
+        Current coordinates, and the largest change of each.
+    linear : Linear
+        The spectrum as a linear function of θ at the current shapes.
+    theta : ndarray
+        Current coefficients.
+    spectrum, weight : ndarray, shape (bins,)
+        Spectrum of the current model, and the weight of each bin.
+    part : RandomPart
+        Measured power and its degrees of freedom.
+    """
     from scipy.optimize import nnls
 
     free = linear.matrix[:, linear.free]

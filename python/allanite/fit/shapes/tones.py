@@ -138,7 +138,11 @@ def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> ND
 def _optimized(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Local maximum of the gain over frequency, start and end, by the simplex method."""
+    """Frequency, start, end and gain of a tone burst at a local maximum of the gain.
+
+    The simplex method starts from the given frequency (cycles per record), start and end (fractions of the record). The
+    gain is the ΔlogL of the burst.
+    """
     from scipy.optimize import minimize
 
     length = end - start

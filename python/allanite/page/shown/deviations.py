@@ -35,10 +35,20 @@ MAX_SIMULATED = 2_000_000
 def deviation_figure(
     log: Recording, fit: Fit | None, options: Mapping[str, str], kept: dict[Any, Deviation]
 ) -> Figure | None:
-    """Figure of the requested deviation with the curve of the model or, if there is none, of a simulated sensor.
+    """Figure of the deviation that the viewer chose; None for the overlapping Allan deviation at its default times.
 
-    Computed deviations are cached in `kept` by recording, estimator and averaging times. None if the curve of the fit
-    itself is requested.
+    That curve is part of the fit's own figure. The model of the fit is drawn as well. For estimators without a theoretical
+    curve, the deviation of one simulated record is drawn instead.
+
+    Parameters
+    ----------
+    log : Recording
+    fit : Fit or None
+        Without a fit, only the measured curve is drawn.
+    options : mapping of str to str
+        ``"kind"``: name of the estimator; ``"grid"``: choice of averaging times. Both may be missing.
+    kept : dict
+        Cache of computed deviations by recording, estimator and averaging times; new ones are added.
     """
     kind, grid = options.get("kind") or "oadev", options.get("grid") or ""
     if kind not in KINDS:

@@ -79,7 +79,10 @@ def _numeric_fields(dtype: Any) -> list[str] | None:
 
 
 def _bytes_per_item(dtype: Any) -> int:
-    """Bytes of the numbers in one item of a dataset."""
+    """Bytes of memory that one item of a dataset needs.
+
+    An item with named fields needs the bytes of its numeric fields. Any other item needs its own size.
+    """
     fields = _numeric_fields(dtype)
     if not fields:
         return int(dtype.itemsize)

@@ -177,7 +177,11 @@ def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
 
 
 def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
-    """Number of forms of a change of level besides one interval: several, a period, a band, and each column."""
+    """Number of searches for a changing noise level, besides the search for one interval with another level.
+
+    The forms are several levels, a periodic level, a level of one band, and a level that follows a column, one for each of
+    `columns`.
+    """
     return 3 + len(columns)
 
 
