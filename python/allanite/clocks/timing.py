@@ -18,7 +18,7 @@ from allanite.clocks.verdicts import Verdict, averages, verdicts
 from allanite.clocks.words import span_text, time_text
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
-from allanite.common.units import parse_unit
+from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.uncertainty import with_noise
@@ -316,17 +316,17 @@ def _refuse_other_units(recording: Recording) -> None:
     Samples without a unit may be a phase. A recording states the unit of the rate, which is 1 both for a phase in s and
     for a fractional frequency. Only the columns of the log show which of the two was stated.
     """
-    other = next((u for u in recording.units if parse_unit(u).kind != "fractional frequency"), None)
+    other = next((u for u in recording.units if parse_unit(u).kind != FREQUENCY), None)
     if other is not None:
         kind = parse_unit(other).kind
         raise InputError(
             f"timing needs a phase in s; this column is an {kind} (unit {other}): give the log of a clock"
         )
     for column in recording.log_columns:
-        if column.name in recording.columns and column.unit == "1":
+        if column.name in recording.columns and is_frequency(column.unit):
             raise InputError(
-                "timing needs a phase in s; this column is a fractional frequency (unit 1): integrate it, or use adev"
-                " and fit"
+                f"timing needs a phase in s; this column is a fractional frequency (unit {column.unit}): integrate it,"
+                " or use adev and fit"
             )
 
 

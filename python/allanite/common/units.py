@@ -21,6 +21,7 @@ __all__ = [
     "Unit",
     "coefficient_unit",
     "conversion",
+    "is_frequency",
     "normalised",
     "parse_unit",
     "rate_unit",
@@ -312,6 +313,14 @@ def parse_unit(text: str) -> Unit:
         ):
             return Unit(name, kind, known.scale)
     return Unit(normalised(text), kind, quantity.scale)
+
+
+def is_frequency(text: str | None) -> bool:
+    """True for the unit of a fractional frequency: ``1``, ``ppb``, ``Hz/10MHz``; False for any other text and for None."""
+    try:
+        return text is not None and parse_unit(text).kind == FREQUENCY
+    except InputError:
+        return False
 
 
 def rate_unit(text: str, quantity: str) -> Unit:

@@ -13,6 +13,7 @@ from allanite.common.units import (
     ACCELERATION,
     ANGULAR_RATE,
     FREQUENCY,
+    is_frequency,
     parse_unit,
     rate_unit,
     units_by_kind,
@@ -514,6 +515,9 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
         unit = corrected[i]
         if role == "time" and unit is None and not (parts and i in parts.columns):
             unit = _time_unit(table, found, i)
+        if i in samples and quantity != "rate" and is_frequency(unit) and time_unit(request.unit):
+            # A header may state a wrong unit, such as 1; the given unit of time says that the numbers are a phase.
+            unit = None
         if unit is not None:
             sources["unit"] = "guess" if i in found.time_units else table.source
         elif i in samples and request.unit is not None:
@@ -526,26 +530,25 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
     told = [
         *found.findings,
         *doubted,
-        *_frequencies_as_phases([columns[i] for i in samples], request, quantity),
+        *_frequencies_as_phases([columns[i] for i in samples], quantity),
         *([] if request.columns else _not_used(columns, loud, request)),
     ]
     return replace(layout, columns=tuple(columns), findings=tuple(told))
 
 
-def _frequencies_as_phases(
-    columns: Sequence[LogColumn], request: Request, quantity: str
-) -> list[Finding]:
-    """One finding that lists columns read as a phase although the log states unit 1, or none."""
-    if quantity == "rate" or time_unit(request.unit) is not None:
+def _frequencies_as_phases(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:
+    """One finding that lists columns read as a phase although their unit is that of a frequency, or none."""
+    if quantity == "rate":
         return []
-    names = [c.name for c in columns if c.unit == "1" and c.sources.get("unit") != "option"]
+    names = [c.name for c in columns if is_frequency(c.unit)]
     if not names:
         return []
+    unit = next(c.unit for c in columns if is_frequency(c.unit))
     return [
         Finding(
             "phase_unit",
             "warning",
-            f"{listed_names(names)} has unit 1, the unit of a fractional frequency, but is read as a phase in s",
+            f"{listed_names(names)} has unit {unit}, the unit of a fractional frequency, but is read as a phase in s",
             remedy=": leave {quantity:angle} out, or state that the numbers are in s with {this_unit:s}",
         )
     ]

@@ -385,6 +385,11 @@ def test_the_command_refuses_a_frequency_read_as_a_phase(run, tmp_path):
         assert (code, out) == (2, ""), arguments
         assert integrate in " ".join(err.split())
         assert "--quantity" not in err
+    billion = tmp_path / "billion.csv"
+    billion.write_text("x [ppb]\n" + numbers)
+    code, _, err = run("timing", billion, "--rate", 1, "--quantity", "angle")
+    assert code == 2
+    assert "a fractional frequency (unit ppb)" in " ".join(err.split())
     # Without a unit the samples may be either; a unit of another sensor is neither.
     code, _, err = run("timing", bare, "--rate", 1)
     assert code == 2
@@ -392,6 +397,8 @@ def test_the_command_refuses_a_frequency_read_as_a_phase(run, tmp_path):
     assert run("timing", bare, "--rate", 1, "--quantity", "angle", "--after", "1h")[0] == 0
     code, _, err = run("timing", bare, "--rate", 1, "--quantity", "angle", "--unit", "deg")
     assert code == 2
+    given = ("--quantity", "angle", "--unit", "s", "--after", "1h")
+    assert run("timing", stated, "--rate", 1, *given)[0] == 0
     assert "this column is an angular rate" in " ".join(err.split())
 
 
@@ -403,6 +410,12 @@ def test_a_frequency_read_as_a_phase_is_reported(tmp_path):
     assert "x has unit 1, the unit of a fractional frequency, but is read as a phase in s" in str(
         found[0]
     )
+    bare = tmp_path / "bare.csv"
+    bare.write_text("1e-9\n3e-9\n2e-9\n" * 20)
+    audit = al.read(bare, rate=1, quantity="angle", unit="1").audit
+    assert "phase_unit" in {f.kind for f in audit}
+    audit = al.read(bare, rate=1, quantity="angle").audit
+    assert "phase_unit" not in {f.kind for f in audit}
     for given in ({"unit": "s", "quantity": "angle"}, {}):
         audit = al.read(path, rate=1, **given).audit
         assert "phase_unit" not in {f.kind for f in audit}
