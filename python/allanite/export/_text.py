@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 import unicodedata
 
-__all__ = ["MAX_SENTENCE_LENGTH", "block", "comments", "plain"]
+__all__ = ["MAX_SENTENCE_LENGTH", "block", "comments", "plain", "verdict_in"]
 
 #: Maximum length of a name, a path or a unit, characters.
 MAX_LENGTH = 120
@@ -57,3 +58,9 @@ def block(lines: list[str]) -> str:
     """Text of the lines as one XML comment; long lines wrap."""
     rows = [row for line in lines for row in _wrapped(line, "  ")]
     return "<!--\n" + "".join(f"{row}\n" for row in rows) + "-->\n"
+
+
+def verdict_in(text: str) -> str:
+    """The first comment of a file, ``Use: yes. …`` or ``Use: no. …``, as one line; empty if there is none."""
+    found = re.search(r"Use: (yes|no)\b[^\n\"]*(\n(#|%|//|) {5,}[^\n]*)*", text)
+    return "" if found is None else re.sub(r"\n(#|%|//|) +", " ", found[0]).strip()

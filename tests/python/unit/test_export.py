@@ -12,6 +12,7 @@ from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.export import TARGETS, export
 from allanite.export._axis import axes_of
+from allanite.export._text import verdict_in
 from allanite.sources import _last_step, documents_of
 
 N, B, K = 0.01, 1e-3, 1e-4  # deg/s·s^½, deg/s, deg/s/s^½
@@ -31,6 +32,12 @@ def fit_document(column, unit, rate=200.0, **coefficients):
             {"kind": kinds[n], "parameters": {n: e.to_dict()}} for n, e in coefficients.items()
         ],
     }
+
+
+def document_of(column, unit):
+    document = model_to_dict(parse_model("N(N=0.01)+B(B=1e-3)"))
+    document["recording"] = {"unit": unit, "rate_hz": 100.0, "column": column}
+    return document
 
 
 def value(text, key):
@@ -56,6 +63,23 @@ def test_long_comments_wrap_and_are_not_cut(tmp_path):
         words = " ".join(text.replace("\n#", " ").replace("\n%", " ").replace("\n//", " ").split())
         assert "covers the bias instability B too" in words, target
         assert "agrees with the sheet (sqrt(3) sigma_min^2 / (2 N))" in words, target
+
+
+def test_the_verdict_of_a_file_is_read_as_one_line():
+    found = axes_of([document_of("gyro_x", "deg/s"), document_of("acc_x", "mg")])
+    for target in TARGETS:
+        text = export(found, target, rate=100)
+        said = verdict_in(text)
+        assert "\n" not in said
+        assert "#" not in said
+        if not said:
+            assert "Use: " not in text
+            continue
+        assert re.match(r"Use: yes\. Up to .* farthest from .*: ratio \d.*\.$", said), target
+        assert "Written by" not in said
+    whole = verdict_in(export(found, "kalibr", rate=100))
+    assert "NEES of a bias filter" in whole
+    assert whole.endswith("s on.")
 
 
 def test_kalibr_is_continuous_time_si():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.comparison import accept_study
+from allanite.export._text import verdict_in
 from allanite.page.edits import deviation_unit
 from allanite.page.shown import documents
 from allanite.page.shown.catalogue import catalogue
@@ -173,8 +173,7 @@ def _shared(fits: tuple[tuple[str, Fit], ...]) -> Common:
 def _export(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
     """Verdict of an export file and the axes that it lacks, before it is saved."""
     made = documents.make(tab, options.get("target", ""), "light")
-    found = re.search(r"Use: (yes|no)\b[^\n\"]*", made.body.decode())
-    return {"verdict": found[0].strip() if found else "", "missing": made.note}
+    return {"verdict": verdict_in(made.body.decode()), "missing": made.note}
 
 
 def _acceptance(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
