@@ -116,7 +116,7 @@ def test_command(run, tmp_path):
         "simulate", models, "--all-axes", "--covariates", log, "--seed", "4", "-o", made
     )
     assert code == 0
-    assert "left out" in err
+    assert "not simulated" in err
     recording = al.read(made)
     assert recording.columns == NAMES
     assert recording.n == 3000

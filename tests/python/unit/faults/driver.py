@@ -129,9 +129,9 @@ def draw_once():
 
     drawn, render = {}, matplotlib_painter.render
 
-    def one(figure, kind, *rest):
+    def one(figure, kind, *rest, **style):
         if kind not in drawn:
-            drawn[kind] = render(figure, kind, *rest)
+            drawn[kind] = render(figure, kind, *rest, **style)
         return drawn[kind]
 
     matplotlib_painter.render = one

@@ -47,7 +47,11 @@ class Soak:
         self.written += BLOCK
         self.blocks += 1
 
-    def rotate(self):
+    def rotate(self, process):
+        """Rename the log once the watch has it open; a rotation while nobody reads may lose rows."""
+        handles = Path(f"/proc/{process.pid}/fd")
+        if handles.is_dir():
+            until(lambda: any(one.resolve() == self.log for one in handles.iterdir()))
         self.log.rename(self.folder / "log.csv.1")
         self.log.write_text("gx\n")
 
@@ -82,7 +86,7 @@ def test_a_watch_that_is_killed_ends_as_one_that_ran_alone(tmp_path):
                 for _ in range(min(KILL, BLOCKS - soak.blocks)):
                     if soak.blocks and soak.blocks % ROTATE == 0:
                         soak.wait(process)
-                        soak.rotate()
+                        soak.rotate(process)
                     soak.write()
                 if soak.blocks < BLOCKS:
                     # The state is of the new file before the kill: of a log that rotates while nobody reads, rows are lost.
