@@ -202,7 +202,8 @@ def texts():
         f"{k / 100},{v:.6f}\n" for k, v in enumerate(x)
     )
     sketch = "".join(
-        f"Acceleration X: {v:.2f}, Y: 0.1, Z: 9.8 m/s^2\nRotation X: {v:.4f}, Y: 1, Z: 2 rad/s\nTemperature: 25.1 degC\n\n"
+        f"Acceleration X: {v:.2f}, Y: {0.1 + 0.3 * v:.2f}, Z: {9.8 - 0.2 * v:.2f} m/s^2\n"
+        f"Rotation X: {v:.4f}, Y: {1 + 0.5 * v:.4f}, Z: {2 - 0.4 * v:.4f} rad/s\nTemperature: 25.1 degC\n\n"
         for v in x
     )
     turns = "".join(

@@ -283,7 +283,7 @@ def targets():
     """Name → maker of (seeds, call(data, folder), whether it is text)."""
     return {
         "text": lambda: reader(".csv", _text(), True),
-        "text with a rate": lambda: reader(".csv", _text(), True, rate=10),
+        "text with a rate": lambda: reader(".csv", _text(), True, rate=100),
         "npy": lambda: reader(".npy", _npy(), rate=10),
         "npz": lambda: reader(".npz", _npz()),
         "npz, an array": member,
@@ -299,7 +299,7 @@ def targets():
         "mcap": lambda: reader(".mcap", logs.rosbag("mcap")),
         "ardupilot": lambda: reader(".bin", logs.ardupilot()),
         "rinex": lambda: reader(".clk", logs.rinex(), True),
-        "stable32": lambda: reader(".phd", logs.stable32(), True, rate=1),
+        "stable32": lambda: reader(".phd", logs.stable32(), True, rate=0.1),
         "timelab": lambda: reader(".tim", logs.timelab(), True, rate=1),
         "formats of text": lambda: reader(".txt", logs.texts(), True, rate=40),
         "sentences": lambda: reader(".txt", logs.sentences(), True, rate=40),
