@@ -100,7 +100,7 @@ def _prior(effect: Effect) -> float:
 
 
 def _may_replace(effect: Effect, out: Effect) -> bool:
-    """True if the score alone may put an effect in this place: no one-off event, and a filter only for a filter."""
+    """True if the score alone may put an effect here: no one-off event; a filter only for a filter or a broad hump."""
     once = isinstance(effect, Deterministic) and effect.happens_once
-    filtering = isinstance(effect, Modifier) and not isinstance(out, Modifier)
+    filtering = isinstance(effect, Modifier) and not (isinstance(out, Modifier) or is_broad(out))
     return not (once or filtering or effect.nameless)

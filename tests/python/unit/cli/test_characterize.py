@@ -237,7 +237,7 @@ def test_what_was_not_examined_is_said_and_continued(run, two, tmp_path):
 
 @pytest.mark.long
 def test_a_limit_of_steps_is_said(run, tmp_path):
-    truth = al.parse_model("N(N=0.1)+GM(q_c=0.1,T=5)+BW(cutoff=2)")
+    truth = al.parse_model("N(N=0.1)+GM(q_c=0.1,T=5)+EXC(start=100,end=140,height=2)")
     x = truth.simulate(n=6000, rate=20, seed=2, unit="deg/s").samples
     path = tmp_path / "one.npz"
     np.savez(path, data=x, rate_hz=20.0, channels=["gx"], unit="deg/s")
