@@ -44,7 +44,8 @@ class Job:
         self._since = time.monotonic()
         self._stop = threading.Event()
         self._gate = threading.Lock()
-        self._holds_turn = False
+        #: Semaphore of which this job holds a turn.
+        self._turn: threading.BoundedSemaphore | None = None
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
 
     def start(self) -> None:
@@ -99,9 +100,11 @@ class Job:
     def take_turn(self) -> None:
         """Wait while other tabs search. The turn is released at the end of the job."""
         name, waited = self.name, False
-        while not self._holds_turn:
-            self._holds_turn = TURNS.acquire(blocking=False)
-            if not self._holds_turn:
+        turns = TURNS
+        while self._turn is None:
+            if turns.acquire(blocking=False):
+                self._turn = turns
+            else:
                 if not waited:
                     self.say("Waiting for another tab")
                     waited = True
@@ -139,8 +142,8 @@ class Job:
         except Ended:
             pass
         finally:
-            if self._holds_turn:
-                TURNS.release()
+            if self._turn is not None:
+                self._turn.release()
 
     def _work(self, work: Callable[[Job], None]) -> None:
         """Run the work and store the message of an error."""
