@@ -86,8 +86,9 @@ def share(sections: list[str]) -> str:
     hold, fail = (sum(text.count(word) for text in sections) for word in ("| yes |", "| **no** |"))
     believed = sum("| **no** |" not in text for text in sections)
     return (
-        f"Of {len(sections)} records, {adequate} end with an adequate model, and {near} more within {WITHIN:g} % of the"
-        f" spectrum. Of {hold + fail} expectations, {hold} were met; in {believed} records all of them."
+        f"Stepwise model building was run on {len(sections)} records. In {adequate} records the last model is adequate."
+        f" In {near} others the last model differs from the spectrum by at most {WITHIN:g} %. Before the runs,"
+        f" {hold + fail} findings were expected; {hold} were found. {believed} records showed every expected finding."
     )
 
 

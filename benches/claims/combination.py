@@ -64,7 +64,7 @@ def spread_group(rng, odd=None, factor=(1.0, 1.0), units=5):
 
 
 def main() -> None:
-    """Print weights, gains and named units beside the true ones."""
+    """Print the found weights, gains and deviating units next to the true ones."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=40, help="groups of each case")
     given = parser.parse_args()

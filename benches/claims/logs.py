@@ -59,7 +59,7 @@ def polled(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
 
 
 def locked(rng: np.random.Generator, recording: al.Recording) -> al.Recording:
-    """Replace the first column by white noise of which more than 95 % has one code."""
+    """Replace the first column by rounded white noise in which more than 95 % of the samples have the same code."""
     x = columns_of(recording)
     sigma = rng.uniform(0.16, 0.2)
     middle = rng.uniform(-1.0, 1.0) * (0.5 - 2.2 * sigma)

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.signal import lfilter
+from scipy.signal import butter, lfilter
 
 
 def white(rng, n, rate, N):
@@ -58,6 +58,13 @@ def power_law(rng, n, rate, exponent, level, warm_up=3):
 def flicker(rng, n, rate, B):
     """Flicker noise with the density B²/(2πf): half-order difference of white noise."""
     return power_law(rng, n, rate, -1.0, B)
+
+
+def quantized_filter(rng, n, rate, N, cutoff, order, Q, B):
+    """White noise behind a Butterworth low-pass, flicker, and quantization of the integral after the filter."""
+    driven = N * np.sqrt(rate) * rng.standard_normal(n + 500)
+    filtered = lfilter(*butter(order, cutoff / (rate / 2)), driven)[500:]
+    return filtered + flicker(rng, n, rate, B) + Q * rate * np.diff(rng.standard_normal(n + 1))
 
 
 def sinusoid(n, rate, frequency, amplitude, phase=0.0):

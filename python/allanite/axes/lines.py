@@ -192,7 +192,7 @@ def _weighted_mean(group: list[_Seen]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Seen], line: _Seen) -> bool:
-    """True if the value agrees with a group that has none of its column."""
+    """True if a line agrees with the mean frequency of a group that contains no line of the same column."""
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)

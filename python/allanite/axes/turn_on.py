@@ -116,7 +116,7 @@ def turn_on_biases(
 
 
 def column_means(recording: Recording) -> dict[str, float]:
-    """Mean of each logged column beside the sensor, by name."""
+    """Mean of each logged column, such as the temperature, by the name of the column."""
     return {name: float(np.nanmean(values)) for name, values in recording.covariates.items()}
 
 
@@ -137,7 +137,7 @@ def turn_on_bias(
     temperatures : sequence of mapping of str to float
         Mean of each logged column, by name, for each log.
     unit : str
-        Of the biases.
+        Unit of the biases.
     """
     from scipy.stats import chi2
 

@@ -111,7 +111,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
-    """Sentences on failed columns, audit warnings, what is unexplained, and alternative explanations."""
+    """Remarks below a table: failed columns, warnings of the audit, inadequate models and alternative explanations."""
     out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
     # A missing unit is no warning, since the column may be a clock's, but it is a remark.

@@ -67,7 +67,17 @@ MAX_MULTIPLE = 12
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of the working log: frequency in Hz, rms, and the base line of which it is a (folded) multiple."""
+    """Line in the spectrum of the working log.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    rms : float
+        Unit of the samples.
+    multiple, base : int, float
+        The line is this multiple of the base frequency (Hz), after aliasing; 1 and 0 for a line of its own.
+    """
 
     frequency: float
     rms: float
@@ -283,7 +293,7 @@ def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
 
 
 def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
-    """Lines of a spectrum, and the spectrum with each line replaced by the level beside it."""
+    """Lines of a spectrum, and the spectrum without them: the level of the neighboring frequencies replaces each line."""
     from scipy.ndimage import median_filter
     from scipy.stats import chi2
 

@@ -19,8 +19,6 @@ __all__ = ["NAME", "PIPE", "log_file", "named"]
 
 PIPE = "-"
 NAME = "standard input"
-#: Number of first bytes of a pipe that are compared with the signatures of the formats. Any other log is text.
-HEAD = 8
 
 
 @contextmanager
@@ -32,7 +30,8 @@ def log_file(path: str) -> Iterator[Path]:
     if sys.stdin is None:
         raise InputError("standard input is closed: there is no log to read")
     stream = sys.stdin.buffer
-    head = stream.read(HEAD)
+    # A pipe that begins with no signature of a format is text.
+    head = stream.read(max(map(len, FORMATS.magic)))
     suffix = next((s for magic, s in FORMATS.magic.items() if head.startswith(magic)), ".csv")
     with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
         spool = Path(folder) / f"{NAME}{suffix}"

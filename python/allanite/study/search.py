@@ -111,7 +111,8 @@ def improve(
     TooShortError
         Fewer than 32 samples, or constant ones.
     SearchInterrupted
-        Ctrl-C after the first check. This `KeyboardInterrupt` holds the steps found so far in `study`.
+        Ctrl-C after the first check. This `KeyboardInterrupt` (`allanite.study.SearchInterrupted`) holds the steps
+        found so far in `study`.
 
     Examples
     --------

@@ -3,11 +3,13 @@
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import allanite as al
+from allanite import readers
 from allanite.readers import FORMATS
 
 MODULE = """
@@ -67,3 +69,14 @@ def test_topics_of_a_log_without_topics_are_refused(tmp_path):
     np.save(tmp_path / "x.npy", np.random.default_rng(1).standard_normal(100))
     with pytest.raises(al.InputError, match="this log has no topics"):
         al.read(tmp_path / "x.npy", rate=1, topic="imu")
+
+
+@pytest.mark.parametrize("kind", ["texts", "sentences", "stable32"])
+def test_a_text_log_is_recognized_by_one_format(kind, monkeypatch):
+    """The formats are tried in the order of their modules, so that no log may be recognized by two."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
+    import logs
+
+    for head in getattr(logs, kind)():
+        found = [f.title for f in FORMATS if f.recognizes and f.recognizes(head[: readers.HEAD])]
+        assert len(found) <= 1, (found, head[:80])
