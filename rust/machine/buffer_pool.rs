@@ -20,27 +20,6 @@ pub fn release() -> usize {
     spares.iter().map(|spare| std::mem::size_of_val(spare.as_slice())).sum()
 }
 
-/// Returns memory that the allocator has cached after frees to the system.
-pub fn trim() {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: touches only free memory, and may be called at any time from any thread.
-    unsafe {
-        libc::malloc_trim(0);
-    }
-}
-
-/// Limits the allocator to two arenas for all threads. With many arenas, memory freed in one cannot be used by the
-/// others.
-///
-/// Call this only from a program, at its start. A library must not change the allocator.
-pub fn few_arenas() {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: sets a parameter of the allocator. A refusal costs only memory.
-    unsafe {
-        libc::mallopt(libc::M_ARENA_MAX, 2);
-    }
-}
-
 /// Reused buffer of doubles. Its contents are unspecified until they are written.
 #[derive(Debug, Default)]
 pub struct Buffer {

@@ -1,5 +1,8 @@
-//! Access to the machine: vector units, the buffer pool, and the exit message for truncated files.
+//! Access to the machine: vector units, the buffer pool, and settings of the whole process.
 
 pub(crate) mod buffer_pool;
-pub(crate) mod maps;
+#[cfg(feature = "python")]
+pub(crate) mod process;
 pub mod processor;
+
+pub use buffer_pool::release;

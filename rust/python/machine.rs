@@ -3,33 +3,33 @@
 use pyo3::prelude::*;
 
 use super::errors::to_python;
-use crate::machine::buffer_pool;
-use crate::machine::maps;
+use crate::machine;
+use crate::machine::process;
 use crate::machine::processor::{self, Width};
 
-/// `spectrum::release` and `machine::buffer_pool::release`: size in bytes of the freed buffers.
+/// `spectrum::release` and `machine::release`: size in bytes of the freed buffers.
 #[pyfunction]
 pub fn release() -> usize {
     crate::spectrum::release();
-    buffer_pool::release()
+    machine::release()
 }
 
-/// `machine::buffer_pool::few_arenas`.
+/// `machine::process::few_arenas`.
 #[pyfunction]
 pub fn few_arenas() {
-    buffer_pool::few_arenas();
+    process::few_arenas();
 }
 
-/// `machine::buffer_pool::trim`.
+/// `machine::process::trim`.
 #[pyfunction]
 pub fn trim(py: Python<'_>) {
-    py.detach(buffer_pool::trim);
+    py.detach(process::trim);
 }
 
-/// `machine::maps::end_with`: the final message of a program whose mapped file is truncated.
+/// `machine::process::end_with`: the final message of a program whose mapped file is truncated.
 #[pyfunction]
 pub fn end_with_line(line: &str, code: i32) {
-    maps::end_with(line, code);
+    process::end_with(line, code);
 }
 
 /// Name of the vector unit in use. `most` restricts this process to the named unit and narrower ones.
