@@ -333,9 +333,9 @@ def _final_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
     return best_replacement(ladder)
 
 
-def _with_harmonics(with_deadline: Fit, rung: Rung) -> Rung:
+def _with_harmonics(before: Fit, rung: Rung) -> Rung:
     """The step with the harmonics or side bands of a new narrow band, unless they raise an error."""
-    other = with_harmonics_or_side_bands(with_deadline, rung)
+    other = with_harmonics_or_side_bands(before, rung)
     return other if other is rung or no_error_rises(rung.fit, other.fit) else rung
 
 
@@ -407,7 +407,7 @@ def _improving_step(ladder: Sequence[Rung], suggestion: Suggestion, check: Check
     """Step with a suggestion, what it needs beside it, and without what it makes needless; None if it does not help.
 
     The cases in order: a wandering line; a failed addition with a second effect; merged excursions; merged changes of
-    level; an addition that changes nothing else; and the general case, which can_be_split, drops and replaces other
+    level; an addition that changes nothing else; and the general case, which splits, drops and replaces other
     effects.
     """
     fit = ladder[-1].fit
@@ -561,12 +561,12 @@ def _with_split(
     return better
 
 
-def _is_unchanged(with_deadline: Fit, after: Fit) -> bool:
+def _is_unchanged(before: Fit, after: Fit) -> bool:
     """True if the model has the same kinds of effects as before and explains no more."""
-    old, new = (sorted(e.kind for e in fit.model) for fit in (with_deadline, after))
+    old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     return (
         old == new
-        and evidence_gain(after.solution, with_deadline.solution, with_deadline.data)
+        and evidence_gain(after.solution, before.solution, before.data)
         < MAX_RIVAL_LOG_EVIDENCE
     )
 

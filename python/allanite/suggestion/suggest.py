@@ -126,7 +126,7 @@ class Suggestion:
 
     @property
     def gives_way(self) -> tuple[str, ...]:
-        """Kinds that leave the model when the effect is added: in `with_deadline`, but not in `found`."""
+        """Kinds that leave the model when the effect is added: in `before`, but not in `found`."""
         kinds = [Counter(e.kind for e in fit.model) for fit in (self.before, self.found)]
         return tuple((kinds[0] - kinds[1]).elements())
 
