@@ -566,8 +566,7 @@ def _is_unchanged(before: Fit, after: Fit) -> bool:
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     return (
         old == new
-        and evidence_gain(after.solution, before.solution, before.data)
-        < MAX_RIVAL_LOG_EVIDENCE
+        and evidence_gain(after.solution, before.solution, before.data) < MAX_RIVAL_LOG_EVIDENCE
     )
 
 
