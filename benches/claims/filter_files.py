@@ -25,8 +25,8 @@ import scipy.fft
 from results_file import Results
 
 import allanite as al
-from allanite.export import export
-from allanite.export._axis import axes_of
+from allanite.exports import export
+from allanite.exports._axis import axes_of
 
 RATE, LOG, AIDED, COASTING = 20, 7200, 300, (10, 60, 120)
 N = 1e-3

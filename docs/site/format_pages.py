@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from allanite.export import TARGETS
+from allanite.exports import TARGETS
 from allanite.readers import FORMATS
 
 HEAD = """# Log formats and parameter files

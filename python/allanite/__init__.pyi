@@ -63,6 +63,7 @@ from allanite.effects import RateRandomWalk as RateRandomWalk
 from allanite.effects import Sinusoid as Sinusoid
 from allanite.effects import parse_model as parse_model
 from allanite.effects import register as register
+from allanite.exports import export as export
 from allanite.fit import Fit as Fit
 from allanite.fit import fit_columns as fit_columns
 from allanite.fit import fit_model as fit_model

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from allanite.axes.turn_on import TurnOn
     from allanite.axes.working import Working
-    from allanite.export._axis import Axis
     from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.report import Report
@@ -130,8 +129,6 @@ class Characterization:
     >>> found.save("sensor.json")
     >>> found.simulate(duration=10.0, seed=1).columns, found.report().to_markdown()[0]
     (('gx', 'gy'), '#')
-    >>> [axis.name for axis in found.export_axes()]
-    ['gx', 'gy']
     >>> figure = found.plot("axes.svg")
     """
 
@@ -245,56 +242,27 @@ class Characterization:
 
         Parameters
         ----------
-        target : str
-            ``kalibr``, ``vins``, ``gtsam``, …: a key of `allanite.export.TARGETS`.
-        rate : float, optional
-            Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
-        overbound : bool
-            If true, write the smallest N and K whose Allan deviation lies above the upper limit of the model up to the
-            horizon. If false, N and K follow the Allan deviation of the whole model.
-        as_fitted : bool
-            If true, write the fitted N and K and ignore all other effects.
-        horizon : float, optional
-            Longest time without aiding, s; else 100 s, or a tenth of the recording if that is shorter.
+        target, rate, overbound, as_fitted, horizon, inflate
+            As for `allanite.export`.
         until : float, optional
             Former name of `horizon`.
-        inflate : float
-            Factor on all deviations, which the file records as your choice.
 
         Raises
         ------
         InputError
             Unknown target, or a sensor that the target has no place for.
         """
-        from allanite.export import export
+        from allanite.exports import export
 
         return export(
-            self.export_axes(),
+            self,
             target,
             rate,
             overbound=overbound,
             as_fitted=as_fitted,
-            horizon=horizon,
-            until=until,
+            horizon=until if horizon is None else horizon,
             inflate=inflate,
         )
-
-    def export_axes(self) -> list[Axis]:
-        """Axes for an exported file: last model, noise at work and bias at switch-on of each."""
-        from allanite.export._axis import axes_of
-
-        documents = (
-            {
-                "schema": "allanite/fit/1",
-                "recording": s.recording.describe(),
-                **s.ladder[-1].to_dict(s.misfit_left[-1], over_rivals=s.undecided),
-                "working": self.working[name].to_dict() if name in self.working else None,
-                "turn_on": self.turn_on[name].to_dict() if name in self.turn_on else None,
-                "samples": samples_of(s),
-            }
-            for name, s in self.studies.items()
-        )
-        return axes_of(documents, source="recording")
 
     def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
         """Text table of all axes, as ``print`` shows it; no line is longer than `width`. `words` names parameters."""

@@ -13,7 +13,7 @@ import numpy as np
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import whole_file
 from allanite.common.plain import file_name, plain
-from allanite.export import TARGETS, export_files
+from allanite.exports import TARGETS, axes_of, export_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -41,7 +41,7 @@ class RunFolder:
     targets : iterable of str
         Targets of the parameter files, which are written for each axis and for all axes together.
     how : mapping
-        Options of `allanite.export.export`.
+        Options of `allanite.exports.export`.
     options : str
         Text of all other options on which the models depend.
     working : sequence of Recording
@@ -94,19 +94,18 @@ class RunFolder:
         from allanite.axes.twin import samples_of
         from allanite.axes.working import working_states
         from allanite.cli.output import dumps
-        from allanite.export import export
-        from allanite.export._axis import axes_of
+        from allanite.exports import export
 
         name = study.recording.columns[0]
         document = study.to_dict()
         texts = {MODEL: dumps(document) + "\n", TABLE: f"{study}\n"}
-        own = {"recording": document["recording"], **document["ladder"][-1]}
-        own["samples"] = samples_of(study)
+        own = {**document, "samples": {name: samples_of(study)}}
         if self.working:
             states = working_states({name: study}, self.working)
-            own["working"] = states[name].to_dict() if name in states else None
-        own["turn_on"] = self.turn_on[name].to_dict() if name in self.turn_on else None
-        axes = axes_of([own])
+            own["working"] = {column: state.to_dict() for column, state in states.items()}
+        if name in self.turn_on:
+            own["turn_on"] = {name: self.turn_on[name].to_dict()}
+        axes = axes_of(own)
         for target in self.targets:
             try:
                 texts[TARGETS[target].file_name] = export(axes, target, **self.how)
@@ -125,7 +124,7 @@ class RunFolder:
         from allanite.cli.output import dumps
 
         texts = {self.path / MODELS: dumps(found.to_dict()) + "\n"}
-        axes = found.export_axes() if self.targets else []
+        axes = axes_of(found) if self.targets else []
         for target in self.targets:
             path = self.path / TARGETS[target].file_name
             try:

@@ -8,15 +8,29 @@ that were made. To add a source: write a module that returns documents from `mod
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeAlias
 
 from allanite.common.errors import InputError
 from allanite.common.files import is_file
+from allanite.effects._base import Effect
 from allanite.effects.files import model_to_dict
+from allanite.effects.model import Model
 from allanite.effects.strings import parse_with_units
 
-__all__ = ["documents_of", "is_source_file"]
+__all__ = ["Source", "documents_of", "is_source_file"]
+
+
+class Documented(Protocol):
+    """A result that can be written as JSON: a fit, a study, a characterization."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON record of the result."""
+        ...
+
+
+Source: TypeAlias = str | Path | Mapping[str, Any] | Model | Effect | Documented
 
 #: Largest file that is read, bytes. Model files of many columns have some megabytes. Chosen by judgment; not measured.
 MAX_FILE_BYTES = 200_000_000
@@ -30,7 +44,7 @@ def is_source_file(text: str) -> bool:
 
 
 def documents_of(
-    source: str | Path,
+    source: Source,
     unit: str | None = None,
     rate: float | None = None,
     record_length: float | None = None,
@@ -39,10 +53,10 @@ def documents_of(
 
     Parameters
     ----------
-    source : str or Path
-        A model file of allanite (JSON); a data sheet (TOML, JSON); a YAML file of Kalibr or imu_utils; a MATLAB script
-        with gyroparams, or a loadparams JSON file; a table of Allan deviations; or a model string, whose values may have
-        units.
+    source : Model, Fit, Study, Characterization, mapping, str or Path
+        A model; a result, or its JSON record; a model string, whose values may have units; or a file. Files are a model
+        file of allanite (JSON), a data sheet (TOML, JSON), a YAML file of Kalibr or imu_utils, a MATLAB script with
+        gyroparams, a loadparams JSON file, and a table of Allan deviations.
     unit : str, optional
         Unit of the samples, for sources that do not state it.
     rate, record_length : float, optional
@@ -58,6 +72,13 @@ def documents_of(
     InputError
         The file does not exist or is of an unknown kind, or a value is missing. The message is one line with the remedy.
     """
+    if isinstance(source, Effect):
+        source = Model((source,))
+    if isinstance(source, Model):
+        return [model_to_dict(source)]
+    if not isinstance(source, (str, Path)):
+        tree = source if isinstance(source, Mapping) else source.to_dict()
+        return _of_tree(tree, "model")
     text = str(source)
     if not is_source_file(text):
         model, own = parse_with_units(text)
@@ -111,23 +132,27 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
         tree = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a model file ({error})") from None
-    if not isinstance(tree, dict):
-        raise InputError(f"{path}: not a model file of allanite: it has no allanite schema")
-    if str(tree.get("schema")).startswith("allanite/"):
-        documents = tree.get("columns", [tree])
-        if not isinstance(documents, list) or not all(isinstance(one, dict) for one in documents):
-            raise InputError(
-                f"{path}: 'columns' must be a list of models, as allanite fit, improve and characterize write it"
-            )
-        return [_with_extras(_last_step(one), tree) for one in documents]
-    if any(isinstance(tree.get(table), dict) for table in TABLES):
-        return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
-    if is_matlab_json(tree):
-        return documents_of_matlab_json(tree, str(path))
-    raise InputError(f"{path}: not a model file of allanite: it has no allanite schema")
+    if isinstance(tree, dict) and not str(tree.get("schema")).startswith("allanite/"):
+        if any(isinstance(tree.get(table), dict) for table in TABLES):
+            return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
+        if is_matlab_json(tree):
+            return documents_of_matlab_json(tree, str(path))
+    return _of_tree(tree, str(path))
 
 
-def _with_extras(document: dict[str, Any], tree: dict[str, Any]) -> dict[str, Any]:
+def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
+    """Return the documents in a JSON record of allanite; `name` is that of its file, for messages."""
+    if not isinstance(tree, Mapping) or not str(tree.get("schema")).startswith("allanite/"):
+        raise InputError(f"{name}: not a model file of allanite: it has no allanite schema")
+    documents = tree.get("columns", [tree])
+    if not isinstance(documents, list) or not all(isinstance(one, Mapping) for one in documents):
+        raise InputError(
+            f"{name}: 'columns' must be a list of models, as allanite fit, improve and characterize write it"
+        )
+    return [_with_extras(_last_step(one), tree) for one in documents]
+
+
+def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
     """Add the results of `characterize` for this column: noise during use, bias at switch-on, facts about the samples."""
     column = str((document.get("recording") or {}).get("column"))
     found = {}
@@ -139,7 +164,7 @@ def _with_extras(document: dict[str, Any], tree: dict[str, Any]) -> dict[str, An
     return {**document, **found}
 
 
-def _last_step(document: dict[str, Any]) -> dict[str, Any]:
+def _last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the last model of a stepwise improvement; return other documents unchanged."""
     ladder = document.get("ladder")
     if not ladder:

@@ -63,16 +63,16 @@ print(json.dumps(targets(al.Recording(np.zeros(9), 1.0, unit="deg/s"))))
 @pytest.mark.parametrize(
     ("point", "told"),
     [
-        ("mine = my_package.my_filter:render", "not an allanite.export.Target"),
+        ("mine = my_package.my_filter:render", "not an allanite.exports.Target"),
         ("mine = my_package.missing:TARGET", "No module"),
-        ("mine = allanite.export.filters.kalibr:TARGETS", "not an allanite.export.Target"),
+        ("mine = allanite.exports.filters.kalibr:TARGETS", "not an allanite.exports.Target"),
     ],
 )
 def test_an_export_that_is_broken_is_left_out_aloud(installed, point, told):
     points, environment = installed
     points.write_text(f"[allanite.exports]\n{point}\n")
     answer = subprocess.run(
-        [sys.executable, "-c", "from allanite.export import TARGETS; print(len(TARGETS))"],
+        [sys.executable, "-c", "from allanite.exports import TARGETS; print(len(TARGETS))"],
         env=environment, capture_output=True, text=True,
     )  # fmt: skip
     assert answer.returncode == 0

@@ -10,7 +10,7 @@ from pathlib import Path
 import allanite as al
 from allanite.deviation import ESTIMATORS
 from allanite.effects import Effect
-from allanite.export import TARGETS
+from allanite.exports import TARGETS
 from allanite.readers import FORMATS, text
 
 ROOT = Path(__file__).parents[3]

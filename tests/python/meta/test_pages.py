@@ -8,7 +8,7 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.export import TARGETS
+from allanite.exports import TARGETS
 from six_axes import six_axes, write_csv
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -5,8 +5,8 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import parse_model
-from allanite.export._axis import axes_of
-from allanite.export._choice import choose
+from allanite.exports._axis import axes_of
+from allanite.exports._choice import choose
 from allanite.statespace import innovations
 from counts import records
 

@@ -7,12 +7,13 @@ import re
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.export import TARGETS, export
-from allanite.export._axis import axes_of
-from allanite.export._text import verdict_in
+from allanite.exports import TARGETS, export
+from allanite.exports._axis import axes_of
+from allanite.exports._text import verdict_in
 from allanite.sources import _last_step, documents_of
 
 N, B, K = 0.01, 1e-3, 1e-4  # deg/s·s^½, deg/s, deg/s/s^½
@@ -38,6 +39,31 @@ def document_of(column, unit):
     document = model_to_dict(parse_model("N(N=0.01)+B(B=1e-3)"))
     document["recording"] = {"unit": unit, "rate_hz": 100.0, "column": column}
     return document
+
+
+def numbers(text):
+    """The lines of a file without its comments, which name the source."""
+    return [line for line in text.splitlines() if line[:1] not in ("#", " ")]
+
+
+def test_every_source_of_one_model_gives_one_file(tmp_path):
+    model = al.AngleRandomWalk(N=N) + al.RateRandomWalk(K=K)
+    fit = model.fit(model.simulate(duration=60, rate=50, seed=1, unit="deg/s"))
+    fit.save(tmp_path / "fit.json")
+    text = numbers(al.export(fit, "kalibr", horizon=5.0))
+    for source in (fit.to_dict(), tmp_path / "fit.json", str(tmp_path / "fit.json"), [fit]):
+        assert numbers(al.export(source, "kalibr", horizon=5.0)) == text
+    text = numbers(al.export(model, "kalibr", 50, unit="deg/s"))
+    assert numbers(al.export(f"N(N={N})+K(K={K})", "kalibr", 50, unit="deg/s")) == text
+    one = al.export(al.AngleRandomWalk(N=N), "kalibr", 50, unit="deg/s")
+    assert value(one, "gyroscope_noise_density") == pytest.approx(RAD * N, rel=1e-5)
+
+
+def test_columns_choose_the_axes_of_a_file():
+    two = [document_of("gyro_x", "deg/s"), document_of("gyro_y", "deg/s")]
+    assert len(json.loads(al.export(two, "json", column="gyro_y"))["axes"]) == 1
+    with pytest.raises(al.InputError, match="did you mean gyro_y"):
+        al.export(two, "json", column=["gyro_z", "gyro_x"])
 
 
 def value(text, key):
@@ -101,7 +127,7 @@ def test_vins_is_per_sample():
 
 def test_ros_is_the_variance_of_a_sample():
     def first(text):
-        found = export(axes(text), "ros", rate=100, until=1000.0)
+        found = export(axes(text), "ros", rate=100, horizon=1000.0)
         return float(re.search(r"angular_velocity_covariance: \[(\S+),", found).group(1))
 
     # Its density from 1 mHz to 50 Hz.

@@ -11,8 +11,8 @@ from allanite.cli import main
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.export import TARGETS, export
-from allanite.export._axis import axes_of
+from allanite.exports import TARGETS, export
+from allanite.exports._axis import axes_of
 
 INERTIAL = [t for t in TARGETS if t not in ("json", "c-header", "statespace")]
 XYZ = ("gazebo", "gnss-ins-sim", "kfgins", "matlab", "ros")

@@ -11,8 +11,8 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import model_to_dict
-from allanite.export import export
-from allanite.export._axis import axes_of
+from allanite.exports import export
+from allanite.exports._axis import axes_of
 from page_browser import launched
 
 NAMES = {

@@ -10,8 +10,8 @@ import yaml
 import allanite as al
 from allanite.cli import main
 from allanite.effects.strings import parse_with_units
-from allanite.export import TARGETS, export
-from allanite.export._axis import axes_of
+from allanite.exports import TARGETS, export
+from allanite.exports._axis import axes_of
 from allanite.sources import documents_of
 
 DEGREE = math.pi / 180

@@ -20,7 +20,7 @@ from allanite.cli.options import (
 )
 from allanite.cli.words import words_of
 from allanite.common.plain import plain
-from allanite.export import TARGETS, export_files
+from allanite.exports import TARGETS, axes_of, export_files
 from allanite.study import MAX_ADDED_EFFECTS
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ def command(
         out.phase("writing the files of all axes", options)
         written += folder.finish(found)
     elif target is not None and output is not None:
-        for path, text in export_files(found.export_axes(), target, Path(output), **how).items():
+        for path, text in export_files(axes_of(found), target, Path(output), **how).items():
             with whole_file(path) as draft:
                 draft.write_text(text, encoding="utf-8")
             written.append(str(path))
@@ -263,7 +263,6 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
     from allanite.common.errors import InputError
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model
-    from allanite.export._axis import axes_of
     from allanite.readers.sensor_names import sensor_kind
     from allanite.readers.unit_names import remedy_of
     from allanite.recording.findings import listed_names
@@ -280,17 +279,17 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
         return
     # A target that accepts these columns with a simple model accepts them with every model.
     model = model_to_dict(parse_model("N(N=1)+K(K=1)"))
-    tried = (
+    tried = [
         {**model, "recording": {"column": c, "unit": unit, "rate_hz": r.rate}}
         for r in recordings
         for c, unit in zip(r.columns, r.units, strict=True)
-    )
+    ]
     export_files(axes_of(tried), target, Path(target))
 
 
 def _warn(found: Characterization) -> None:
     """Print a warning for each axis whose fit is not adequate."""
-    from allanite.export._axis import warning_of
+    from allanite.exports._axis import warning_of
 
     for name, study in found.studies.items():
         warning = warning_of(study.fit.body(searched=False))

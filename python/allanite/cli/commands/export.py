@@ -9,7 +9,7 @@ import click
 
 from allanite.cli.options import INFLATE
 from allanite.common.plain import plain
-from allanite.export import TARGETS
+from allanite.exports import TARGETS
 
 
 @click.command("export", epilog="Example: allanite export imu.json --format kalibr -o imu.yaml")
@@ -90,10 +90,7 @@ def command(
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive
-    from allanite.export import export, export_files
-    from allanite.export._axis import axes_of
-    from allanite.recording.samples import find_column
-    from allanite.sources import documents_of
+    from allanite.exports import axes_named, axes_of, export, export_files
 
     if record_length is not None:
         positive(
@@ -101,10 +98,8 @@ def command(
         )
     axes = []
     for model, own in zip(models, _units_of(unit, models), strict=True):
-        axes += axes_of(documents_of(model, own, rate, record_length), own, model)
-    if column:
-        names = [axis.name for axis in axes]
-        axes = [axes[find_column(name, names)] for name in column]
+        axes += axes_of(model, own, rate=rate, record_length=record_length)
+    axes = axes_named(axes, column)
     how: dict[str, Any] = {"overbound": overbound, "as_fitted": as_fitted}
     how |= {"horizon": horizon, "inflate": inflate}
     # Standard output holds one file, so `export` refuses several IMUs.

@@ -121,7 +121,7 @@ def _models(
     from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
     from allanite.common.errors import InputError, about
-    from allanite.export import sized
+    from allanite.exports import sized
     from allanite.recording.samples import find_column
 
     models = models_of(text)

@@ -52,7 +52,7 @@ class Made:
 
 def targets(recording: Recording) -> list[list[str]]:
     """File names and titles of the export formats for a log; most are for inertial sensors only."""
-    from allanite.export import TARGETS
+    from allanite.exports import TARGETS
 
     other = any(parse_unit(unit).kind == RATIO for unit in recording.units)
     offered = [target for target in TARGETS.values() if not other or target.any_sensor]
@@ -188,20 +188,22 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         return Made(body, "application/json", f"{_stem(tab)}-study.json")
     if name == "report.html":
         return _report(tab)
-    from allanite.export import TARGETS, export
+    from allanite.exports import TARGETS, export
 
     wanted = next((one for one in TARGETS.values() if one.file_name == name), None)
     if wanted is not None:
-        from allanite.export._axis import axes_of
-
         fits = [s.fit for ladder in tab.board.ladders if (s := ladder.step) is not None]
         if not fits:
             raise InputError("Nothing is fitted yet: open a log first")
         found = [
-            {"recording": f.recording.describe(), **f.body(searched=wanted.alternatives)}
+            {
+                "schema": "allanite/fit/1",
+                "recording": f.recording.describe(),
+                **f.body(searched=wanted.alternatives),
+            }
             for f in fits
         ]
-        text = export(axes_of(found), wanted.name)
+        text = export(found, wanted.name)
         kind = "text/plain; charset=utf-8"
         return Made(text.encode(), kind, f"{_stem(tab)}-{name}", _missing(tab))
     known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html"]

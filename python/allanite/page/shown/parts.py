@@ -11,7 +11,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.comparison import accept_study
-from allanite.export._text import verdict_in
+from allanite.exports._text import verdict_in
 from allanite.page.edits import deviation_unit
 from allanite.page.shown import documents
 from allanite.page.shown.catalogue import catalogue

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.export import TARGETS
+from allanite.exports import TARGETS
 from command_line import refused, started, strict
 from six_axes import NAMES, six_axes, write_csv
 

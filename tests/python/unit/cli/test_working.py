@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.export import export
-from allanite.export._axis import axes_of
+from allanite.exports import export
+from allanite.exports._axis import axes_of
 from command_line import refused
 
 RATE, FINE = 100, 8

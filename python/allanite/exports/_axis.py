@@ -1,0 +1,594 @@
+"""Axes for export: the model of each axis in SI units, its coefficients, its curves and their upper limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
+from allanite.common.validation import positive, positive_rate
+from allanite.effects._base import Stochastic
+from allanite.effects._modifier import Modifier
+from allanite.effects.files import model_from_dict
+from allanite.effects.model import Model
+from allanite.exports._text import MAX_SENTENCE_LENGTH, plain
+from allanite.sources import documents_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+    from allanite.effects import Effect, Parameter
+    from allanite.sources import Source
+
+__all__ = ["Axis", "axes_of", "rate_of", "sized", "split", "warning_of"]
+
+SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
+#: Longest τ in s and sampling rate in Hz of a model without a recording. Chosen by judgment; not measured.
+UNTIL, RATE = 1000.0, 100.0
+#: Default horizon of a filter: longest time without aiding, s.
+HORIZON = 100.0
+#: Length of the segments among which the loudest is searched, s, because a filter averages over its first seconds; and the
+#: maximum number of segments.
+LEVEL_SEGMENT, MAX_LEVEL_SEGMENTS = 10.0, 1000
+#: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
+#: deviation at its lower bound has a half-normal distribution, of mean 0.798 σ and 95 % point 1.960 σ.
+EXPECTED_SQUARE = 0.798 / 1.960
+#: Parameters of a process at most for which the ellipsoid of their errors is sampled, by 3^n directions.
+MOST_JOINT = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One fitted axis.
+
+    Attributes
+    ----------
+    name : str
+        Name of the column, or of the source. Like `source`, one line of safe text.
+    kind : str
+        Kind of sensor: ``"angular rate"``, ``"acceleration"``, …
+    unit : str
+        SI unit of the samples.
+    rate : float or None
+        Sampling rate of the recording, Hz.
+    until : float
+        Longest τ with a reliable deviation, s: a tenth of the recording.
+    coefficients : mapping of str to Estimate
+        Those of Q, N, B, K, R that the model has, in SI units (densities two-sided).
+    model, limits : Model
+        The model, and the model with every random coefficient at its upper limit; values in units of `scale` SI units.
+    corners : tuple of tuple of Model
+        For each random process, a model of this process for each combination of the limits of its coefficient, its shape
+        parameters and those of the filters that act on it.
+    span : (float, float)
+        First and last time of the recording, s. A changing noise level is averaged over this span.
+    scale : float
+        Size of the unit of the samples in SI units.
+    source : str
+        Source of the numbers: a log, a data sheet, a file.
+    document : mapping
+        The effects as they were read.
+    expected : Model
+        The model in which every coefficient that was not detected has its expected size.
+    horizon : float
+        Longest time without aiding, and longest τ, for which the numbers of a file must be right, s.
+    as_fitted : bool
+        Whether a file holds the fitted coefficients and ignores all other effects.
+    warning : str
+        Reason not to trust the numbers: the fit is not adequate. Empty if the fit is adequate.
+    assumptions : tuple of str
+        Assumptions about numbers without a log: from a data sheet or the file of another program.
+    notes : tuple of str
+        Further remarks on the numbers: parts of the noise with motors running, a factor of the user.
+    inflate : float
+        Factor of the user on all deviations. `scale` and `coefficients` already include this factor.
+    turn_on : mapping or None
+        Bias at switch-on from several logs, as in `allanite.axes.turn_on.TurnOn.to_dict`.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    rate: float | None
+    until: float
+    coefficients: Mapping[str, Estimate]
+    model: Model
+    limits: Model
+    corners: tuple[tuple[Model, ...], ...]
+    span: tuple[float, float]
+    scale: float
+    source: str
+    document: Mapping[str, Any]
+    expected: Model
+    horizon: float = HORIZON
+    as_fitted: bool = False
+    warning: str = ""
+    assumptions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    inflate: float = 1.0
+    turn_on: Mapping[str, Any] | None = None
+
+    @property
+    def sampling(self) -> float:
+        """Rate of the curves, Hz."""
+        return self.rate or RATE
+
+    @property
+    def taus(self) -> NDArray[np.float64]:
+        """Averaging times up to the horizon, s, eight per decade."""
+        low, high = 1.0 / self.sampling, max(self.horizon, 10.0 / self.sampling)
+        m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
+        return np.unique(np.round(m)) / self.sampling
+
+    def steady(self, *, upper: bool = False) -> Model:
+        """The model with the mean level of its white noise; with `upper`, the `limits` with the largest level."""
+        return _loudest(self.limits, self.span) if upper else self.model.steady(self.span)
+
+    @property
+    def loudest(self) -> tuple[float, float] | None:
+        """Start and end in s of the segment with the loudest white noise; None if the level is constant."""
+        return _loudest_span(self.limits, self.span) if self.limits.levels else None
+
+    @property
+    def expected_steady(self) -> Model:
+        """The `expected` model with the mean level of its white noise."""
+        return self.expected.steady(self.span)
+
+    @property
+    def has_noise(self) -> bool:
+        """True if a random process has a positive upper limit."""
+        return any(getattr(e, e.coefficient) > 0.0 for e in self.limits.stochastic)
+
+    @property
+    def broad(self) -> Model:
+        """The random processes without narrow bands; all random processes if there are only narrow bands."""
+        whole = self.expected_steady
+        wide = [e for e in whole.stochastic if e.occupies is None]
+        return Model((*(wide or whole.stochastic), *whole.modifiers))
+
+    @property
+    def slow(self) -> Model:
+        """The random processes without narrow bands and without noise that averages out faster than white noise."""
+        broad = self.broad
+        kept = [e for e in broad.stochastic if e.occupies is None and not self._averages_out(e)]
+        return Model((*kept, *broad.modifiers)) if kept else Model(())
+
+    def _averages_out(self, effect: Effect) -> bool:
+        """True if τσ²(τ), which is constant for white noise, falls at all averaging times."""
+        tau = self.taus
+        level = tau * effect.allan_variance(tau, self.sampling)
+        return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
+
+    def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
+        """Allan variance in SI of the model; with `upper`, at each τ the largest within its intervals."""
+        rate, whole = self.sampling, self.steady()
+        if not upper:
+            return self.scale**2 * whole.allan_variance(taus, rate)
+        known = Model(self.limits.deterministic).allan_variance(taus, rate)
+        return self.scale**2 * self._largest(lambda m: m.allan_variance(taus, rate), known)
+
+    def psd(self, f: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
+        """Two-sided density in SI of the model; with `upper`, at each frequency the largest within its intervals."""
+        rate = self.sampling
+        if not upper:
+            return self.scale**2 * self.steady().psd(f, rate)
+        return self.scale**2 * self._largest(lambda m: m.psd(f, rate), np.zeros(f.shape))
+
+    def _largest(
+        self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """`total` plus the largest curve of each random process over its corners."""
+        for forms in self.corners:
+            total = total + np.maximum.reduce([curve(_loudest(form, self.span)) for form in forms])
+        return total
+
+
+def _loudest_span(model: Model, span: tuple[float, float]) -> tuple[float, float]:
+    """Start and end of the segment in which the mean level of the white noise is largest, s."""
+    count = int(np.clip((span[1] - span[0]) / LEVEL_SEGMENT, 1, MAX_LEVEL_SEGMENTS))
+    edges = np.linspace(*span, count + 1)
+    segments = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+    return max(segments, key=model.mean_level)
+
+
+def _loudest(model: Model, span: tuple[float, float]) -> Model:
+    """The model with its white noise at the level of the loudest segment."""
+    return model.steady(_loudest_span(model, span) if model.levels else span)
+
+
+def axes_of(
+    source: Source | Axis | Sequence[Source | Axis],
+    unit: str | None = None,
+    name: str = "model",
+    *,
+    rate: float | None = None,
+    record_length: float | None = None,
+) -> list[Axis]:
+    """Axes of a model, a result, a file or a model string, or of a sequence of them.
+
+    Parameters
+    ----------
+    source : Source, Axis, or sequence of them
+        `allanite.sources.documents_of` lists the sources. An Axis stays as it is.
+    unit : str, optional
+        Unit of the samples, for models without a recording.
+    name : str
+        Name of a model that states none, for the file and for messages.
+    rate, record_length : float, optional
+        Sampling rate in Hz and length in s of the record behind another tool's result.
+
+    Raises
+    ------
+    InputError
+        A model has no effects or no unit, or a coefficient has no value.
+    """
+    if isinstance(source, Axis):
+        return [source]
+    if isinstance(source, Sequence) and not isinstance(source, str):
+        return [
+            axis
+            for one in source
+            for axis in axes_of(one, unit, name, rate=rate, record_length=record_length)
+        ]
+    own = str(source) if isinstance(source, (str, Path)) else name
+    return [_axis(d, unit, own) for d in documents_of(source, unit, rate, record_length)]
+
+
+def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
+    """Axis of one model document."""
+    recording = document.get("recording") or {}
+    own = recording.get("unit") or unit
+    document = {**document, **(document.get("working") or {})}
+    effects = document.get("effects")
+    if not effects:
+        raise InputError(f"{source}: the file holds no effects, so it is not a model")
+    if own is None:
+        raise InputError(
+            f"{source}: the model does not state the unit of its samples",
+            missing="unit",
+            remedy=": add {unit}",
+        )
+    parsed = parse_unit(own)
+    model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
+    coefficients: dict[str, Estimate] = {}
+    limits, forms, expected = [], [], []
+    correlations = _correlations(document)
+    for label, effect, entry in zip(model.labels, model.effects, effects, strict=True):
+        given = entry.get("parameters", {})
+        for parameter in effect.parameters:
+            if (
+                parameter.role == "coefficient"
+                and not parameter.optional
+                and (given.get(parameter.name, {}).get("value") is None)
+            ):
+                raise InputError(
+                    f"{source}: {effect.kind} has no value: fit the model first, or write the value"
+                )
+        if effect.standard is not None:
+            one = effect.parameter(effect.standard.name)
+            coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
+        likely, upper = _sizes(effect, entry)
+        expected.append(likely)
+        limits.append(upper)
+        joint = _joint_forms(effect, upper, label, given, correlations)
+        forms.append(joint or _ends(upper, given))
+    duration = recording.get("duration_s")
+    until = UNTIL if not duration else 0.1 * float(duration)
+    return Axis(
+        plain(recording.get("column") or source),
+        parsed.kind,
+        SI[parsed.kind],
+        recording.get("rate_hz"),
+        until,
+        coefficients,
+        model,
+        Model(tuple(limits)),
+        _corners(forms),
+        (0.0, float(duration or 10.0 * UNTIL)),
+        parsed.scale,
+        plain(recording.get("path") or source),
+        {"effects": effects, "samples": document.get("samples") or {}},
+        Model(tuple(expected)),
+        min(HORIZON, until),
+        warning=warning_of(document),
+        assumptions=_sentences(document.get("assumptions", ())),
+        notes=_sentences(document.get("notes", ())),
+        turn_on=document.get("turn_on"),
+    )
+
+
+def _sentences(lines: Iterable[object]) -> tuple[str, ...]:
+    """The sentences of a document as text that is safe in every format."""
+    return tuple(plain(line, MAX_SENTENCE_LENGTH) for line in lines)
+
+
+def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
+    """The effect with its expected size, and the effect at its upper limit; both unchanged without an interval."""
+    if not isinstance(effect, Stochastic):
+        return effect, effect
+    given = (entry.get("parameters") or {}).get(effect.coefficient) or {}
+    end = (given.get("interval") or [None, None])[1]
+    if end is None:
+        return effect, effect
+    name = effect.coefficient
+    # An alternative model of the log may allow a larger coefficient.
+    over = (entry.get("over_rivals") or {}).get(name) or [None, None]
+    upper = effect.with_values(**{name: max(float(end), float(over[1] or 0.0))})
+    if given.get("detected") is not False:
+        return effect, upper
+    return effect.with_values(**{name: float(np.sqrt(EXPECTED_SQUARE)) * float(end)}), upper
+
+
+def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
+    """The model with every effect at its expected size, or at its upper limit.
+
+    Parameters
+    ----------
+    document : mapping
+        Document of a fit. Without intervals in it, the model is returned unchanged.
+    model : Model
+        Model of the document.
+    overbound : bool
+        Whether every effect gets its upper limit.
+    """
+    entries = document.get("effects") or [{}] * len(model)
+    pairs = [_sizes(e, entry) for e, entry in zip(model.effects, entries, strict=True)]
+    return Model(tuple(upper if overbound else likely for likely, upper in pairs))
+
+
+def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
+    """The fitted effect, and the effect with all combinations of the interval ends of its shape parameters."""
+    found = [effect]
+    for name in effect.free_shapes:
+        interval = (given.get(name) or {}).get("interval") or [None, None]
+        ends = [float(end) for end in interval if end is not None]
+        found += [one.with_values(**{name: end}) for one in found for end in ends]
+    return found
+
+
+def _correlations(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
+    """Correlation of two fitted parameters by their names; empty if a document has none, or damaged ones."""
+    found = document.get("correlations")
+    if not isinstance(found, dict):
+        return {}
+    names = found.get("names")
+    try:
+        matrix = np.asarray(found.get("matrix"), dtype=np.float64)
+    except (TypeError, ValueError):
+        return {}
+    if not isinstance(names, list) or matrix.shape != (len(names), len(names)):
+        return {}
+    if not bool((np.abs(matrix) <= 1.0 + 1e-6).all()):
+        return {}
+    return {
+        (str(a), str(b)): float(matrix[i, k])
+        for i, a in enumerate(names)
+        for k, b in enumerate(names)
+    }
+
+
+def _joint_forms(
+    effect: Effect,
+    upper: Effect,
+    label: str,
+    given: Mapping[str, Any],
+    correlations: Mapping[tuple[str, str], float],
+) -> list[Effect]:
+    """The effect on the border of the joint 95 % region of its coefficient and shapes.
+
+    The level of a process at one frequency is known better than its coefficient and shapes apart, whose errors
+    compensate. In the linear approximation the largest levels within the region are above the true curve at all
+    frequencies at once with a probability of 95 %. The list is empty if the correlations are not known, if a parameter
+    was not detected or has an open interval, or if another model has a larger coefficient. Then the ends of all intervals
+    are combined.
+    """
+    if not isinstance(effect, Stochastic) or not effect.free_shapes:
+        return []
+    names = (effect.coefficient, *effect.free_shapes)
+    if len(names) > MOST_JOINT:
+        return []
+    keys = [name if name == label else f"{label}.{name}" for name in names]
+    if any((a, b) not in correlations for a in keys for b in keys):
+        return []
+    sides = [_half_widths(effect, name, given.get(name) or {}) for name in names]
+    known = [side for side in sides if side is not None]
+    own_upper = known[0].upper if len(known) == len(names) else 0.0
+    if not own_upper or getattr(upper, effect.coefficient) > (1.0 + 1e-9) * own_upper:
+        return []
+    values, vectors = np.linalg.eigh(np.array([[correlations[a, b] for b in keys] for a in keys]))
+    root = _joint_radius(len(names)) * vectors * np.sqrt(np.maximum(values, 0.0))
+    forms: list[Effect] = []
+    for direction in _directions(len(names)):
+        moved = {}
+        for name, shift, side in zip(names, root @ direction, known, strict=True):
+            declared = effect.parameter(name)
+            moved[name] = min(max(side.at(float(shift)), declared.low), declared.high)
+        forms.append(effect.with_values(**moved))
+    return forms
+
+
+@dataclass(frozen=True, slots=True)
+class _HalfWidths:
+    """A fitted value and the distances to the ends of its interval; of logarithms if the parameter is positive."""
+
+    middle: float
+    below: float
+    above: float
+    upper: float
+    positive: bool
+
+    def at(self, shift: float) -> float:
+        """The value at a number of half widths above the fitted value."""
+        place = self.middle + shift * (self.above if shift > 0.0 else self.below)
+        return float(np.exp(place)) if self.positive else place
+
+
+def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
+    """Half widths of a parameter's interval; None if it was not detected, or has an open interval."""
+    value, ends = effect.values[name], given.get("interval") or (None, None)
+    if not isinstance(value, float) or None in ends or given.get("detected") is False:
+        return None
+    low, high = (float(end) for end in ends if end is not None)
+    positive = effect.parameter(name).low >= 0.0
+    if not low <= value <= high or (positive and not low > 0.0):
+        return None
+    if not positive:
+        return _HalfWidths(value, value - low, high - value, high, positive)
+    middle = float(np.log(value))
+    return _HalfWidths(middle, middle - np.log(low), np.log(high) - middle, high, positive)
+
+
+def _joint_radius(size: int) -> float:
+    """Radius of the joint 95 % region of some parameters over that of the interval of one."""
+    from scipy.stats import chi2
+
+    return float(np.sqrt(chi2.ppf(0.95, size) / chi2.ppf(0.95, 1)))
+
+
+def _directions(size: int) -> NDArray[np.float64]:
+    """Unit vectors on all sides of a space: 16 in a plane, else to the middles of all faces and edges of a cube."""
+    if size == 2:
+        angle = np.arange(16) * np.pi / 8
+        # Between two directions a plane touches the circle this much farther out.
+        return np.column_stack([np.cos(angle), np.sin(angle)]) / np.cos(np.pi / 16)
+    found = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=size) if any(d)])
+    return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
+
+
+def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
+    """For each random process, one model per combination of its forms with the forms of the filters."""
+    acting = [own for own in forms if isinstance(own[0], Modifier)]
+    behind = list(product(*acting))
+    return tuple(
+        tuple(Model((form, *after)) for form in own for after in behind)
+        for own in forms
+        if isinstance(own[0], Stochastic)
+    )
+
+
+def warning_of(document: Mapping[str, Any]) -> str:
+    """Reason not to trust a fit, or an empty text. ASCII, because some programs refuse other characters in comments."""
+    if document.get("adequate") is not False:
+        return ""
+    audit = (document.get("recording") or {}).get("audit") or ()
+    if any(f.get("kind") == "quantisation" and f.get("severity") == "warning" for f in audit):
+        return (
+            "the samples rarely change or flip between two codes, which distorts the coefficients"
+        )
+    worst = (document.get("error") or {}).get("adev_worst") or {}
+    factor, tau = worst.get("factor"), worst.get("tau_s")
+    if not factor or tau is None:
+        return "the fit is not adequate"
+    apart = max(float(factor), 1.0 / float(factor))
+    return (
+        f"the fit is not adequate: model and measured Allan deviation differ by a factor of {apart:.3g}"
+        f" at {float(tau):.3g} s"
+    )
+
+
+def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
+    """Estimate of a parameter in a document, converted to samples in the unit `target`."""
+    name, power = one.name, one.unit
+    assert not isinstance(power, str)
+    bounds = given.get("interval")
+    interval = (
+        None
+        if bounds is None or None in bounds
+        else (float(bounds[0] or 0.0), float(bounds[1] or 0.0))
+    )
+    unit = given.get("unit") or coefficient_unit(own, power)
+    return Estimate(
+        given["value"], given.get("std_error"), interval, unit, given.get("detected", True), name
+    ).to(coefficient_unit(target, power))
+
+
+def _times(value: Estimate, factor: float) -> Estimate:
+    """The estimate multiplied by a factor."""
+    return Estimate(
+        factor * value,
+        None if value.std_error is None else factor * value.std_error,
+        None
+        if value.interval is None
+        else (factor * value.interval[0], factor * value.interval[1]),
+        value.unit,
+        value.detected,
+        value.name,
+    )
+
+
+def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
+    """Gyroscope axes and accelerometer axes; raises an error for any other sensor."""
+    axes = list(axes)
+    for axis in axes:
+        if axis.kind not in (ANGULAR_RATE, ACCELERATION):
+            raise InputError(
+                f"{axis.name} is a {axis.kind}, but this format only holds gyroscopes and accelerometers"
+            )
+    return (
+        [axis for axis in axes if axis.kind == ANGULAR_RATE],
+        [axis for axis in axes if axis.kind == ACCELERATION],
+    )
+
+
+def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
+    """Sampling rate for a target whose numbers hold for one rate, Hz."""
+    rates = {axis.rate for axis in axes if axis.rate is not None} if rate is None else {rate}
+    if len(rates) != 1:
+        found = ", ".join(f"{r:g}" for r in sorted(rates)) or "none"
+        raise InputError(
+            f"the {target} file needs one sampling rate, found {found}",
+            missing="rate",
+            remedy=": add {rate}",
+        )
+    return positive_rate(rates.pop())
+
+
+def used(
+    axis: Axis,
+    rate: float | None,
+    horizon: float | None,
+    *,
+    whole_record: bool = False,
+    as_fitted: bool = False,
+    inflate: float = 1.0,
+) -> Axis:
+    """The axis with the rate, the horizon and the factor on deviations of one export.
+
+    Parameters
+    ----------
+    axis : Axis
+    rate : float, optional
+        Sampling rate, Hz. Default: the rate of the recording.
+    horizon : float, optional
+        Longest time without aiding, s. Default: 100 s or a tenth of the recording, whichever is shorter.
+    whole_record : bool
+        Whether the default horizon is a tenth of the recording.
+    as_fitted, inflate : bool, float
+        See `Axis`.
+    """
+    positive(inflate, "inflate", "", "write a positive factor, such as 5")
+    if horizon is not None and not 0.0 < horizon < np.inf:
+        raise InputError(f"horizon = {horizon:g} s: write a positive number of seconds")
+    found = axis.until if whole_record else axis.horizon
+    return replace(
+        axis,
+        rate=axis.rate if rate is None else positive_rate(rate),
+        horizon=found if horizon is None else horizon,
+        as_fitted=as_fitted,
+        inflate=inflate,
+        scale=axis.scale * inflate,
+        coefficients={n: _times(value, inflate) for n, value in axis.coefficients.items()},
+        notes=(
+            *axis.notes,
+            *([f"all deviations x{inflate:g}: the user's choice"] if inflate != 1.0 else []),
+        ),
+    )

@@ -1,0 +1,104 @@
+"""Choose the numbers for formats with white noise and one slow process: N and K, or N and a Gauss-Markov process."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects.gauss_markov import GaussMarkov
+from allanite.exports._follow import SLACK, follow_lag, follow_walk, small_walk
+from allanite.exports._held import Choice, walk
+from allanite.exports._overbound import overbound_lag, overbound_walk
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.effects.model import Model
+    from allanite.exports._axis import Axis
+
+__all__ = ["LIMIT", "choose", "choose_lag", "covering"]
+
+#: Remark on a coefficient that was not detected.
+LIMIT = "not detected, this is the 95 % upper limit"
+
+
+def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> Choice:
+    """N and K for an axis.
+
+    Parameters
+    ----------
+    axis : Axis
+        Its attributes also state the horizon, and whether the coefficients are written as fitted.
+    overbound : bool
+        Whether the numbers must cover the upper limits of the model.
+    simulator : bool
+        Whether the numbers are for a simulator. Otherwise they are for a filter.
+    """
+    if overbound:
+        return overbound_walk(axis)
+    return _as_fitted(axis) if axis.as_fitted else follow_walk(axis, simulator=simulator)
+
+
+def choose_lag(
+    axis: Axis, time: float | None = None, *, overbound: bool = False, simulator: bool = False
+) -> Choice:
+    """N and a Gauss-Markov process for an axis, with the given correlation time if there is one; see `choose`."""
+    if overbound:
+        return overbound_lag(axis, time)
+    if axis.as_fitted:
+        own = [e for e in axis.model.stochastic if isinstance(e, GaussMarkov)]
+        if own:
+            first = _as_fitted(axis)
+            q_c, T = float(own[0].q_c or 0.0), float(own[0].correlation_time or 0.0)
+            if q_c > 0.0 and time in (None, T):
+                held = tuple(name for name in first.holds or () if name != "K")
+                return replace(
+                    first, K=0.0, q_c=axis.scale * q_c, correlation_time=T, holds=(*held, "GM")
+                )
+    return follow_lag(axis, time, simulator=simulator)
+
+
+def _as_fitted(axis: Axis) -> Choice:
+    """The fitted N and K; for a coefficient that was not detected, its upper limit."""
+    numbers = {"N": 0.0, "K": 0.0}
+    remarks, holds = [], []
+    for name in numbers:
+        estimate = axis.coefficients.get(name)
+        if estimate is None:
+            continue
+        limit = not estimate.detected and estimate.interval is not None
+        numbers[name] = float(estimate.interval[1] if limit and estimate.interval else estimate)
+        if name == "N" and axis.model.levels:
+            numbers["N"] *= axis.model.mean_level(axis.span)
+        if numbers[name] > 0.0:
+            holds.append(name)
+            remarks += [(name, LIMIT)] if limit else []
+    if not numbers["N"] > 0.0:
+        tau = axis.taus[:1]
+        numbers["N"] = float(np.sqrt(_variance(axis, axis.broad, tau) * tau)[0])
+        remarks.append(
+            (
+                "N",
+                "the model has no white noise: this N has the model's Allan deviation at one sample",
+            )
+        )
+    if not numbers["K"] > 0.0:
+        numbers["K"] = small_walk(numbers["N"], axis)
+        remarks.append(("K", "the model has no random walk: this K is negligibly small"))
+    return Choice(numbers["N"], numbers["K"], remarks=tuple(remarks), holds=tuple(holds))
+
+
+def _variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Allan variance of a part of the model of an axis, SI."""
+    return axis.scale**2 * part.allan_variance(tau, axis.sampling)
+
+
+def covering(axis: Axis, rest: Model) -> float:
+    """Smallest K with which K and `rest` (SI) are at most 2 % below the Allan deviation of the white and slow noise."""
+    tau = axis.taus
+    slow = (1.0 - SLACK) ** 2 * _variance(axis, axis.slow, tau)
+    missing = slow - rest.allan_variance(tau, axis.sampling)
+    needed = float((missing / walk(1.0).allan_variance(tau, axis.sampling)).max())
+    return float(np.sqrt(max(0.0, needed)))

@@ -1,0 +1,386 @@
+"""N and K, or N and a Gauss-Markov process, that follow the whole model over a horizon.
+
+A filter is overconfident if its N and K ignore other effects of the sensor: a bias instability, a lag, a slow line. The
+numbers here are the closest to the model with which a bias filter is not overconfident. Two comparisons decide:
+
+* NEES: the filter is aided, then it coasts without aiding. The true variance of its error divided by the predicted
+  variance (`allanite.statespace.bias_filter`) is at most 1.02 from 1 s to the horizon, and close to 1 at the horizon.
+* The Allan deviation of the numbers is at most 2 % below the Allan deviation of the model's broad and slow noise.
+
+The numbers for a simulator only follow the Allan deviation, from one sample on, because a simulator generates samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import white_noise
+from allanite.effects.gauss_markov import GaussMarkov
+from allanite.exports._held import Choice, lag, walk
+from allanite.statespace.bias_filter import coast, mission_of, true_variance
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.effects.model import Model
+    from allanite.exports._axis import Axis
+    from allanite.statespace.bias_filter import Errors
+
+    Array = NDArray[np.float64]
+
+__all__ = [
+    "SMALL_WALK_SHARE",
+    "Quality",
+    "follow_lag",
+    "follow_walk",
+    "quality",
+    "shared_lag",
+    "small_walk",
+]
+
+#: Allowed relative shortfall of the Allan deviation, and allowed excess of the NEES over 1.
+SLACK = 0.02
+#: Minimum NEES with which the fitted N and K are written unchanged; the maximum is 1 + SLACK. The difference to 1 is half
+#: of the usual scatter of K.
+MIN_UNCHANGED_NEES = 0.95
+#: Minimum NEES at the horizon, relative to the allowed one. Below, the shortest coasting times are ignored one after
+#: another: noise that averages out within seconds (quantization, vibration) would make the filter too conservative at the
+#: horizon. The acceptance limit is 0.7, and fits scatter by 0.1.
+MIN_NEES_AT_HORIZON = 0.8
+#: Weight of the horizon in the cost, relative to the mean over all times, because the user names the horizon. Chosen by
+#: judgment; not measured.
+HORIZON_WEIGHT = 4.0
+#: Only coasting times below the horizon divided by this number may be ignored. If that is not enough (a line with a period
+#: as long as the horizon), the NEES may reach 1 + LAST_SLACK, half of the way to the acceptance limit 1.2.
+IGNORABLE_FRACTION, LAST_SLACK = 10.0, 0.1
+#: Fraction of the Allan variance at the horizon that a K adds if no K is needed, because no filter accepts K = 0.
+SMALL_WALK_SHARE = 0.01
+#: Range of the tried ratios K/N times the horizon, and number of ratios per decade. The best one is refined once.
+MIN_RATIO, MAX_RATIO, RATIOS_PER_DECADE = 1e-3, 1e5, 5
+#: Range of the tried correlation times divided by the horizon, and their number.
+MIN_LAG, MAX_LAG, LAG_COUNT = 0.1, 30.0, 11
+#: Number of averaging times per decade.
+TAUS_PER_DECADE = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Comparison of the numbers of a file with a model.
+
+    Attributes
+    ----------
+    ratio, tau : float
+        Allan deviation of the numbers divided by that of the model, where the ratio is farthest from 1, and τ in s.
+    nees : float
+        Largest NEES of a bias filter with these numbers, from a tenth of the horizon on.
+    at : float
+        Coasting time of `nees`, s.
+    early : float
+        Largest NEES below a tenth of the horizon; 0 if no time is tried there.
+    at_horizon : float
+        NEES at the horizon.
+    """
+
+    ratio: float
+    tau: float
+    nees: float
+    at: float
+    early: float
+    at_horizon: float
+
+    @property
+    def log_ratio(self) -> float:
+        """Logarithm of `ratio`."""
+        return float(np.log(self.ratio))
+
+
+@dataclass(frozen=True)
+class _Target:
+    """Model of an axis that the numbers must follow, and its broad and slow part, in units of `scale` SI units."""
+
+    model: Model
+    slow: Model
+    rate: float
+    horizon: float
+    scale: float
+    simulator: bool
+
+    @cached_property
+    def tau(self) -> Array:
+        """Averaging times at which the Allan deviations are compared, s."""
+        low = 1.0 / self.rate if self.simulator else mission_of(self.horizon, self.rate).step
+        high = max(self.horizon, 2.0 * low)
+        count = max(2, int(TAUS_PER_DECADE * np.log10(high / low)) + 2)
+        return (
+            np.unique(np.round(np.geomspace(low * self.rate, high * self.rate, count))) / self.rate
+        )
+
+    @cached_property
+    def allan(self) -> Array:
+        """Allan variance of the broad and slow noise. Vibration is excluded: the NEES counts its integrated effect."""
+        return np.asarray(self.scale**2 * self.slow.allan_variance(self.tau, self.rate))
+
+    @property
+    def white(self) -> float:
+        """N of the model, or 0."""
+        return self.scale * _value(self.model, "N")
+
+    @property
+    def lags(self) -> list[tuple[float, float]]:
+        """q_c (SI) and correlation time of each Gauss-Markov process of the model."""
+        return [
+            (self.scale * float(e.q_c or 0.0), float(e.correlation_time or 0.0))
+            for e in self.model.stochastic
+            if isinstance(e, GaussMarkov) and e.q_c
+        ]
+
+    @property
+    def times(self) -> list[float]:
+        """Correlation times to try, s: a range around the horizon, and those of the model."""
+        grid = self.horizon * np.geomspace(MIN_LAG, MAX_LAG, LAG_COUNT)
+        return sorted({*map(float, grid), *(T for _, T in self.lags if T > 0.0)})
+
+    def nees(self, ratio: Array, time: Array) -> Array:
+        """NEES of filters with N = 1 at each coasting time, shape (candidates, times)."""
+        errors = _filters(self.horizon, self.rate, tuple(ratio.tolist()), tuple(time.tolist()))
+        true = true_variance(self.model, self.rate, mission_of(self.horizon, self.rate), errors)
+        return np.asarray(self.scale**2 * true / errors.predicted)
+
+    def tried(self, ratio: Array, time: Array) -> Tried:
+        """Candidates with these ratios K/N and correlation times (infinite: a random walk), and their costs."""
+        tau, fs = self.tau, self.rate
+        white = white_noise(1.0).allan_variance(tau, fs)
+        slow = np.empty((ratio.size, tau.size))
+        for T in np.unique(time):
+            one = walk(1.0) if np.isinf(T) else lag(1.0, float(T))
+            slow[time == T] = one.allan_variance(tau, fs)
+        shares = self.allan / (white + ratio[:, None] ** 2 * slow)
+        squares = np.maximum((1.0 - SLACK) ** 2 * shares.max(axis=1), self.white**2)
+        if self.simulator:
+            return Tried(ratio, time, squares, _cost(shares, squares, 0.0))
+        nees = self.nees(ratio, time)
+        late = _late(self)
+        for first, slack in (*((k, SLACK) for k in range(late + 1)), (late, LAST_SLACK)):
+            used = nees[:, first:]
+            enough = np.maximum(squares, used.max(axis=1) / (1.0 + slack))
+            found = Tried(ratio, time, enough, _cost(used, enough, HORIZON_WEIGHT))
+            if nees[found.best, -1] >= MIN_NEES_AT_HORIZON * enough[found.best]:
+                break
+        return found
+
+    def search(self, times: Sequence[float]) -> Tried:
+        """Candidates with all ratios K/N, for one correlation time after another."""
+        one = self.ratios
+        return self.tried(np.tile(one, len(times)), np.repeat(np.asarray(times, float), one.size))
+
+    @property
+    def ratios(self) -> Array:
+        """Ratios K/N to try, 1/s."""
+        count = int(RATIOS_PER_DECADE * np.log10(MAX_RATIO / MIN_RATIO)) + 1
+        return np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
+
+    def refined(self, found: Tried) -> tuple[float, float, float]:
+        """N, slow coefficient and correlation time of the best candidate, after a finer search around it."""
+        ratio, time = found.ratio[found.best], found.time[found.best]
+        step = 1 / RATIOS_PER_DECADE
+        near = ratio * np.geomspace(10**-step, 10**step, 13)
+        again = self.tried(near, np.full(near.size, time))
+        best = min(found, again, key=lambda one: float(one.cost[one.best]))
+        N = float(np.sqrt(best.square[best.best]))
+        return N, N * float(best.ratio[best.best]), float(time)
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """Candidates, shape (c,): K/N, correlation time, the smallest N² that is sufficient, and the cost."""
+
+    ratio: Array
+    time: Array
+    square: Array
+    cost: Array
+
+    @property
+    def best(self) -> int:
+        """Index of the candidate with the smallest cost."""
+        return int(np.argmin(self.cost))
+
+
+def _cost(shares: Array, squares: Array, last: float) -> Array:
+    """Mean squared logarithm of the shares divided by N², with the extra weight `last` on the last share.
+
+    A share is a variance of the model divided by that of a candidate with N = 1.
+    """
+    logs = np.log(np.maximum(shares / np.maximum(squares, 1e-300)[:, None], 1e-12))
+    return np.asarray((logs**2).mean(axis=1) + last * logs[:, -1] ** 2)
+
+
+def follow_walk(axis: Axis, *, simulator: bool = False) -> Choice:
+    """N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
+    return _walk(_target(axis, simulator))
+
+
+def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False) -> Choice:
+    """N and a Gauss-Markov process that follow the model up to its horizon; `time` fixes the correlation time."""
+    return _lag(_target(axis, simulator), time)
+
+
+def shared_lag(axes: Sequence[Axis]) -> float:
+    """Correlation time in s with which all axes together follow their models best."""
+    targets = [_target(axis, simulator=False) for axis in axes]
+    own = {T for target in targets for _, T in target.lags}
+    if len(own) == 1 and all(target.lags for target in targets):
+        return own.pop()
+    times = sorted({T for target in targets for T in target.times})
+    total = np.zeros(len(times))
+    for target in targets:
+        total += target.search(times).cost.reshape(len(times), -1).min(axis=1)
+    return times[int(np.argmin(total))]
+
+
+def quality(axis: Axis, choice: Choice) -> Quality:
+    """Comparison of written numbers with the whole model of an axis: ratio of Allan deviations, and NEES."""
+    bare = Choice(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
+    return _quality(_target(axis, simulator=False), bare)
+
+
+def _target(axis: Axis, simulator: bool) -> _Target:
+    """Model that the numbers of an axis must follow."""
+    return _Target(
+        axis.expected_steady, axis.slow, axis.sampling, axis.horizon, axis.scale, simulator
+    )
+
+
+def _value(model: Model, name: str) -> float:
+    """Coefficient of the standard effect with this name, or 0 if the model has no such effect."""
+    for effect in model.stochastic:
+        if effect.standard is not None and effect.standard.name == name:
+            return float(getattr(effect, effect.coefficient))
+    return 0.0
+
+
+@lru_cache(maxsize=8)
+def _filters(
+    horizon: float, rate: float, ratio: tuple[float, ...], time: tuple[float, ...]
+) -> Errors:
+    """Errors of bias filters with N = 1; cached, because every axis tries the same ratios."""
+    return coast(mission_of(horizon, rate), np.array(ratio), np.array(time))
+
+
+@lru_cache(maxsize=64)
+def _walk(target: _Target) -> Choice:
+    """N and K that follow a model: the fitted ones if they are consistent, otherwise the best candidate."""
+    fitted = target.scale * _value(target.model, "K")
+    plain = _unchanged(target, fitted)
+    if plain is not None:
+        return plain
+    N, K, _ = target.refined(target.search([np.inf]))
+    return Choice(N, K, remarks=_remarks(target, N, "K", K, fitted))
+
+
+@lru_cache(maxsize=64)
+def _lag(target: _Target, time: float | None) -> Choice:
+    """N and a Gauss-Markov process that follow a model: the fitted ones if consistent, otherwise the best candidate."""
+    own = target.lags
+    if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
+        choice = Choice(target.white, 0.0, *own[0])
+        if _is_consistent(target, choice):
+            return choice
+    N, q_c, T = target.refined(target.search(target.times if time is None else [time]))
+    return Choice(N, 0.0, q_c, T, remarks=_remarks(target, N, "lag", q_c, 0.0))
+
+
+def small_walk(N: float, axis: Axis) -> float:
+    """K that adds `SMALL_WALK_SHARE` to the Allan variance of N at the horizon of an axis."""
+    return _small(N, axis.horizon, axis.sampling)
+
+
+def _small(N: float, horizon: float, rate: float) -> float:
+    """K that adds `SMALL_WALK_SHARE` to the Allan variance of N at a horizon."""
+    last = np.array([max(horizon, 1.0 / rate)])
+    white, unit = (e.allan_variance(last, rate)[0] for e in (white_noise(N), walk(1.0)))
+    return float(np.sqrt(SMALL_WALK_SHARE * white / unit))
+
+
+def _unchanged(target: _Target, K: float) -> Choice | None:
+    """The fitted N and K if a filter with them is consistent, otherwise None."""
+    N = target.white
+    if not N > 0.0:
+        return None
+    little = _small(N, target.horizon, target.rate)
+    choice = Choice(N, max(K, little))
+    if not _is_consistent(target, choice):
+        return None
+    if little <= K:
+        return choice
+    last = target.horizon
+    words = f"the model needs none: this K adds {SMALL_WALK_SHARE:.0%} to the Allan variance at {last:.3g} s"
+    return Choice(N, little, remarks=(("K", words),))
+
+
+def _is_consistent(target: _Target, choice: Choice) -> bool:
+    """True if a filter with these numbers is consistent, or for a simulator, if they match the Allan variance."""
+    if target.simulator:
+        shares = target.allan / choice.model.allan_variance(target.tau, target.rate)
+        return bool(shares.max() <= (1.0 - SLACK) ** -2 and shares.min() >= MIN_UNCHANGED_NEES)
+    nees = _nees_of(target, choice)
+    return bool(nees.max() <= 1.0 + SLACK and nees.min() >= MIN_UNCHANGED_NEES)
+
+
+def _nees_of(target: _Target, choice: Choice) -> Array:
+    """NEES of a filter with these numbers at each coasting time."""
+    ratio = np.array([(choice.q_c or choice.K) / choice.N])
+    time = np.array([choice.correlation_time or np.inf])
+    return target.nees(ratio, time)[0] / choice.N**2
+
+
+def _remarks(
+    target: _Target, N: float, name: str, value: float, fitted: float
+) -> tuple[tuple[str, str], ...]:
+    """Remarks on N and on the slow coefficient: their ratio to the fitted values, and the reason."""
+    last = f"{target.horizon:.4g} s"
+    words = {}
+    if not target.white > 0.0:
+        words["N"] = (
+            f"the model has no white noise: N and the bias together cover the model up to {last}"
+        )
+    elif N / target.white > 1.005:
+        words["N"] = f"{N / target.white:.3g} times the fitted N, to cover the model up to {last}"
+    if fitted > 0.0:
+        words[name] = f"{value / fitted:.3g} times the fitted K, to cover the model up to {last}"
+    else:
+        words[name] = f"together with N, covers the slow noise of the model up to {last}"
+    return tuple(words.items())
+
+
+@lru_cache(maxsize=256)
+def _quality(target: _Target, choice: Choice) -> Quality:
+    """Comparison of numbers with a model."""
+    tau, fs = target.tau, target.rate
+    written = choice.model.allan_variance(tau, fs)
+    whole = target.scale**2 * target.model.allan_variance(tau, fs)
+    logs = 0.5 * np.log(np.maximum(written, 1e-300) / np.maximum(whole, 1e-300))
+    worst = int(np.argmax(np.abs(logs)))
+    nees = _nees_of(target, choice)
+    times = mission_of(target.horizon, fs).times
+    late = _late(target)
+    most = late + int(np.argmax(nees[late:]))
+    return Quality(
+        ratio=float(np.exp(logs[worst])),
+        tau=float(tau[worst]),
+        nees=float(nees[most]),
+        at=float(times[most]),
+        early=float(nees[:late].max(initial=0.0)),
+        at_horizon=float(nees[-1]),
+    )
+
+
+def _late(target: _Target) -> int:
+    """Number of coasting times below a tenth of the horizon."""
+    times = mission_of(target.horizon, target.rate).times
+    return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

@@ -1,0 +1,227 @@
+"""Head of a parameter file: whether to use the file, what its numbers mean, and which effects it does not hold."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects._base import Stochastic
+from allanite.effects._known import Deterministic, Periodic
+from allanite.exports._axis import HORIZON
+from allanite.exports._follow import Quality, quality
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from allanite.effects import Effect
+    from allanite.exports._axis import Axis
+    from allanite.exports._held import Choice
+
+    Pair = tuple[Axis, Choice]
+
+__all__ = ["GENERAL", "about", "head", "verdict"]
+
+GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
+#: NEES above which a filter is called overconfident; also the acceptance limit of the tests of every format. Chosen by
+#: judgment; not measured.
+MAX_NEES = 1.2
+#: Maximum number of effects that are listed one by one. Above, only the number of each kind is stated.
+MAX_LISTED_EFFECTS = 8
+#: Minimum distance between the ends of the interval over alternative models and of the own interval, relative to the width
+#: of the own interval. Below, the alternative interval is not stated. Chosen by judgment; not measured.
+MIN_WIDENING = 0.1
+
+
+def head(
+    pairs: Sequence[Pair],
+    convention: Sequence[str],
+    *,
+    simulator: bool = False,
+    samples: bool = False,
+) -> list[str]:
+    """Lines of the head: whether to use the file, its conventions, and the effects of each axis in it."""
+    return [
+        verdict(pairs, simulator=simulator or samples),
+        GENERAL,
+        *convention,
+        *(line for a, c in pairs for line in about(a, c, simulator=simulator)),
+    ]
+
+
+def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
+    """First line of the head: whether to use the file, why not, and how far its numbers are from the model.
+
+    The text is ASCII, because some programs refuse other characters in a comment.
+    """
+    found = [(axis, quality(axis, choice)) for axis, choice in pairs]
+    reasons = [f"{axis.name}: {axis.warning}" for axis, _ in pairs if axis.warning]
+    filters = [(a, c, q) for (a, c), (_, q) in zip(pairs, found, strict=True) if not c.B]
+    if not simulator:
+        reasons += [_overconfident(*one) for one in filters if one[2].nees > MAX_NEES]
+    axis, worst = max(found, key=lambda one: abs(one[1].log_ratio))
+    where = f" ({axis.name})" if len(found) > 1 else ""
+    horizon = max(a.horizon for a, _ in pairs)
+    use = f"Use: no. {'; '.join(reasons)}." if reasons else "Use: yes."
+    farthest = (
+        f"Up to {horizon:.4g} s the Allan deviation of the numbers is farthest from the model's at"
+        f" {worst.tau:.4g} s: ratio {worst.ratio:.2f}{where}."
+    )
+    sentences = [use, farthest]
+    if filters and not simulator:
+        low, high = (f(q.at_horizon for _, _, q in filters) for f in (min, max))
+        spread = f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
+        most = max(q.nees for _, _, q in filters)
+        early = max(q.early for _, _, q in filters)
+        fast = f", {early:.2f} at shorter times due to fast noise" if early > MAX_NEES else ""
+        sentences.append(
+            f"NEES of a bias filter (true over predicted variance, 1 is ideal): {spread} after {horizon:.4g} s without"
+            f" aiding, at most {most:.2f} from {horizon / 10:.4g} s on{fast}."
+        )
+    sentences += _too_short([axis for axis, _ in pairs])
+    short = [a for a, _ in pairs if a.horizon > 1.001 * a.until]
+    if short:
+        sentences.append(
+            f"The log of {short[0].name} only shows the noise up to tau = {short[0].until:.3g} s."
+        )
+    return " ".join(sentences)
+
+
+def _too_short(axes: Sequence[Axis]) -> list[str]:
+    """Sentences on slow effects that were not detected in short logs; empty if there are none.
+
+    A log is short if a tenth of its length, the longest tau with a reliable deviation, is below the default horizon.
+    """
+    of: dict[tuple[str, float], list[str]] = {}
+    for axis in axes:
+        if axis.assumptions or axis.until >= HORIZON:
+            continue
+        entries = zip(_all(axis), axis.document["effects"], strict=True)
+        hidden = [
+            label
+            for (label, effect), entry in entries
+            if isinstance(effect, Stochastic)
+            and effect.wanders
+            and entry["parameters"][effect.coefficient].get("detected") is False
+        ]
+        if hidden:
+            of.setdefault((", ".join(hidden), axis.span[1]), []).append(axis.name)
+    return [
+        f"Record too short for {hidden} of {', '.join(names)}: a record of {duration:.3g} s shows tau up to"
+        f" {0.1 * duration:.3g} s, and {hidden} {'were' if ', ' in hidden else 'was'} not detected there. The slow noise"
+        " in this file comes from upper limits."
+        for (hidden, duration), names in of.items()
+    ]
+
+
+def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:
+    """Reason against a file with which a filter is overconfident."""
+    left = [label for label, _ in _left_out(axis, choice, simulator=False)]
+    what = ", ".join(left) or "a part of the model"
+    return (
+        f"{axis.name}: a bias filter is overconfident, its NEES is {found.nees:.3g} after {found.at:.3g} s,"
+        f" because the numbers do not hold {what}"
+    )
+
+
+def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
+    """Lines on one axis: its model, and the effects that the numbers cover or leave out."""
+    origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
+    if axis.assumptions:
+        origin = f"from {axis.source}, without a log"
+    covered = _covered(axis, choice, simulator=simulator)
+    name = "+".join(_counted(e.short for e in axis.model))
+    line = f"{axis.name}: {origin}; model {name}; in this file: {covered}"
+    left = [f"{label} ({e.kind})" for label, e in _left_out(axis, choice, simulator=simulator)]
+    if len(left) > MAX_LISTED_EFFECTS:
+        left = _counted(e.kind for _, e in _left_out(axis, choice, simulator=simulator))
+    lines = [line, *(f"  {note}" for note in axis.notes)]
+    lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
+    if choice is not None and choice.overbound and axis.loudest is not None:
+        begin, end = axis.loudest
+        lines.append(
+            f"  N covers the loudest segment of the log, from about {begin:.4g} s to {end:.4g} s"
+        )
+    lines += [f"  {line}" for line in _alternatives(axis)]
+    if left:
+        lines.append(f"  not in this file: {', '.join(left)}")
+    return lines
+
+
+def _counted(names: Iterable[str]) -> list[str]:
+    """Each name once, with its count if it is larger than 1: ``12 SIN``."""
+    return [name if n == 1 else f"{n} {name}" for name, n in Counter(names).items()]
+
+
+def _alternatives(axis: Axis) -> Iterator[str]:
+    """Lines with intervals of coefficients under alternative models, if these intervals are clearly wider.
+
+    An example is ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
+    """
+    for (label, _), entry in zip(_all(axis), axis.document["effects"], strict=True):
+        for name, ends in (entry.get("over_rivals") or {}).items():
+            given = entry["parameters"].get(name) or {}
+            own, value = given.get("interval"), given.get("value")
+            if value is None or not own or None in own or None in ends:
+                continue
+            if max(own[0] - ends[0], ends[1] - own[1]) <= MIN_WIDENING * (own[1] - own[0]):
+                continue
+            key = label if name == label else f"{label} {name}"
+            kinds = " or ".join(entry.get("rivals") or ()) or "another effect"
+            numbers = [f"{float(v):.3g}" for v in (value, *own, *ends)]
+            yield (
+                f"{key} {numbers[0]} ({numbers[1]} ... {numbers[2]}) {given.get('unit', '')};".rstrip()
+                + f" {numbers[3]} ... {numbers[4]} if it is {kinds}"
+            )
+
+
+def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
+    """Text that names the effects in the numbers of a file."""
+    if choice is None:
+        covered = ", ".join(label for label, _ in _all(axis))
+    elif choice.overbound:
+        covered = "the upper limits of all its effects"
+    elif choice.holds is not None:
+        covered = f"{', '.join(choice.holds)} as fitted"
+    else:
+        missing = {label for label, _ in _left_out(axis, choice, simulator=simulator)}
+        own = (label for label, _ in _all(axis) if label not in missing)
+        labels = tuple(own)
+        shorts = (e.short for label, e in _all(axis) if label in labels)
+        covered = "numbers that cover " + ", ".join(
+            labels if len(labels) <= MAX_LISTED_EFFECTS else _counted(shorts)
+        )
+    if choice is not None and choice.others:
+        of: dict[str, list[str]] = {}
+        for name, other in choice.others:
+            of.setdefault(other, []).append(name)
+        donors = ", ".join(f"{' and '.join(names)} of {other}" for other, names in of.items())
+        covered += f" (the largest of the axes: {donors})"
+    return covered
+
+
+def _all(axis: Axis) -> Iterator[tuple[str, Effect]]:
+    """Label and effect of each effect of a model."""
+    return zip(axis.model.labels, axis.model.effects, strict=True)
+
+
+def _left_out(axis: Axis, choice: Choice | None, *, simulator: bool) -> list[tuple[str, Effect]]:
+    """Label and effect of each effect that the numbers of a file leave out."""
+    if choice is not None and choice.holds is not None:
+        return [(label, e) for label, e in _all(axis) if label not in choice.holds]
+    return [(label, e) for label, e in _all(axis) if not _is_covered(e, axis, simulator)]
+
+
+def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
+    """True if numbers that follow the model cover this effect. Known functions of time are not covered.
+
+    Numbers for a simulator do not cover lines and narrow bands either.
+    """
+    if isinstance(effect, Stochastic):
+        return not simulator or effect.occupies is None
+    if isinstance(effect, Periodic):
+        return not simulator
+    if isinstance(effect, Deterministic):
+        return bool(effect.own_allan_variance(np.ones(1), axis.sampling)[0] > 0.0)
+    return True

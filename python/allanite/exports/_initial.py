@@ -1,0 +1,88 @@
+"""Initial bias of a filter: its standard deviation from several switch-ons, or a comment if there is only one log."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.exports._axis import split
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["initial_bias", "initial_lines", "unknown"]
+
+#: Alignment time at rest for which files state the remaining bias, s. Chosen by judgment; not measured.
+ALIGNMENT = 60.0
+
+
+def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
+    """Standard deviation of the bias at switch-on in SI, for a filter that starts with a bias of 0; None from one log.
+
+    For a gyroscope, the mean bias counts as well. For an accelerometer, gravity hides the mean, and only the spread counts.
+    A new switch-on deviates from the mean of n others by σ√(1 + 1/n).
+    """
+    found = axis.turn_on
+    if found is None:
+        return None
+    sigma = float(found["interval"][1] if overbound else found["sigma"])
+    square = sigma**2 * (1.0 + 1.0 / int(found["logs"]))
+    if axis.unit == "rad/s":
+        square += float(found["mean"]) ** 2
+    return axis.scale * math.sqrt(square)
+
+
+def unknown(axis: Axis) -> str:
+    """Sentence for an axis with one log: the initial bias is unknown, and the bias that remains after an alignment."""
+    tau = np.array([min(ALIGNMENT, axis.until)])
+    # The means of two neighboring segments differ by √2 Allan deviations.
+    left = axis.scale * math.sqrt(
+        2.0 * float(axis.expected_steady.allan_variance(tau, axis.sampling)[0])
+    )
+    return (
+        f"{axis.name}: the bias at switch-on is not known from one log (give several logs); after {tau[0]:.3g} s of"
+        f" alignment at rest {left:.3g} {axis.unit} remain"
+    )
+
+
+def initial_lines(
+    axes: Sequence[Axis], keys: Mapping[str, str], form: str, mark: str = "#", *, overbound: bool
+) -> str:
+    """Lines with the initial bias of each sensor, the largest of its axes; a comment if there is only one log.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+    keys : mapping of str to str
+        Key in the file for ``gyro`` and ``accel``.
+    form : str
+        Format of a line with ``key``, ``value`` and ``note``.
+    mark : str
+        Beginning of a comment.
+    overbound : bool
+        Whether the upper ends of the intervals are written.
+    """
+    lines = []
+    for sensor, own in zip(("gyro", "accel"), split(axes), strict=True):
+        known = [
+            (value, axis)
+            for axis in own
+            if (value := initial_bias(axis, overbound=overbound)) is not None
+        ]
+        if known:
+            value, axis = max(known, key=lambda one: one[0])
+            assert axis.turn_on is not None
+            note = (
+                f"{mark} {axis.unit}, standard deviation at switch-on from {axis.turn_on['logs']} logs; largest axis:"
+                f" {axis.name}"
+            )
+            if sensor == "accel":
+                note += "; relative to the mean, as gravity hides the mean; includes tilt between the logs"
+            lines.append(form.format(key=keys[sensor], value=value, note=note) + "\n")
+        elif own:
+            lines.append(f"{mark} {keys[sensor]}: {unknown(own[0])}\n")
+    return "".join(lines)

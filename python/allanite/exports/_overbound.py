@@ -1,0 +1,108 @@
+"""Smallest N and K (or N and a Gauss-Markov process) that cover the model's upper limits at all τ and frequencies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError
+from allanite.effects import white_noise
+from allanite.exports._follow import SMALL_WALK_SHARE, small_walk
+from allanite.exports._held import Choice, lag, walk
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.effects._base import Effect
+    from allanite.exports._axis import Axis
+
+__all__ = ["overbound_lag", "overbound_walk"]
+
+#: Number of tried correlation times per decade.
+LAGS_PER_DECADE = 12
+#: Number of points of both curves per decade, and within each band of the model.
+POINTS_PER_DECADE, POINTS_PER_BAND = 48, 65
+
+
+def overbound_walk(axis: Axis) -> Choice:
+    """Smallest N and K that cover the upper limits of an axis, by linear programming in N² and K²."""
+    limits = _Limits(axis)
+    white, slow = limits.smallest(walk(1.0))[0]
+    if slow > 0.0:
+        return Choice(float(np.sqrt(white)), float(np.sqrt(slow)), overbound=True)
+    N = float(np.sqrt(white))
+    remark = (
+        f"the model needs none: this K adds {SMALL_WALK_SHARE:.0%} to the Allan variance at"
+        f" {axis.horizon:.3g} s"
+    )
+    return Choice(N, small_walk(N, axis), remarks=(("K", remark),), overbound=True)
+
+
+def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
+    """Smallest N and Gauss-Markov process that cover the upper limits, with the best or the given correlation time."""
+    limits, tau = _Limits(axis), axis.taus
+    low, high = 4.0 * tau[0], 10.0 * tau[-1]
+    count = max(2, int(LAGS_PER_DECADE * np.log10(high / low)))
+    times = np.geomspace(low, high, count) if time is None else np.array([time])
+    found = [(limits.smallest(lag(1.0, T)), T) for T in times]
+    (sizes, _), best = min(found, key=lambda item: item[0][1])
+    white, slow = np.sqrt(sizes)
+    return Choice(float(white), 0.0, float(slow), float(best), overbound=True)
+
+
+class _Limits:
+    """Allan variance and density of the upper limits of an axis, on grids up to the horizon and within its bands."""
+
+    def __init__(self, axis: Axis) -> None:
+        self.axis, fs = axis, axis.sampling
+        last = axis.taus[-1]
+        count = int(POINTS_PER_DECADE * np.log10(last * fs)) + 2
+        factors = np.unique(np.round(np.geomspace(1.0, last * fs, count)))
+        self.tau = np.asarray(factors / fs, dtype=np.float64)
+        # A filter that is aided for three horizons and coasts for one depends on frequencies down to 1/(4 horizons).
+        self.f = np.geomspace(0.25 / last, 0.4999 * fs, count)
+        self.in_bands = np.concatenate([np.zeros(0), *_bands(axis)])
+        f = np.concatenate([self.f, self.in_bands])
+        self.limit = np.concatenate([axis.allan(self.tau, upper=True), axis.psd(f, upper=True)])
+        # Both curves have the same total weight. Points in bands only bound the numbers and have no weight.
+        sizes = (self.tau.size, 1.0), (self.f.size, 1.0), (self.in_bands.size, 0.0)
+        self.weight = np.concatenate([np.full(n, one / max(n, 1)) for n, one in sizes])
+        if not (self.limit > 0.0).any():
+            raise InputError(
+                f"{axis.name}: the model has no noise: fit a model with noise, such as N+K"
+            )
+
+    def _curves(self, effect: Effect) -> NDArray[np.float64]:
+        """Allan variance and density of an effect on the grids, concatenated."""
+        fs = self.axis.sampling
+        f = np.concatenate([self.f, self.in_bands])
+        return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
+
+    def smallest(self, slow: Effect) -> tuple[NDArray[np.float64], float]:
+        """Smallest squares of N and of the slow coefficient, and the mean ratio of their curves to the limits."""
+        from scipy.optimize import linprog
+
+        there = self.limit > 0.0
+        columns = [self._curves(effect) for effect in (white_noise(1.0), slow)]
+        design = np.column_stack(columns)[there] / self.limit[there, None]
+        size = design.max(axis=0)
+        cost = self.weight[there] @ design / size
+        found = linprog(cost, A_ub=-design / size, b_ub=-np.ones(len(design)), method="highs")
+        if found.x is None:
+            raise InputError(f"{self.axis.name}: no overbound was found ({found.message})")
+        scaled = np.maximum(found.x, 0.0)
+        # The solver satisfies its constraints only to a relative 1e-7.
+        scaled *= max(1.0, 1.0 / float((design / size @ scaled).min()))
+        return scaled / size, float(cost @ scaled)
+
+
+def _bands(axis: Axis) -> Iterator[NDArray[np.float64]]:
+    """Frequencies in the bands of the model's processes, also at the ends of their intervals, Hz."""
+    for forms in axis.corners:
+        for form in forms:
+            band = form.stochastic[0].occupies
+            if band is not None:
+                f = np.linspace(band[0], band[1], POINTS_PER_BAND)
+                yield f[(f > 0.0) & (f < 0.5 * axis.sampling)]

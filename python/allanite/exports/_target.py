@@ -1,0 +1,103 @@
+"""Declaration of an export format, and the table of all formats. Installed packages add formats by entry points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from threading import RLock
+from typing import TYPE_CHECKING, Protocol
+
+from allanite.common.errors import InputError
+from allanite.common.extensions import add_installed, declared_in
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["ENTRY_POINTS", "Render", "Target", "Targets"]
+
+#: Group of the entry points of installed packages.
+ENTRY_POINTS = "allanite.exports"
+
+
+class Render(Protocol):
+    """Function that returns the text of a parameter file."""
+
+    def __call__(self, axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+        """Text of a parameter file for these axes, at the rate of the target."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """One format of parameter files.
+
+    Attributes
+    ----------
+    name : str
+        Name on the command line: ``kalibr``.
+    title : str
+        Name on the page: ``Kalibr``.
+    file_name : str
+        Name of the file in a folder with all formats, and on the page.
+    render : callable
+        ``render(axes, rate, overbound=False)`` returns the text of the file.
+    any_sensor : bool
+        Whether the format accepts any sensor. Otherwise it accepts gyroscopes and accelerometers of one IMU.
+    own_rate : bool
+        Whether the numbers depend on the rate of the filter instead of the rate of the sensor.
+    whole_record : bool
+        Whether the default horizon is a tenth of the recording. This suits simulators, which do not coast.
+    alternatives : bool
+        Whether the format states alternative explanations. Their search takes longer than everything else.
+    """
+
+    name: str
+    title: str
+    file_name: str
+    render: Render
+    any_sensor: bool = False
+    own_rate: bool = False
+    whole_record: bool = False
+    alternatives: bool = False
+
+
+class Targets(Mapping[str, Target]):
+    """Mapping of all targets by name: from modules of these packages, and from installed packages, which load once."""
+
+    def __init__(self, *packages: str) -> None:
+        own = [one for targets in declared_in("TARGETS", *packages) for one in targets]
+        self._targets: dict[str, Target] = {t.name: t for t in sorted(own, key=lambda t: t.name)}
+        self._complete = False
+        self._lock = RLock()
+
+    def __getitem__(self, name: str) -> Target:
+        self._load()
+        return self._targets[name]
+
+    def __iter__(self) -> Iterator[str]:
+        self._load()
+        return iter(tuple(self._targets))
+
+    def __len__(self) -> int:
+        self._load()
+        return len(self._targets)
+
+    def _load(self) -> None:
+        """Add the targets of installed packages, at the first call."""
+        with self._lock:
+            if self._complete:
+                return
+            self._complete = True
+            add_installed(ENTRY_POINTS, "export", self._add)
+
+    def _add(self, target: object) -> None:
+        """Add one target; raise an error if its name or file name is already used."""
+        if not isinstance(target, Target):
+            raise InputError(f"{target!r} is not an allanite.exports.Target")
+        for other in self._targets.values():
+            if target.name == other.name or target.file_name == other.file_name:
+                raise InputError(
+                    f"its name {target.name!r} or its file name {target.file_name!r} is already used by {other.title}"
+                )
+        self._targets[target.name] = target

@@ -1,0 +1,42 @@
+"""Assign the numbers of axes to x, y and z."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.recording.axis_names import letter_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["in_xyz"]
+
+PLACES = ("x", "y", "z")
+
+
+def in_xyz(
+    axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
+) -> tuple[list[tuple[float, ...]], list[str]]:
+    """Numbers of x, y and z, and remarks on axes without a model of their own.
+
+    The letter in its name assigns an axis; three axes without letters are taken in their order. An axis without a model
+    gets the largest of each number, because the density and Allan variance of a lag rise with its strength and time.
+    """
+    letters = [letter_of(axis.name) for axis in axes]
+    if len(axes) == 3 and None in letters:
+        letters = list(PLACES)
+    known = None not in letters and len(set(letters)) == len(letters)
+    given = dict(zip(letters, numbers, strict=True)) if known else {}
+    most = tuple(max(column) for column in zip(*numbers, strict=True))
+    bare = [place for place in PLACES if place not in given]
+    said = []
+    if bare and len(axes) > 1:
+        names = ", ".join(axis.name for axis in axes)
+        said = [f"{', '.join(bare)}: no own model was given; each number is the largest of {names}"]
+    elif bare:
+        said = [
+            f"{', '.join(bare)}: no own model was given; the numbers are those of {axes[0].name}"
+        ]
+    return [given.get(place, most) for place in PLACES], said

@@ -1,0 +1,41 @@
+"""C header with N and K of each axis, for your own filter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._head import head
+from allanite.exports._lines import chosen
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """Arrays of N and K in SI units, in the order of the given axes."""
+    pairs = chosen(axes, overbound=overbound)
+    convention = (
+        "N and K are continuous-time, two-sided, in SI. With the sampling interval dt, the standard deviation per sample",
+        "is N/sqrt(dt), and that of a bias step from sample to sample is K*sqrt(dt).",
+    )
+    lines = [comments(head(pairs, convention), "//")]
+    lines += ["#ifndef ALLANITE_NOISE_H\n#define ALLANITE_NOISE_H\n\n"]
+    lines.append(f"#define ALLANITE_AXES {len(pairs)}\n")
+    for name, words in (("N", "white noise, unit*sqrt(s)"), ("K", "random walk, unit/sqrt(s)")):
+        lines.append(f"// {words}\n")
+        lines.append(f"static const double ALLANITE_{name}[ALLANITE_AXES] = {{\n")
+        for axis, choice in pairs:
+            note = f"{axis.name}, {axis.unit}" + (f"; {r}" if (r := choice.remark(name)) else "")
+            lines.append(f"    {getattr(choice, name):.9e}, // {note}\n")
+        lines.append("};\n")
+    lines.append("\n#endif\n")
+    return "".join(lines)
+
+
+TARGETS = (Target("c-header", "C header", "noise.h", render, any_sensor=True),)

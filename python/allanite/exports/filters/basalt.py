@@ -1,0 +1,47 @@
+"""Basalt calibration (JSON): continuous-time, two-sided N and K of each axis in SI."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of, split
+from allanite.exports._head import head
+from allanite.exports._lines import chosen, needs_both
+from allanite.exports._target import Target
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N and K of x, y and z, and the rate with which Basalt converts N to the standard deviation of a sample.
+
+    ``dicrete_time_gyro_noise_std`` is std·√imu_update_rate, and a random walk over dt has the variance std²·dt
+    (basalt/calibration/calibration.hpp, basalt/linearization/imu_block.hpp).
+    """
+    update = rate_of(axes, rate, "basalt")
+    needs_both(axes, "basalt")
+    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    convention = (
+        f"Basalt: continuous-time, two-sided densities of x, y, z. Basalt multiplies N by sqrt({update:g} Hz) itself.",
+        "Copy these lines into value0 of your calibration file, which also holds the cameras.",
+    )
+    lines = head([*gyro, *accel], convention)
+    values: dict[str, object] = {"imu_update_rate": update}
+    for name, pairs in (("accel", accel), ("gyro", gyro)):
+        places, said = in_xyz([axis for axis, _ in pairs], [(c.N, c.K) for _, c in pairs])
+        values[f"{name}_noise_std"] = [N for N, _ in places]
+        values[f"{name}_bias_std"] = [K for _, K in places]
+        lines += [f"{name} {remark}" for remark in said]
+    # Basalt reads the first member, whatever its name. Therefore the comment comes second.
+    whole = {"value0": values, "_comment": lines}
+    return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+TARGETS = (Target("basalt", "Basalt", "basalt-calibration.json", render),)

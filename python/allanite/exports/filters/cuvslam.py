@@ -1,0 +1,44 @@
+"""cuVSLAM of Isaac ROS: parameters of its node, with the conventions of Kalibr (continuous-time, two-sided)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of
+from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+ROWS = (
+    ("gyro_noise_density", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
+    ("gyro_random_walk", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("accel_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("accel_random_walk", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N, K and the sampling rate; cuvslam.h refers to Kalibr's noise model for the units."""
+    needs_both(axes, "cuvslam")
+    fs = rate_of(axes, rate, "cuvslam")
+    convention = (
+        "cuVSLAM (isaac_ros_visual_slam): Kalibr's noise model with continuous-time, two-sided densities.",
+    )
+    same = {"N": float, "K": float}
+    form = "    {key}: {value:.6e}  {note}"
+    head, first, rest = value_lines(
+        axes, ROWS, same, convention, overbound=overbound, form=form
+    ).partition("    gyro_noise_density")
+    return (
+        f"{head}visual_slam_node:\n  ros__parameters:\n    enable_imu_fusion: true\n{first}{rest}"
+        f"    calibration_frequency: {fs:.6e}  # Hz\n"
+    )
+
+
+TARGETS = (Target("cuvslam", "cuVSLAM (Isaac ROS)", "isaac-ros-visual-slam.yaml", render),)

@@ -1,0 +1,39 @@
+"""DM-VIO settings file: continuous-time, two-sided N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+ROWS = (
+    ("accelerometer_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided"),
+    ("gyroscope_noise_density", "gyro", "N", "rad/s/sqrt(Hz), two-sided"),
+    ("accelerometer_random_walk", "accel", "K", "m/s^3/sqrt(Hz), two-sided"),
+    ("gyroscope_random_walk", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N and K. GTSAM's preintegration squares N; a bias step between frames is K·√Δt (IMUUtils.cpp, fcc306b)."""
+    needs_both(axes, "dmvio")
+    convention = (
+        "DM-VIO: continuous-time, two-sided densities. Copy these lines into the settings file.",
+        "The example files of DM-VIO have larger numbers: they also cover vibration, which a record at rest does not show.",
+    )
+    lines = value_lines(axes, ROWS, {"N": float, "K": float}, convention, overbound=overbound)
+    return lines + (
+        "# Error of the integration itself: negligible. DM-VIO's default would be 0.1.\n"
+        "integration_sigma: 1.0e-08\n"
+    )
+
+
+TARGETS = (Target("dmvio", "DM-VIO", "dmvio.yaml", render),)

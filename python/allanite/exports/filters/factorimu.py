@@ -1,0 +1,56 @@
+"""MATLAB factorIMUParameters: covariances for the IMU factor of a factorGraph."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of, split
+from allanite.exports._head import head
+from allanite.exports._lines import chosen, needs_both
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+#: Minimum SampleRate in the documentation of factorIMUParameters, Hz.
+MIN_SAMPLE_RATE = 100.0
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N² and K² of x, y and z. The factor multiplies N² by the rate for a sample, and K² by the time between nodes."""
+    fs = rate_of(axes, rate, "factorimu")
+    needs_both(axes, "factorimu")
+    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    convention = [
+        "factorIMUParameters: continuous-time, two-sided covariances N^2 and K^2, despite the units in its documentation.",
+        "The factor multiplies N^2 by SampleRate for a sample, and K^2 by the time between two nodes.",
+    ]
+    if fs < MIN_SAMPLE_RATE:
+        convention.append(
+            f"SampleRate is below the documented minimum of {MIN_SAMPLE_RATE:g} Hz: use a higher sampling rate."
+        )
+    rows = []
+    for name, units, pairs in (
+        ("Gyroscope", ("rad/s", "rad/s^2"), gyro),
+        ("Accelerometer", ("m/s^2", "m/s^3"), accel),
+    ):
+        numbers, said = in_xyz([a for a, _ in pairs], [(c.N, c.K) for _, c in pairs])
+        convention += [f"{name} {line}" for line in said]
+        for key, column, unit in zip(
+            ("Noise", "BiasNoise"), zip(*numbers, strict=True), units, strict=True
+        ):
+            values = " ".join(f"{value:.6e}" for value in column)
+            rows.append(f"    '{name}{key}', diag([{values}].^2), ...  % ({unit})^2/Hz\n")
+    lines = comments(head([*gyro, *accel], convention), "%")
+    return (
+        f"{lines}parameters = factorIMUParameters( ...\n{''.join(rows)}    'SampleRate', {fs:g});\n"
+    )
+
+
+TARGETS = (Target("factorimu", "MATLAB factorIMU", "factorimu.m", render),)

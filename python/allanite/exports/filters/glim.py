@@ -1,0 +1,48 @@
+"""GLIM config_sensors.json: densities for GTSAM's preintegration, and the bias step from scan to scan."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import split
+from allanite.exports._head import head
+from allanite.exports._lines import chosen, largest, needs_both, shared
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+#: Scan rate of a usual LiDAR, Hz. The bias steps from scan to scan.
+SCAN_RATE = 10.0
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N as density, which imu_integration.cpp squares; K/√(scan rate) as standard deviation of a bias step per scan.
+
+    odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both sensors.
+    """
+    needs_both(axes, "glim")
+    scans = rate or SCAN_RATE
+    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    convention = (
+        "GLIM: imu_acc_noise and imu_gyro_noise are continuous-time, two-sided densities. imu_bias_noise is the standard",
+        f"deviation of a bias step from scan to scan, K/sqrt(scan rate), here for {scans:g} scans per second. GLIM uses",
+        "one number for gyroscope and accelerometer: the larger one.",
+    )
+    values = {
+        "imu_acc_noise": largest(accel, "N")[0],
+        "imu_gyro_noise": largest(gyro, "N")[0],
+        "imu_int_noise": 1e-8,
+        "imu_bias_noise": max(largest(own, "K")[0] for own in (gyro, accel)) / math.sqrt(scans),
+    }
+    whole = {"_comment": head([*shared(gyro), *shared(accel)], convention), "sensors": values}
+    return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+TARGETS = (Target("glim", "GLIM", "config_sensors.json", render, own_rate=True),)

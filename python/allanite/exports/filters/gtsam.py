@@ -1,0 +1,79 @@
+"""GTSAM: Python code with the continuous-time covariances of PreintegrationCombinedParams."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import split
+from allanite.exports._head import head
+from allanite.exports._initial import initial_bias, unknown
+from allanite.exports._lines import chosen, largest, shared
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """Squares of N and K in SI: power spectral densities, not variances of samples.
+
+    The covariance of the integration itself must be set: GTSAM's default, the identity, would alone give 1 m after 1 s.
+    """
+    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    convention = (
+        "GTSAM: continuous-time, two-sided covariances N^2 and K^2. They do not depend on the sampling rate.",
+    )
+    lines = [
+        comments(head([*shared(gyro), *shared(accel)], convention)),
+        "import gtsam\nimport numpy as np\n\n",
+        "# For a frame whose z axis points up. Use MakeSharedD if the z axis points down.\n",
+        "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",
+    ]
+    for own, setter, name, unit in (
+        (accel, "setAccelerometerCovariance", "N", "(m/s^2)^2/Hz"),
+        (gyro, "setGyroscopeCovariance", "N", "(rad/s)^2/Hz"),
+        (accel, "setBiasAccCovariance", "K", "(m/s^3)^2/Hz"),
+        (gyro, "setBiasOmegaCovariance", "K", "(rad/s^2)^2/Hz"),
+    ):
+        if own:
+            value, remark = largest(own, name)
+            note = f"{unit}, two-sided" + (f"; {remark}" if remark else "")
+            lines.append(f"parameters.{setter}({value:.6e}**2 * np.eye(3))  # {note}\n")
+        else:
+            lines.append(
+                f"# parameters.{setter}: no model was given. GTSAM keeps its default until you set a value.\n"
+            )
+    walks = [f"{largest(own, 'K')[0] if own else 0.0:.6e}" for own in (accel, gyro)]
+    lines.append(
+        "# GTSAM 4.2 adds this covariance to every preintegration; its default is the identity. The uncertainty of the\n"
+        "# bias belongs into the prior on the first bias of your graph. Here stands the random walk within 1 ms.\n"
+        'if hasattr(parameters, "setBiasAccOmegaInit"):\n'
+        f"    walk = np.array([{walks[0]}] * 3 + [{walks[1]}] * 3)\n"
+        "    parameters.setBiasAccOmegaInit(np.diag(1e-3 * walk**2))\n"
+        "# Error of the integration itself: negligible. GTSAM's default would be 1 m^2/s.\n"
+        "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
+    )
+    known = [
+        max(
+            (v for axis, _ in own if (v := initial_bias(axis, overbound=overbound)) is not None),
+            default=0.0,
+        )
+        for own in (accel, gyro)
+    ]
+    if all(known):
+        lines.append(
+            "# Prior on the first bias, accelerometer first: standard deviations at switch-on from several logs.\n"
+            f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{known[0]:.6e}] * 3 + [{known[1]:.6e}] * 3))\n"
+        )
+    else:
+        said = [unknown(own[0][0]) for own in (accel, gyro) if own]
+        lines.append(comments([f"Prior on the first bias: {one}" for one in said]))
+    return "".join(lines)
+
+
+TARGETS = (Target("gtsam", "GTSAM", "gtsam_parameters.py", render),)

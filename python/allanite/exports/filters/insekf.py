@@ -1,0 +1,75 @@
+"""MATLAB insEKF: process noise of the bias states, and measurement noise."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of, split
+from allanite.exports._head import head
+from allanite.exports._initial import initial_bias, unknown
+from allanite.exports._lines import chosen
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+SENSORS = (("Gyroscope", "rad/s"), ("Accelerometer", "m/s^2"))
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """K² as process noise of the bias states, N²·rate as measurement noise.
+
+    A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample.
+    """
+    fs = rate_of(axes, rate, "insekf")
+    sensors = [chosen(own, overbound=overbound) for own in split(axes)]
+    convention = [
+        "insEKF: AdditiveProcessNoise is a continuous-time density, K^2 for a bias. A prediction over dt adds dt times",
+        f"this density. Measurement noise is the variance of a sample at {fs:g} Hz, N^2*rate. Orientation, velocity and",
+        "other states of motion keep the process noise of your filter.",
+    ]
+    body, members = [], []
+    for (name, unit), pairs in zip(SENSORS, sensors, strict=True):
+        if not pairs:
+            continue
+        own = [axis for axis, _ in pairs]
+        numbers, said = in_xyz(own, [(choice.N, choice.K) for _, choice in pairs])
+        convention += [f"{name} {line}" for line in said]
+        member = name.lower()
+        members.append(member)
+        bias = f"states.{name}_Bias"
+        white = " ".join(f"{N * math.sqrt(fs):.6e}" for N, _ in numbers)
+        walk = " ".join(f"{K:.6e}" for _, K in numbers)
+        body += [
+            f"% {name}: K in ({unit})/s^0.5, then N*sqrt(rate) in {unit}.\n",
+            f"Q({bias}, {bias}) = diag([{walk}].^2);\n",
+            f"{member}Noise = diag([{white}].^2);  % fuse(filter, {member}, reading, {member}Noise)\n",
+        ]
+        known = [v for axis in own if (v := initial_bias(axis, overbound=overbound)) is not None]
+        if known:
+            body.append(
+                f"statecovparts(filter, '{name}_Bias', {max(known):.6e}^2);"
+                "  % standard deviation at switch-on, largest of the axes\n"
+            )
+        else:
+            body.append(comments([unknown(own[0])], "%"))
+    made = "".join(
+        f"{member} = ins{name};\n"
+        for (name, _), member in zip(SENSORS, ("gyroscope", "accelerometer"), strict=True)
+        if member in members
+    )
+    lines = comments(head([pair for pairs in sensors for pair in pairs], convention), "%")
+    return (
+        f"{lines}{made}filter = insEKF({', '.join(members)}, insMotionPose);\nstates = stateinfo(filter);\n"
+        f"Q = filter.AdditiveProcessNoise;\n{''.join(body)}filter.AdditiveProcessNoise = Q;\n"
+    )
+
+
+TARGETS = (Target("insekf", "MATLAB insEKF", "insekf.m", render),)

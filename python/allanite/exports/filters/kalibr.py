@@ -1,0 +1,44 @@
+"""Kalibr imu.yaml: continuous-time, two-sided N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of
+from allanite.exports._lines import value_lines
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+ROWS = (
+    ("accelerometer_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("accelerometer_random_walk", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
+    ("gyroscope_noise_density", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
+    ("gyroscope_random_walk", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """Noise density is N and random walk is K, as in "IMU Noise Model" of Kalibr's wiki.
+
+    There, the standard deviation of a sample is N/√dt, and of a bias step K·√dt. Kalibr refuses values of 0.
+    """
+    logged = sorted({axis.rate for axis in axes if axis.rate is not None})
+    # N and K hold at any rate. A driver that merges two topics publishes at the rate of the faster one.
+    apart = rate is None and len(logged) > 1
+    update = logged[-1] if apart else rate_of(axes, rate, "kalibr")
+    slower = f"; the slower sensor was logged at {logged[0]:g} Hz" if apart else ""
+    convention = (
+        "Kalibr and OpenVINS: continuous-time, two-sided densities. The programs apply sqrt(dt) themselves.",
+    )
+    same = {"N": float, "K": float}
+    text = value_lines(axes, ROWS, same, convention, overbound=overbound)
+    return text + f"rostopic: /imu0\nupdate_rate: {update:g}  # Hz{slower}\n"
+
+
+TARGETS = (Target("kalibr", "Kalibr", "kalibr.yaml", render),)

@@ -1,0 +1,69 @@
+"""KF-GINS and OB_GINS, section imunoise: data-sheet units, Gauss-Markov biases with one correlation time."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.exports._axis import split
+from allanite.exports._choice import choose_lag
+from allanite.exports._follow import shared_lag
+from allanite.exports._head import head
+from allanite.exports._lines import needs_both
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+DEGREE = math.pi / 180.0
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N in °/√h and m/s/√h; σ of the Gauss-Markov biases in °/h and mGal; one correlation time in h for all axes."""
+    gyro, accel = split(axes)
+    needs_both(axes, "kfgins")
+    axes = [*gyro, *accel]
+    if overbound:
+        # All axes get the geometric mean of their best correlation times.
+        own = [choose_lag(axis, overbound=True).correlation_time for axis in axes]
+        time = float(np.exp(np.mean(np.log(own))))
+    else:
+        time = shared_lag(axes)
+    chosen = [(axis, choose_lag(axis, time, overbound=overbound)) for axis in axes]
+    convention = [
+        "KF-GINS, OB_GINS: arw and vrw are continuous-time, two-sided densities. gbstd and abstd are the standard",
+        "deviation sigma (not the density) of Gauss-Markov biases. Set the scale factors gsstd and asstd yourself.",
+    ]
+    rows = []
+    for sensor, pairs in (
+        ("gyroscope", chosen[: len(gyro)]),
+        ("accelerometer", chosen[len(gyro) :]),
+    ):
+        places, said = in_xyz([a for a, _ in pairs], [(c.N, c.sigma) for _, c in pairs])
+        convention += [f"{sensor} {line}" for line in said]
+        rows.append(places)
+
+    def row(places: list[tuple[float, ...]], number: int, unit: float) -> str:
+        return "[" + ", ".join(f"{place[number] / unit:.6e}" for place in places) + "]"
+
+    return comments(head(chosen, convention)) + (
+        "imunoise:\n"
+        f"  arw: {row(rows[0], 0, DEGREE / 60)}  # deg/sqrt(hr)\n"
+        f"  vrw: {row(rows[1], 0, 1 / 60)}  # m/s/sqrt(hr)\n"
+        f"  gbstd: {row(rows[0], 1, DEGREE / 3600)}  # deg/hr\n"
+        f"  abstd: {row(rows[1], 1, 1e-5)}  # mGal\n"
+        "  gsstd: [0.0, 0.0, 0.0]  # ppm\n"
+        "  asstd: [0.0, 0.0, 0.0]  # ppm\n"
+        f"  corrtime: {time / 3600:.6e}  # hr\n"
+    )
+
+
+TARGETS = (Target("kfgins", "KF-GINS", "kf-gins.yaml", render),)

@@ -1,0 +1,43 @@
+"""Kimera-VIO ImuParams.yaml: continuous-time, two-sided N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of
+from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._target import Target
+from allanite.exports.filters.kalibr import ROWS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """Keys that ImuFrontendParams.cpp reads. ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
+
+    The file selects preintegration type 1. The combined factor (type 0) adds the identity to the covariance of the bias,
+    and no parameter changes this.
+    """
+    update = rate_of(axes, rate, "kimera")
+    needs_both(axes, "kimera")
+    convention = (
+        "Kimera-VIO: continuous-time, two-sided densities. The program squares them for GTSAM's preintegration.",
+    )
+    same = {"N": float, "K": float}
+    numbers = value_lines(axes, ROWS, same, convention, overbound=overbound)
+    rest = (
+        "imu_preintegration_type: 1  # ImuFactor; CombinedImuFactor (0) adds the identity to the bias covariance\n"
+        "T_BS:\n  cols: 4\n  rows: 4\n"
+        "  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+        f"rate_hz: {update:g}\n"
+        "imu_integration_sigma: 1.0e-8\nimu_time_shift: 0.0\nn_gravity: [0.0, 0.0, -9.81]\n"
+    )
+    return f"%YAML:1.0\n{numbers}{rest}"
+
+
+TARGETS = (Target("kimera", "Kimera-VIO", "ImuParams.yaml", render),)

@@ -1,0 +1,34 @@
+"""LIO-SAM params.yaml: continuous-time, two-sided N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._lines import value_lines
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+ROWS = (
+    ("imuAccNoise", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("imuGyrNoise", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
+    ("imuAccBiasN", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
+    ("imuGyrBiasN", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N, which GTSAM's preintegration squares, and K, which LIO-SAM multiplies by √Δt between key frames."""
+    convention = (
+        "LIO-SAM (copy below lio_sam:): continuous-time, two-sided densities. LIO-SAM squares them itself.",
+    )
+    same = {"N": float, "K": float}
+    return value_lines(axes, ROWS, same, convention, overbound=overbound)
+
+
+TARGETS = (Target("liosam", "LIO-SAM", "liosam.yaml", render),)

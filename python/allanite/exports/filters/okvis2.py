@@ -1,0 +1,44 @@
+"""OKVIS2, section imu_parameters: continuous-time, two-sided N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._initial import initial_lines
+from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+ROWS = (
+    ("sigma_g_c", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
+    ("sigma_a_c", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("sigma_gw_c", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("sigma_aw_c", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
+)
+#: Keys of the standard deviation of the prior on the first bias, rad/s and m/s^2.
+INITIAL = {"gyro": "sigma_bg", "accel": "sigma_ba"}
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N and K. Each step of length dt adds dt·sigma² (okvis_ceres/src/ImuError.cpp, 0f18f34)."""
+    needs_both(axes, "okvis2")
+    convention = (
+        "OKVIS2 (OKVIS): continuous-time, two-sided densities. Each step of length dt adds sigma^2*dt.",
+        "Copy these lines into the node imu_parameters. Set a_max, g_max, g and T_BS yourself.",
+    )
+    same = {"N": float, "K": float}
+    form = "    {key}: {value:.6e}  {note}"
+    head, first, rest = value_lines(
+        axes, ROWS, same, convention, overbound=overbound, form=form
+    ).partition("    sigma_g_c")
+    initial = initial_lines(axes, INITIAL, form, "    #", overbound=overbound)
+    return f"{head}imu_parameters:\n{first}{rest}{initial}"
+
+
+TARGETS = (Target("okvis2", "OKVIS2", "okvis2.yaml", render),)

@@ -1,0 +1,55 @@
+"""OpenVINS kalibr_imu_chain.yaml: continuous-time, two-sided N and K in SI below the node imu0."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of
+from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._target import Target
+from allanite.exports.filters.kalibr import ROWS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+#: Rows of the matrices that the loader requires: no rotation, no misalignment, no sensitivity to acceleration.
+IDENTITY = tuple([float(i == j) for j in range(3)] for i in range(3))
+MATRICES = {
+    "T_i_b": tuple([float(i == j) for j in range(4)] for i in range(4)),
+    "Tw": IDENTITY,
+    "R_IMUtoGYRO": IDENTITY,
+    "Ta": IDENTITY,
+    "R_IMUtoACC": IDENTITY,
+    "Tg": ([0.0] * 3,) * 3,
+}
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """File that ``relative_config_imu`` names: YAML 1.0 of OpenCV, with all keys below ``imu0``.
+
+    The loader also reads the rotation ``T_i_b``, ``model`` and the calibration matrices (ov_core/utils/opencv_yaml_parse.h,
+    ov_msckf/core/VioManagerOptions.h). The file sets them to the identity.
+    """
+    update = rate_of(axes, rate, "openvins")
+    needs_both(axes, "openvins")
+    convention = (
+        "OpenVINS: continuous-time, two-sided densities. The program applies sqrt(dt) itself.",
+        "The matrices are the identity: replace them by your calibration.",
+    )
+    same = {"N": float, "K": float}
+    text = value_lines(
+        axes, ROWS, same, convention, overbound=overbound, form="  {key}: {value:.6e}  {note}"
+    )
+    head, first, numbers = text.partition("  accelerometer_noise_density")
+    lines = [f"%YAML:1.0\n{head}imu0:\n"]
+    for name, rows in MATRICES.items():
+        lines.append(f"  {name}:\n" + "".join(f"    - {row}\n" for row in rows))
+    lines.append(f'{first}{numbers}  model: "kalibr"\n  rostopic: /imu0\n  time_offset: 0.0\n')
+    return "".join(lines) + f"  update_rate: {update:.6f}  # Hz\n"
+
+
+TARGETS = (Target("openvins", "OpenVINS", "kalibr_imu_chain.yaml", render),)

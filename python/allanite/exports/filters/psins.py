@@ -1,0 +1,56 @@
+"""PSINS: MATLAB code with the call of imuerrset in data-sheet units, and a Gauss-Markov bias for each axis."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import split
+from allanite.exports._choice import choose_lag
+from allanite.exports._head import head
+from allanite.exports._lines import needs_both
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+DEGREE, UG = math.pi / 180.0, 1e-6 * 9.7803267714
+#: Gyroscope and accelerometer: arguments of imuerrset for N, σ and correlation time, each with its unit in SI and as text.
+SENSORS = (
+    (("web", DEGREE / 60.0, "deg/sqrt(h)"), ("sqrtR0G", DEGREE / 3600.0, "deg/h"), ("TauG", 1.0, "s")),
+    (("wdb", UG, "ug/sqrt(Hz)"), ("sqrtR0A", UG, "ug"), ("TauA", 1.0, "s")),
+)  # fmt: skip
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N in °/√h and µg/√Hz; σ of the Gauss-Markov bias in °/h and µg, and its correlation time (imuerrset.m)."""
+    needs_both(axes, "psins")
+    pairs = []
+    convention = [
+        "PSINS: web and wdb are continuous-time, two-sided densities. sqrtR0G and sqrtR0A are sigma of Gauss-Markov",
+        "biases, TauG and TauA their correlation times. g is glv.g0 of PSINS, 9.7803 m/s^2. Set the constant biases eb and",
+        "db yourself.",
+    ]
+    lines = []
+    for own, rows in zip(split(axes), SENSORS, strict=True):
+        chosen = [(a, choose_lag(a, overbound=overbound)) for a in own]
+        pairs += chosen
+        places, said = in_xyz(own, [(c.N, c.sigma, c.correlation_time) for _, c in chosen])
+        convention += said
+        for number, (key, unit, spelled) in enumerate(rows):
+            values = "; ".join(f"{place[number] / unit:.6e}" for place in places)
+            lines.append(f"{key} = [{values}];  % {spelled}\n")
+    return comments(head(pairs, convention), "%") + (
+        "eb = zeros(3,1);  % deg/h\ndb = zeros(3,1);  % ug\n"
+        + "".join(lines)
+        + "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);\n"
+    )
+
+
+TARGETS = (Target("psins", "PSINS", "psins_imuerr.m", render),)

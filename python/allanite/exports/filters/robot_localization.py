@@ -1,0 +1,79 @@
+"""robot_localization: process noise and initial covariance of ekf_node and ukf_node."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import split
+from allanite.exports._head import head
+from allanite.exports._initial import initial_bias, unknown
+from allanite.exports._process_noise import CONVENTION, STATES, process_noise
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+#: Default process noise (src/filter_base.cpp, 1cb9533), kept for the states that describe the motion of the vehicle.
+DEFAULTS = dict(
+    zip(
+        STATES,
+        (0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015),
+        strict=True,
+    )
+)  # fmt: skip
+#: Default initial variance of a state.
+INITIAL = 1e-9
+#: States whose initial error is the bias at switch-on.
+RATES = {"gyro": STATES[9:12], "accel": STATES[12:15]}
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """Diagonals of process_noise_covariance and initial_estimate_covariance.
+
+    A prediction over dt adds dt times the process noise (src/ekf.cpp, 1cb9533).
+    """
+    noise = process_noise(axes, overbound=overbound)
+    convention = (
+        "robot_localization: variances per second (continuous time). A prediction over dt adds dt times the matrix.",
+        *CONVENTION,
+        *noise.remarks,
+    )
+    lines = [comments(head(noise.pairs, convention, samples=True))]
+    lines.append("ekf_filter_node:\n  ros__parameters:\n")
+    values = DEFAULTS | noise.variances
+    others = ", ".join(state for state in STATES if state not in noise.variances)
+    lines.append(
+        f"    # Defaults of robot_localization; adapt them to the motion of your vehicle: {others}.\n"
+    )
+    lines.append(f"    process_noise_covariance: {_diagonal(values)}\n")
+    initial = dict.fromkeys(STATES, INITIAL)
+    known: list[str] = []
+    for (sensor, states), own in zip(RATES.items(), split(axes), strict=True):
+        found = [
+            value for axis in own if (value := initial_bias(axis, overbound=overbound)) is not None
+        ]
+        if found:
+            initial |= dict.fromkeys(states, max(found) ** 2)
+            known.append(sensor)
+        elif own:
+            lines.append(comments([unknown(own[0])], "    #"))
+    if known:
+        lines.append(
+            f"    # Initial variance for {', '.join(known)}: variance of the bias at switch-on, largest of the axes.\n"
+            f"    initial_estimate_covariance: {_diagonal(initial)}\n"
+        )
+    return "".join(lines)
+
+
+def _diagonal(values: dict[str, float]) -> str:
+    """Text of the full matrix, row by row, because older versions accept no diagonal."""
+    rows = [", ".join(f"{values[a]:.6e}" if a == b else "0.0" for b in STATES) for a in STATES]
+    return "[" + (",\n" + 8 * " ").join(rows) + "]"
+
+
+TARGETS = (Target("robot_localization", "robot_localization", "robot_localization.yaml", render),)

@@ -1,0 +1,42 @@
+"""VINS-Mono and VINS-Fusion: acc_n, gyr_n, acc_w, gyr_w, all per sample."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of
+from allanite.exports._lines import value_lines
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+ROWS = (
+    ("acc_n", "accel", "N", "m/s^2, deviation per sample times sqrt(2)"),
+    ("gyr_n", "gyro", "N", "rad/s, deviation per sample times sqrt(2)"),
+    ("acc_w", "accel", "K", "m/s^3, deviation of a bias step over dt"),
+    ("gyr_w", "gyro", "K", "rad/s^2, deviation of a bias step over dt"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N·√(2·rate) and K·√rate.
+
+    The midpoint rule of integration_base.h averages two independent noises per step. The variance of a step is then
+    n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt.
+    """
+    fs = rate_of(axes, rate, "vins")
+    convention = (
+        f"VINS: standard deviations per sample at {fs:g} Hz, n = N*sqrt(2*rate) and w = K*sqrt(rate).",
+        "The factor 2 is needed because the midpoint rule of VINS averages two independent noises per step.",
+    )
+    convert = {"N": lambda v: v * math.sqrt(2.0 * fs), "K": lambda v: v * math.sqrt(fs)}
+    return value_lines(axes, ROWS, convert, convention, overbound=overbound)
+
+
+TARGETS = (Target("vins", "VINS", "vins.yaml", render),)

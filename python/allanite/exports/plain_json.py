@@ -1,0 +1,56 @@
+"""JSON with coefficients, units and intervals in SI, for your own programs."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from allanite import _kernels
+from allanite.exports._choice import choose
+from allanite.exports._target import Target
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """Document ``allanite/parameters/1``: the coefficients of each axis (N two-sided) and all effects as fitted."""
+    document = {
+        "schema": "allanite/parameters/1",
+        "version": _kernels.version(),
+        "axes": [_axis(axis, rate, overbound=overbound) for axis in axes],
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
+    """JSON object of one axis."""
+    out: dict[str, object] = {
+        "name": axis.name,
+        "kind": axis.kind,
+        "unit": axis.unit,
+        "rate_hz": rate or axis.rate,
+        "source": axis.source,
+        "warning": axis.warning or None,
+        "notes": list(axis.notes),
+        "density": "two-sided",
+        "coefficients": {n: e.to_dict() for n, e in axis.coefficients.items()},
+        "left_out": [
+            e.kind
+            for e in axis.model.effects
+            if len(e.parameters) > 1 or e.parameters[0].name not in axis.coefficients
+        ],
+        "effects": axis.document["effects"],
+        "effects_unit_si": axis.scale,
+    }
+    if overbound:
+        choice = choose(axis, overbound=True)
+        out["overbound"] = {"N": choice.N, "K": choice.K, "until_s": axis.until}
+    return out
+
+
+TARGETS = (Target("json", "JSON", "parameters.json", render, any_sensor=True, alternatives=True),)

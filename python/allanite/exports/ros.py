@@ -1,0 +1,114 @@
+"""Covariances of a ROS sensor_msgs/Imu message, as robot_localization reads them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects._known import Periodic
+from allanite.exports._axis import rate_of, split
+from allanite.exports._follow import small_walk
+from allanite.exports._head import head
+from allanite.exports._held import Choice
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.effects.terms import Term
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """Variance of one sample, row-major 3 × 3: N²·rate plus the variance of lines, bands and slow noise.
+
+    Filters that read the message treat samples as independent. White noise behind a low-pass filter counts with its
+    unfiltered variance, because it averages out as slowly as unfiltered white noise. A comment states the variance within
+    the band of the filter.
+    """
+    fs = rate_of(axes, rate, "ros")
+    sensors = split(axes)
+    low = 1.0 / max(a.horizon for a in axes)
+    convention = [
+        f"sensor_msgs/Imu, robot_localization: variance per sample at {fs:g} Hz. It is N^2*rate of the white noise plus",
+        f"the variance of lines, bands and slow noise above {low:.3g} Hz, as the filter treats samples as independent.",
+    ]
+    rows, pairs = [], []
+    for key, own, unit in zip(
+        ("angular_velocity_covariance", "linear_acceleration_covariance"),
+        sensors,
+        ("(rad/s)^2", "(m/s^2)^2"),
+        strict=True,
+    ):
+        if not own:
+            continue
+        found = [(variance(axis, fs, upper=overbound),) for axis in own]
+        ((x,), (y,), (z,)), said = in_xyz(own, found)
+        convention += [f"{key} {line}" for line in said]
+        for axis, (one,) in zip(own, found, strict=True):
+            inside = variance(axis, fs, upper=overbound, in_band=True)
+            if inside < 0.99 * one:
+                convention.append(
+                    f"{axis.name}: the variance of a sample within the band of the sensor's filter is {inside:.3e} {unit}"
+                )
+            small = Choice(math.sqrt(one / fs))
+            pairs.append((axis, replace(small, K=small_walk(small.N, axis), overbound=overbound)))
+        note = f"{unit}; {'from the upper limits' if overbound else 'as fitted'}"
+        rows.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
+    return comments(head(pairs, convention, samples=True)) + "".join(rows)
+
+
+def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = False) -> float:
+    """Variance of a sample in SI, without noise that is slower than the horizon.
+
+    Parameters
+    ----------
+    axis : Axis
+    rate : float
+        Sampling rate, Hz.
+    upper : bool
+        Whether every coefficient is at its upper limit.
+    in_band : bool
+        Whether white noise counts with its variance after the sensor's filter. Otherwise it counts with N²·rate.
+    """
+    low = 2.0 * np.pi / (max(axis.horizon, 10.0 / rate) * rate)
+    w = np.geomspace(low, np.pi, 4000)
+    slower = np.geomspace(1e-9 * low, low, 2000)
+    steady = axis.steady(upper=upper)
+    total = 0.0
+    for effect in steady.stochastic:
+        size = float(getattr(effect, effect.coefficient)) ** 2
+        whole = effect.unit_terms(rate) if effect.white and not in_band else None
+        for unit_term in whole or steady.unit_terms(effect, rate):
+            term = unit_term.scaled(size)
+            if term.power is None:
+                total += _within(term, w)
+            else:
+                # The total power is known exactly, also for a narrow band. Below the lowest frequency of `slower` the
+                # density is constant.
+                total += (
+                    term.power
+                    - _within(term, slower)
+                    - float(term.spectrum(slower[:1])[0]) * slower[0] / np.pi
+                )
+    for line in steady.deterministic:
+        if isinstance(line, Periodic):
+            total += sum(0.5 * amplitude**2 for _, amplitude, _ in line.lines)
+    return axis.scale**2 * total
+
+
+def _within(term: Term, w: NDArray[np.float64]) -> float:
+    """Power of a term between the first and the last of these frequencies, in rad per sample."""
+    return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
+
+
+TARGETS = (Target("ros", "ROS", "ros.yaml", render, whole_record=True),)

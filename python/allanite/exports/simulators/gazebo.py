@@ -1,0 +1,55 @@
+"""Gazebo SDF: <imu> with white noise per sample and a Gauss-Markov bias."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import rate_of, split
+from allanite.exports._choice import choose_lag
+from allanite.exports._head import head
+from allanite.exports._target import Target
+from allanite.exports._text import block
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """``stddev`` is N·√rate; ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, not its σ."""
+    fs = rate_of(axes, rate, "gazebo")
+    pairs = []
+    convention = [
+        f"Gazebo: stddev is the standard deviation of a sample at {fs:g} Hz, N*sqrt(rate). Set update_rate to {fs:g}.",
+        "dynamic_bias_stddev is the continuous-time density q_c of the noise that drives the bias. The bias has",
+        "sigma = q_c*sqrt(T/2) with the correlation time T. bias_stddev is sigma: the bias of each run starts there.",
+    ]
+    body = []
+    for own, tag in zip(split(axes), ("angular_velocity", "linear_acceleration"), strict=True):
+        if not own:
+            continue
+        chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
+        pairs += chosen
+        places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        convention += [f"{tag} {line}" for line in said]
+        body.append(f"  <{tag}>\n")
+        for letter, (white, q_c, time) in zip("xyz", places, strict=True):
+            body.append(
+                f'    <{letter}><noise type="gaussian"><mean>0</mean>'
+                f"<stddev>{white * math.sqrt(fs):.6e}</stddev>"
+                f"<bias_mean>0</bias_mean><bias_stddev>{q_c * math.sqrt(time / 2):.6e}</bias_stddev>"
+                f"<dynamic_bias_stddev>{q_c:.6e}</dynamic_bias_stddev>"
+                f"<dynamic_bias_correlation_time>{time:.6e}</dynamic_bias_correlation_time>"
+                f"</noise></{letter}>\n"
+            )
+        body.append(f"  </{tag}>\n")
+    notes = head(pairs, convention, simulator=True)
+    return block(notes) + "<imu>\n" + "".join(body) + "</imu>\n"
+
+
+TARGETS = (Target("gazebo", "Gazebo", "gazebo.sdf", render, whole_record=True),)

@@ -1,0 +1,54 @@
+"""gnss-ins-sim: Python code with the dictionary of IMU errors."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.exports._axis import split
+from allanite.exports._choice import choose_lag
+from allanite.exports._head import head
+from allanite.exports._held import Choice
+from allanite.exports._target import Target
+from allanite.exports._text import comments
+from allanite.exports._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.exports._axis import Axis
+
+__all__ = ["TARGETS"]
+
+DEGREE = math.pi / 180.0
+SENSORS = (
+    ("gyro", (("arw", "N", DEGREE / 60, "deg/rt-hr"), ("b_stability", "sigma", DEGREE / 3600, "deg/hr"))),
+    ("accel", (("vrw", "N", 1 / 60, "m/s/rt-hr"), ("b_stability", "sigma", 1.0, "m/s2"))),
+)  # fmt: skip
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which starts at 0."""
+    pairs = []
+    convention = [
+        "gnss-ins-sim: continuous-time, two-sided densities. b_stability is sigma of a Gauss-Markov bias, b_corr is its",
+        "correlation time.",
+    ]
+    lines = []
+    for own, (sensor, rows) in zip(split(axes), SENSORS, strict=True):
+        if not own:
+            continue
+        chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
+        pairs += chosen
+        places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        convention += [f"{sensor} {line}" for line in said]
+        held = [Choice(N, 0.0, q_c, time) for N, q_c, time in places]
+        lines.append(f'    "{sensor}_b": np.zeros(3),\n')
+        for key, name, unit, spelled in (*rows, ("b_corr", "correlation_time", 1.0, "s")):
+            values = ", ".join(f"{getattr(c, name) / unit:.6e}" for c in held)
+            lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
+    notes = head(pairs, convention, simulator=True)
+    return comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"
+
+
+TARGETS = (Target("gnss-ins-sim", "gnss-ins-sim", "gnss-ins-sim.py", render, whole_record=True),)

@@ -1,0 +1,76 @@
+"""JSON with the state space of the whole model of each axis: F, Q, H, R, P0, in SI units."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.common.errors import InputError
+from allanite.exports._axis import rate_of
+from allanite.exports._initial import initial_bias
+from allanite.exports._target import Target
+from allanite.statespace import state_space
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects import Model
+    from allanite.exports._axis import Axis
+    from allanite.statespace import StateSpace
+
+__all__ = ["TARGETS"]
+
+#: Maximum number of states per axis, if that many are enough. Chosen by judgment; not measured.
+STATES = 8
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """Document ``allanite/state_spaces/1``: at most `STATES` states per axis if possible, and the error of the reduction.
+
+    An effect that was not detected has its expected size, as in all other files. With 0, a filter would be overconfident.
+    """
+    fs = rate_of(axes, rate, "statespace")
+    out = []
+    for axis in axes:
+        model = axis.limits if overbound else axis.expected
+        space = _small(model, fs, 10.0 * axis.until)
+        document = space.to_dict()
+        for name in ("Q", "R", "P0"):
+            document[name] = (axis.scale**2 * np.array(document[name])).tolist()
+        about = {"name": axis.name, "unit": axis.unit, "source": axis.source}
+        initial = initial_bias(axis, overbound=overbound)
+        document["turn_on_variance"] = None if initial is None else initial**2
+        kinds = document["known"]
+        document["functions"] = [e for e in axis.document["effects"] if e["kind"] in kinds]
+        mean = axis.document["samples"].get("mean")
+        document["offset"] = None if mean is None else mean * axis.scale / axis.inflate
+        document["references"] = dict(axis.document["samples"].get("references") or {})
+        document["functions_unit_si"] = axis.scale / axis.inflate
+        out.append(
+            {**about, "warning": axis.warning or None, "notes": list(axis.notes), **document}
+        )
+    whole = {"schema": "allanite/state_spaces/1", "version": _kernels.version(), "axes": out}
+    return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _small(model: Model, rate: float, duration: float) -> StateSpace:
+    """State space with at most `STATES` states, or with all states if the model cannot be reduced."""
+    try:
+        return state_space(model, rate, states=STATES, duration=duration)
+    except InputError:
+        return state_space(model, rate, duration=duration)
+
+
+TARGETS = (
+    Target(
+        "statespace",
+        "State space (JSON)",
+        "state-space.json",
+        render,
+        any_sensor=True,
+        whole_record=True,
+    ),
+)
