@@ -1,7 +1,7 @@
-"""allanite: noise models of inertial sensors and clocks, criticised until nothing is missing.
+"""allanite: noise models of inertial sensors and clocks, checked against measurements until nothing is missing.
 
-`__init__.pyi` lists the public names. Each is imported when it is first used, so that importing allanite costs
-nothing. (`simulate` is a method of models; the name is that of a module.)
+`__init__.pyi` lists the public names. Each name is imported at its first use, so that importing allanite is fast.
+`allanite.simulate` is a module; models have a method `simulate`.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from importlib import import_module
 from pkgutil import get_data
 
 _STUB = ast.parse(get_data(__name__, "__init__.pyi") or b"").body
-#: Public name → module.
+#: Module of each public name.
 _HOMES = {
     alias.name: node.module
     for node in _STUB
     if isinstance(node, ast.ImportFrom)
     for alias in node.names
 }
-#: Former name → name.
+#: Present name of each former name.
 _FORMER = {
     ast.unparse(node.targets[0]): ast.unparse(node.value)
     for node in _STUB
@@ -36,7 +36,7 @@ def __getattr__(name: str) -> object:
         value: object = version()
     elif name in _HOMES:
         home = _HOMES[name]
-        # Rooms that are public as a whole are modules of this one.
+        # The value of a public module, such as `allanite.effects`, is the module itself.
         value = (
             import_module(f"{home}.{name}")
             if home == __name__
@@ -52,7 +52,7 @@ def __getattr__(name: str) -> object:
 
 
 def _former_effect(name: str) -> object:
-    """An effect that had a name of its own here, and is now in `allanite.effects` alone."""
+    """Effect class by a former name ``al.GaussMarkov``, with a warning; the classes are in `allanite.effects`."""
     if name[:1].isupper():
         effects = import_module("allanite.effects")
         if name in (effect.__name__ for effect in effects.CATALOGUE) and hasattr(effects, name):

@@ -80,25 +80,25 @@ simulate = _core.simulate
 
 # -- memory
 def end_with_line(line: str, code: int) -> None:
-    """Say this and end with this code where a mapped file becomes shorter; for programs, a library leaves signals alone."""
+    """Let the process print `line` and end with exit code `code` if a memory-mapped file becomes shorter.
+
+    Only programs call this function. It handles a signal of the whole process, which a library must not change.
+    """
     _core.end_with_line(line, code)
 
 
 def free_buffers() -> int:
-    """Give the memory that is kept between calls back to the system.
+    """Return the memory that allanite keeps between calls to the operating system.
 
-    At most two arrays stay for the next call, a simulated record and the phase of one, each of less than twice the
-    bytes that its last user took and of at most 256 MiB: fresh memory costs more than the sums made in it. So do plans of
-    the transforms of the last four lengths, up to 2.5·10⁷ samples in all, and spectra of the effects of fitted models,
-    which are not counted.
-    Arrays in use are not touched; a fit made before still works and computes anew what it needs.
+    The core keeps at most two arrays for the next call: the last simulated record and the last phase. Each array has at
+    most 256 MiB. The core also keeps the plans of the transforms of the last four lengths, and the package keeps spectra
+    of the effects of fitted models. Keeping them is faster than allocating and computing them again. Results that you hold
+    stay valid; they compute their cached values again when needed.
 
     Returns
     -------
     int
-        Bytes given back.
-
-    Raises nothing.
+        Number of bytes of the freed arrays and plans. Spectra of effects are freed too, but not counted.
 
     Examples
     --------
@@ -144,9 +144,22 @@ def stamped_filter(
     walk: float,
     white: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return innovations of columns (k, n) at times (n,) under lags, a random walk and white noise, and their variances.
+    """Innovations of columns at arbitrary times under a noise model, shape (k, n), and their variances, shape (n,).
 
-    Lags are (variance, rate in 1/s, whether the integral is seen). Where `there` is False nothing is observed.
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Times in s.
+    there : ndarray of bool, shape (n,)
+        False where a sample is missing.
+    columns : ndarray, shape (k, n)
+        Samples of each column.
+    lags : sequence of (float, float, bool)
+        First-order lags: variance, rate in 1/s, and True if the samples contain the integral of the lag.
+    walk : float
+        Variance per s of a random walk.
+    white : float
+        Variance of white noise.
     """
     return _core.stamped_filter(times, there, columns, lags, walk, white)
 

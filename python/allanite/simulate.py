@@ -1,4 +1,8 @@
-"""From a model to samples of it."""
+"""Simulation: samples of a model.
+
+The compiled core draws each random process. Filters and level changes then act on the samples, and the known functions
+of time are added.
+"""
 
 from __future__ import annotations
 
@@ -29,18 +33,24 @@ if TYPE_CHECKING:
 
 __all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
 
-#: Samples whose numbers are exact; no memory holds as many.
+#: Maximum number of samples. A double represents all indices up to this number; no memory holds so many samples.
 SAMPLES = 2**53
-#: Samples at a time of what comes before a filtered record.
+#: Samples that are simulated at a time before the record begins, while filters settle.
 START = 2**20
-#: Most taps of the filter that cuts a band out, and half of them in units of the inverse of its width.
+#: Maximum number of taps of the filter that extracts a band, and half of its length in units of rate/bandwidth.
 TAPS, SHARP = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """Exponentials and a white rest as white noise through one filter: σ, b (with b0 = 1), a (without a0 = 1).
+    """Filter that turns white noise into the sum of some terms: σ of the noise, b (b0 = 1), a (without a0 = 1).
 
-    Their spectrum without their poles is that of a moving average, of which b is the minimum-phase factor.
+    The terms are exponentials and white noise. Their spectrum times |a|² is the spectrum of a moving average; b is its
+    minimum-phase factor.
+
+    Parameters
+    ----------
+    terms : tuple of Term
+        Exponentials and white noise; other terms are not allowed.
     """
     phi = np.array([complex(t.phi) for t in terms if isinstance(t, Exponential)])
     poles = np.concatenate([phi, phi[phi.imag != 0.0].conj()])
@@ -49,7 +59,7 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
     moving = np.sum([t.spectrum(w) for t in terms], axis=0)
     for p in poles:
         moving = moving * np.abs(np.exp(1j * w) - p) ** 2
-    # r(h) of a series of cosines that ends at the order, from the middles of as many bands.
+    # Autocovariance r(0) … r(order) of the moving average, from its spectrum at the middles of equal bands.
     g = np.cos(np.outer(np.arange(order + 1), w)) @ moving / w.size
     g = np.where(np.abs(g) < 1e-12 * g[0], 0.0, g)
     roots = np.roots(np.trim_zeros(np.concatenate([g[:0:-1], g])))
@@ -60,13 +70,17 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
     return gain, list(map(float, b)), list(map(float, np.real(np.poly(poles))[1:]))
 
 
-def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
+def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
+    """Generators of a random effect in the compiled core: name and parameters of each.
+
+    White noise is changed by the modifiers of the model.
+    """
     part = Model((effect, *model.modifiers)) if effect.white else Model((effect,))
     with np.errstate(over="ignore", invalid="ignore"):
         terms = part.terms(rate)
     if not all(np.isfinite(t.numbers).all() for t in terms):
         raise InputError(
-            f"{effect.kind}: its variance at {rate:g} Hz is too large to be a number: lower"
+            f"{effect.kind}: the variance of a sample at {rate:g} Hz is too large for a double: lower"
             f" {effect.coefficient} or the rate"
         )
     own = effect.generator(rate)
@@ -79,24 +93,29 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
             return found[0]
     lags = [t for t in terms if isinstance(t, Exponential)]
     white = [t for t in terms if isinstance(t, White)]
-    # What is no process by itself (a negative density somewhere) is one together with the others.
-    apart = all(_has_density(t) for t in lags)
-    if not apart or (len(lags) == 1 and (white or lags[0].generator is None)):
+    # An exponential with a negative density at some frequency is a process only in sum with the other terms.
+    are_processes = all(_has_density(t) for t in lags)
+    if not are_processes or (len(lags) == 1 and (white or lags[0].generator is None)):
         rest = [t for t in terms if not isinstance(t, (Exponential, White))]
-        return [_section((*lags, *white)), *(_generator(t) for t in rest)]
+        return [_filter_generator((*lags, *white)), *(_generator(t) for t in rest)]
     return [_generator(t) for t in terms]
 
 
 def _has_density(lag: Exponential) -> bool:
-    """Whether its spectrum is nowhere negative: over that of its poles it is linear in cos w, so both ends tell."""
+    """True if the spectrum of an exponential is nowhere negative.
+
+    The numerator of the spectrum is linear in cos w. It is therefore enough to test both ends of the spectrum.
+    """
     return bool((lag.spectrum(np.array([0.0, np.pi])) >= 0.0).all())
 
 
 def _generator(term: Term) -> tuple[str, list[float]]:
-    return term.generator or _section((term,))
+    """Name and parameters of the generator of one term."""
+    return term.generator or _filter_generator((term,))
 
 
-def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
+def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
+    """Name and parameters of the generator of a sum of terms: white noise behind one second-order filter."""
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
             "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
@@ -118,26 +137,31 @@ def simulate(
     axis: int = 0,
     replicate: int = 0,
 ) -> Recording:
-    """Samples of a model, with the declared discrete spectrum and Allan variance at every averaging factor.
+    """Simulated recording of a model.
+
+    The samples have the spectrum and the Allan variance of the model at every frequency and averaging factor.
 
     Parameters
     ----------
     model : Model, Effect or str
-        Every value given.
-    duration, n : float, int
-        Seconds, or number of samples; one of them.
+        Model in which every parameter has a value.
+    duration : float, optional
+        Length of the record in s. Give either `duration` or `n`.
+    n : int, optional
+        Number of samples.
     rate : float
         Sampling rate in Hz.
     seed : int
-        From 0 to 2^64 − 1. The same seed gives the same bits whatever the number of threads.
+        Seed from 0 to 2^64 − 1. The same seed gives the same samples for any number of threads.
     unit : str
         Unit U of the samples and of the model's values.
     covariates : mapping of str to array_like, shape (n,), optional
-        Columns that covariate effects refer to.
+        Logged columns that effects of the model follow, by name.
     axis : int
-        Another axis is another, independent record of the same seed.
+        Number of the axis. Each axis gets an independent record from the same seed.
     replicate : int
-        Another repetition, from 0 to 2^32 − 1, is another, independent record of the same seed and axis.
+        Number of the repetition, from 0 to 2^32 − 1. Each repetition gets an independent record from the same seed and
+        axis.
 
     Returns
     -------
@@ -146,8 +170,8 @@ def simulate(
     Raises
     ------
     InputError
-        A value of the model is missing or too large, rate or length are not positive, a length that does not
-        fit into memory, or a seed, axis or replicate that is no whole number from 0 on.
+        A value of the model is missing or too large. The rate or the length is not positive, or the record does not fit
+        into memory. Seed, axis or replicate is not a whole number from 0 on.
     """
     source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
     return source.take(source.n)
@@ -166,35 +190,35 @@ def simulate_chunks(
     axis: int = 0,
     replicate: int = 0,
 ) -> Iterator[Recording]:
-    """The record of `simulate` in consecutive pieces, which together are the same samples bit for bit.
+    """Consecutive segments of the recording that `simulate` returns. The samples are the same, bit for bit.
 
-    Only the piece at hand is in memory, unless a covariate or an effect looks at the whole record.
+    Only one segment at a time is in memory, unless an effect needs the whole record (for example a logged column).
 
     Parameters
     ----------
     size : int
-        Samples of each piece; the last one has what remains.
+        Number of samples of each segment; the last segment may be shorter.
     model, duration, n, rate, seed, unit, covariates, axis, replicate
-        Of the whole record, as of `simulate`; each piece brings its part of the covariates.
+        Parameters of the whole record; see `simulate`. Each segment contains its part of the covariates.
 
     Returns
     -------
     iterator of Recording
-        Each begins at a time of its own: sample k of piece i is sample i·size + k of the record.
+        Sample k of segment i is sample i·size + k of the record.
 
     Raises
     ------
     InputError
-        As of `simulate`, or a size below 1; before the first piece is asked for.
+        The errors of `simulate`, or a size below 1. The error is raised by the call, before the first segment.
     """
-    size = whole(size, "size", 1, SAMPLES, "the samples of a piece")
+    size = whole(size, "size", 1, SAMPLES, "the number of samples of a segment")
     source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
     steps = range(0, source.n, size)
     return (source.take(min(size, source.n - first)) for first in steps)
 
 
 class _Source:
-    """One record of a model, handed out from its first sample to its last."""
+    """Simulated record of a model, whose samples are taken in order; see `simulate` for the parameters."""
 
     def __init__(
         self,
@@ -215,12 +239,12 @@ class _Source:
         self.at = 0
         seed = whole(seed, "seed", 0, SEEDS)
         axis = whole(axis, "axis", 0, SEEDS)
-        # The low half of the key tells the parts of one record from each other.
+        # The high half of the key is the replicate, the low half the number of the process within the record.
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
         self.covariates = {k: covariate_of(k, v, self.n) for k, v in (covariates or {}).items()}
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
-        # Parts of the noise, and by what the samples of a part are multiplied at each time.
+        # Simulators of the random processes, and the factors on their samples over time.
         self.parts: list[tuple[_kernels.Simulator, list[Gain]]] = []
         self.filters: list[_Running | _Swelling] = []
         self.filters += [_Running(e.response(self.rate)) for e in model.filters]
@@ -228,17 +252,17 @@ class _Source:
         swelling = [e for e in model.modifiers if e.band is not None]
         of_all = [e for e in swelling if not any(map(e.swells, model.stochastic))]
         self.filters += [_Swelling(e, self.rate, span) for e in of_all]
-        # What is filtered begins before the record, by what the filters remember.
-        self.before = sum(f.settling for f in self.filters)
-        total = self.n + self.before
+        # The noise begins before the record, so that the filters have settled at its first sample.
+        self.settling = sum(f.settling for f in self.filters)
+        total = self.n + self.settling
         levels = [e for e in model.modifiers if e.passing]
-        aside = (*levels, *(e for e in model.modifiers if e.whole is not None))
-        steady = Model(tuple(e for e in model if e not in aside))
+        applied_here = (*levels, *(e for e in model.modifiers if e.whole is not None))
+        steady = Model(tuple(e for e in model if e not in applied_here))
         generators: list[tuple[str, list[float]]] = []
         number = 0
         for whole_effect in model.stochastic:
             for effect, gains in _in_turn(whole_effect, span):
-                own = _of_effect(steady, effect, self.rate)
+                own = _generators(steady, effect, self.rate)
                 gains += [e.gain for e in levels if e.band is None and effect.white]
                 gains += [_swelling(e, self.rate, span) for e in swelling if e.swells(whole_effect)]
                 number += 1
@@ -250,21 +274,24 @@ class _Source:
         if generators or not self.parts:
             rest = _kernels.Simulator(generators, seed, key, axis, total)
             self.parts.append((rest, []))
-        for first in range(-self.before, 0, START):
+        for first in range(-self.settling, 0, START):
             self._noise(min(START, -first), first)
 
     def take(self, count: int) -> Recording:
-        """The next `count` samples."""
+        """Recording of the next `count` samples."""
         first, self.at = self.at, self.at + count
         total = self._noise(count, first)
         for samples in self.known:
             total += samples(first, self.at)
-        total.flags.writeable = False  # which spares the recording a copy
+        total.flags.writeable = False  # `Recording` copies only writeable arrays
         given = {k: v[first : self.at] for k, v in self.covariates.items()}
         return Recording(total, rate=self.rate, unit=self.unit, covariates=given or None)
 
     def _noise(self, count: int, first: int) -> Array:
-        """Sum of the random processes."""
+        """Sum of the random processes after all filters, shape (count,), from sample `first` on.
+
+        The samples must be taken in order; a negative `first` lies before the record.
+        """
         total: Array | None = None
         for process, gains in self.parts:
             part = process.next(count)
@@ -285,7 +312,10 @@ class _Source:
 
 
 def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stochastic, list[Gain]]]:
-    """The effect, or what it is in each part of the record, with what that is multiplied with at each time."""
+    """Processes that make up an effect, each with the factors on its samples over time.
+
+    A moving band is a sum of processes, one for each segment of the record. Any other effect is one process.
+    """
     if not isinstance(effect, Moving):
         return [(effect, [])]
 
@@ -296,7 +326,7 @@ def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stocha
 
 
 def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
-    """By what the samples of a band at each time are multiplied."""
+    """Function of time (s) that returns the factor on the samples of a band whose level changes."""
 
     def gain(time: Array, _: Mapping[str, Array] | None = None) -> Array:
         return np.asarray(np.sqrt(effect.power_between(time, time + 1.0 / rate, span)))
@@ -305,7 +335,7 @@ def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
 
 
 class _Swelling:
-    """A band of the signal whose level changes, fed piece by piece; it comes late by half of the taps."""
+    """Filter that changes the level of one band of the signal over time. The output is delayed by half of its taps."""
 
     def __init__(self, effect: Modifier, rate: float, span: tuple[float, float]) -> None:
         from scipy.signal import firwin
@@ -320,21 +350,22 @@ class _Swelling:
         self.taps = firwin(2 * half + 1, edges, fs=rate, pass_zero=low <= 0.0)
         self.settling = 2 * half
         self.state = np.zeros(2 * half)
-        self.late = np.zeros(half)
+        self.delayed = np.zeros(half)
 
     def next(self, samples: Array, first: int) -> Array:
+        """The next filtered samples; `first` is the index of the first input sample in the record."""
         from scipy.signal import lfilter
 
-        # Without a denominator pieces would be rounded as they are cut.
+        # With a denominator, rounding does not depend on how the record is divided into segments.
         band, self.state = lfilter(self.taps, [1.0, 0.0], samples, zi=self.state)
-        late = np.concatenate([self.late, samples])
-        self.late = late[samples.size :]
+        delayed = np.concatenate([self.delayed, samples])
+        self.delayed = delayed[samples.size :]
         time = np.arange(first, first + samples.size) / self.rate
-        return np.asarray(late[: samples.size] + (self.gain(time) - 1.0) * band)
+        return np.asarray(delayed[: samples.size] + (self.gain(time) - 1.0) * band)
 
 
 class _Running:
-    """A filter of the whole signal, fed piece by piece."""
+    """Filter of the whole signal that keeps its state between segments."""
 
     def __init__(self, response: Response) -> None:
         self.b, self.a = response.b, response.a
@@ -342,6 +373,7 @@ class _Running:
         self.state = np.zeros(len(response.poles))
 
     def next(self, samples: Array, _: int) -> Array:
+        """The next filtered samples."""
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)
@@ -349,6 +381,7 @@ class _Running:
 
 
 def _length(duration: float | None, n: int | None, rate: float) -> int:
+    """Number of samples of a record whose duration (s) or number of samples is given."""
     if (duration is None) == (n is None):
         raise InputError("give either a duration in seconds or a number of samples n")
     if n is not None:
@@ -359,20 +392,22 @@ def _length(duration: float | None, n: int | None, rate: float) -> int:
     if seconds * rate > SAMPLES:
         raise InputError(
             f"duration = {seconds:g} s at {rate:g} Hz: {seconds * rate:.3g} samples are more than any"
-            " memory holds: ask for a shorter duration"
+            " memory holds; give a shorter duration"
         )
     count = round(seconds * rate)
     if count < 1:
-        raise InputError(f"a record of {count} samples: ask for a longer duration")
+        raise InputError(
+            f"duration = {seconds:g} s at {rate:g} Hz is less than one sample: give a longer duration"
+        )
     return count
 
 
 def _require(model: Model) -> None:
-    """Every value that a simulation needs is there."""
+    """Raise an error if a parameter that a simulation needs has no value."""
     for effect in model:
         for p in effect.parameters:
             optional = p.role in {"derived", "choice"} or p.optional
             if not optional and effect.values[p.name] is None:
                 raise InputError(
-                    f"{effect.kind}: {p.name} has no value: a simulation needs all of them"
+                    f"{effect.kind}: {p.name} has no value; a simulation needs a value of every parameter"
                 )

@@ -1,4 +1,4 @@
-"""The contract of an effect, as a test: for the catalogue and for effects that others write.
+"""Tests of the properties that an effect declares, for built-in effects and for your own.
 
 >>> from allanite.testing import check_effect
 >>> check_effect(GaussMarkov(q_c=1e-3, correlation_time=3.0))
@@ -45,37 +45,40 @@ __all__ = [
 Array = NDArray[np.float64]
 Columns = Mapping[str, Array]
 
-#: Hz.
+#: Sampling rate of the test records, Hz.
 RATE = 50.0
-#: Samples and records of the Monte Carlo part.
+#: Samples of each simulated record, and number of records.
 LENGTH, RECORDS = 2048, 384
-#: Standard errors allowed: a few hundred comparisons of normal means reach 4.5 once in a thousand runs.
+#: Allowed difference of a mean from its expectation, in standard errors. The largest of a few hundred normal differences
+#: exceeds 4.5 in one of a thousand runs.
 SIGMAS = 5.0
-#: Share of each term that rounding may take from a density: 15 units in the last place were seen at the zeros of filters.
+#: Allowed negative density due to rounding, as a fraction of each term. Measured at the zeros of filters: 15 units in the
+#: last place.
 ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 ROLES = {"coefficient", "shape", "choice", "time", "derived"}
 
 
-def _require(fact: object, message: str) -> None:
-    if not fact:
+def _require(condition: object, message: str) -> None:
+    """Raise AssertionError with the message unless the condition is true."""
+    if not condition:
         raise AssertionError(message)
 
 
 def check_effect(effect: Effect, covariates: Columns | None = None) -> None:
-    """Prove the declared properties of an effect.
+    """Test all properties that an effect declares; raises an error for the first property that does not hold.
 
     Parameters
     ----------
     effect : Effect
-        With all values given, chosen for a record of 2048 samples at 50 Hz (time constants of 0.1…10 s, times
-        within 41 s, frequencies below 25 Hz).
+        Effect with a value of every parameter. The values must suit a record of 2048 samples at 50 Hz: time constants of
+        0.1 to 10 s, times within 41 s, frequencies below 25 Hz.
     covariates : mapping of str to ndarray, shape (2048,), optional
-        Columns that the effect refers to.
+        Logged columns that the effect follows, by name.
 
     Raises
     ------
     AssertionError
-        Names the effect and the property that does not hold.
+        A property does not hold. The message names the effect and the property.
     """
     columns = dict(covariates or {})
     check_declaration(effect)
@@ -88,7 +91,7 @@ def check_effect(effect: Effect, covariates: Columns | None = None) -> None:
 
 
 def check_declaration(effect: Effect) -> None:
-    """What the effect says of itself is complete."""
+    """Test that the declarations of an effect are complete and consistent: texts, parameters, bounds and grids."""
     cls = type(effect)
     for name in ("kind", "short", "title", "physics", "looks_like", "check_by"):
         text = getattr(cls, name, "")
@@ -106,22 +109,33 @@ def check_declaration(effect: Effect) -> None:
         _require(p.description, f"{kind}.{p.name}: no description")
         _require(p.role in ROLES, f"{kind}.{p.name}: role {p.role!r} is unknown")
         _require(p.low < p.high, f"{kind}.{p.name}: bounds {p.low} … {p.high}")
-        _require(hasattr(effect, p.name), f"{kind}: declares {p.name}, which it has not")
+        _require(
+            hasattr(effect, p.name),
+            f"{kind}: declares the parameter {p.name} but has no such field",
+        )
         if isinstance(effect.values[p.name], float) and p.role != "derived" and p.low > -np.inf:
             try:
                 effect.with_values(**{p.name: p.low - 1.0})
             except InputError:
                 continue
-            _require(False, f"{kind}: {p.name} below its bound {p.low} is taken")
-    _require(kind not in cls.rivals, f"{kind}: is its own rival")
+            _require(False, f"{kind}: a value of {p.name} below its bound {p.low} is accepted")
+    _require(kind not in cls.rivals, f"{kind}: the effect lists itself in `rivals`")
     _require(cls.screened in SCREENS, f"{kind}: screened = {cls.screened!r} is unknown")
     for name in cls.shown():
-        _require(name in names, f"{kind}: the legend shows {name}, which it has not")
+        _require(
+            name in names, f"{kind}: `shown` names {name}, but the effect has no such parameter"
+        )
     if isinstance(effect, Periodic):
-        _require(cls.screened in {"line", "none"}, f"{kind}: a line is screened as one")
+        _require(
+            cls.screened in {"line", "none"},
+            f'{kind}: a periodic effect needs screened = "line" or "none"',
+        )
     elif isinstance(effect, Deterministic):
         known = {"slow", "none"} if effect.low else {"drifting line", "passing line", "none"}
-        _require(cls.screened in known, f"{kind}: a drift is screened as slow")
+        _require(
+            cls.screened in known,
+            f"{kind}: screened = {cls.screened!r}, but the effect allows only {sorted(known)}",
+        )
     if isinstance(effect, Stochastic):
         _require(effect.coefficient in names, f"{kind}: coefficient is not a parameter")
     for name in effect.free_shapes if cls.screened in {"spectral", "slow"} else ():
@@ -134,7 +148,10 @@ def check_declaration(effect: Effect) -> None:
 
 
 def check_round_trip(effect: Effect) -> None:
-    """Model files keep every bit, model strings six digits (effects outside the catalogue have no string)."""
+    """Test that an effect survives a model file (every bit) and a model string (six digits).
+
+    The test is skipped for an effect that is not in the catalog, because model strings cannot name the effect.
+    """
     if find(effect.kind) is not type(effect):
         return
     model = Model((effect,))
@@ -144,30 +161,48 @@ def check_round_trip(effect: Effect) -> None:
     _require(type(parsed) is type(effect), f"{effect.kind}: {model} is read as {parsed.kind}")
     lists = any(isinstance(value, tuple) for value in effect.values.values())
     for p in effect.parameters:
-        before, after = effect.values[p.name], parsed.values[p.name]
-        # Lists of times, and what is derived of them, are for files.
-        if isinstance(before, tuple) or (lists and p.role == "derived"):
+        written, read = effect.values[p.name], parsed.values[p.name]
+        # Model strings do not contain lists of times, or values that are derived from lists.
+        if isinstance(written, tuple) or (lists and p.role == "derived"):
             continue
-        same = before == after or (
-            isinstance(before, float)
-            and isinstance(after, float)
-            and abs(after - before) <= 1e-5 * abs(before)
+        same = written == read or (
+            isinstance(written, float)
+            and isinstance(read, float)
+            and abs(read - written) <= 1e-5 * abs(written)
         )
-        _require(same, f"{effect.kind}: {model} is read with {p.name} = {after}, not {before}")
+        _require(same, f"{effect.kind}: {model} is read with {p.name} = {read}, not {written}")
 
 
 def _as_model(effect: Effect) -> Model:
+    """Model with the effect; a modifier acts on white noise with N = 1."""
     return Model((white_noise(1.0), effect) if isinstance(effect, Modifier) else (effect,))
 
 
 def integrated(density: Array, weight: Array, w: Array, m: float, rate: float) -> float:
-    """∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df from a density at nodes `w` with weights in w."""
+    """Allan variance at averaging factor m: ∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df, by quadrature.
+
+    Parameters
+    ----------
+    density : ndarray, shape (nodes,)
+        Two-sided density S at the nodes, U²/Hz.
+    weight : ndarray, shape (nodes,)
+        Weights of the nodes for integration over w.
+    w : ndarray, shape (nodes,)
+        Nodes, rad per sample.
+    m : float
+        Averaging factor.
+    rate : float
+        Sampling rate, Hz.
+    """
     gain = 4.0 * np.sin(m * w / 2.0) ** 4 / (m * np.sin(w / 2.0)) ** 2
     return float((weight * density * gain).sum() * rate / (2.0 * np.pi))
 
 
 def _nodes(m: int) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes on (0, π): fine at 0, where spectra diverge, and between the zeros of the gain."""
+    """Gauss-Legendre nodes on (0, π), shape (nodes,), and their weights.
+
+    The nodes are dense near 0, where spectra diverge, and between the zeros of the gain.
+    """
     x, v = np.polynomial.legendre.leggauss(8)
     edges = np.unique(
         np.concatenate([np.geomspace(1e-30, 1e-3, 200), np.linspace(0.0, np.pi, 40 * max(m, 80))])
@@ -178,20 +213,20 @@ def _nodes(m: int) -> tuple[Array, Array]:
 
 
 def check_density(effect: Effect) -> None:
-    """The density integrates to the Allan variance at every m; the deviation scales with the coefficient."""
+    """Test that the density integrates to the Allan variance, and that the deviation is proportional to the coefficient."""
     model = _as_model(effect)
     for m in (1, 2, 3, 10, 100):
         w, weight = _nodes(m)
         density = model.psd(w * RATE / (2.0 * np.pi), RATE)
-        # A filter may have zeros, where terms of either sign cancel.
+        # At the zeros of a filter, terms of opposite sign cancel up to rounding.
         sizes = sum(np.abs(term.spectrum(w)) for term in model.terms(RATE)) / RATE
-        _require((density > -ROUNDING * sizes).all(), f"{effect.kind}: a density below 0")
+        _require((density > -ROUNDING * sizes).all(), f"{effect.kind}: the density is negative")
         integral = integrated(density, weight, w, m, RATE)
         declared = float(model.allan_variance(m / RATE, RATE))
         _require(
             abs(integral / declared - 1.0) < 1e-5,
-            f"{effect.kind}: at m = {m} the density integrates to {integral:.8g}, "
-            f"the Allan variance says {declared:.8g}",
+            f"{effect.kind}: at averaging factor {m} the density integrates to {integral:.8g}, "
+            f"but the declared Allan variance is {declared:.8g}",
         )
     if isinstance(effect, Stochastic):
         name = effect.coefficient
@@ -205,14 +240,14 @@ def check_density(effect: Effect) -> None:
 
 
 def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -> None:
-    """A deterministic effect is linear in its amplitudes and agrees with its own regressors."""
+    """Test that the signal of a known function is linear in its amplitudes and equals regressors @ amplitudes."""
     columns, kind = dict(covariates or {}), effect.kind
     time = np.arange(LENGTH) / RATE
     matrix, amplitudes = effect.regressors(time, columns), effect.amplitudes()
     _require(matrix.shape == (LENGTH, amplitudes.size), f"{kind}: regressors {matrix.shape}")
     _require(np.isfinite(matrix).all(), f"{kind}: regressors are not finite")
     signal = effect.signal(time, columns)
-    _require(np.ptp(signal) > 0.0, f"{kind}: these values give no signal")
+    _require(np.ptp(signal) > 0.0, f"{kind}: the signal is constant with these values")
     size = float(np.abs(signal).max())
     _require(
         np.allclose(signal, matrix @ amplitudes, atol=1e-12 * size, rtol=0.0),
@@ -231,13 +266,14 @@ def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -
     declared = Model((effect,)).allan_variance(FACTORS / RATE, RATE)
     if declared.any():
         measured = _allan(signal, FACTORS)
-        # A sampled line is averaged over a number of cycles that is not whole.
+        # The record does not contain a whole number of cycles of a line.
         _require(
             (np.abs(measured - declared) <= 0.02 * declared.max()).all(),
             f"{kind}: Allan variance of the signal {measured}, declared {declared}",
         )
 
 
+#: Averaging factors at which Allan variances are compared.
 FACTORS = np.unique(np.round(np.geomspace(1, LENGTH // 4, 14)).astype(np.int64))
 
 
@@ -252,35 +288,34 @@ def _allan(samples: Array, factors: NDArray[np.int64]) -> Array:
 
 
 def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
-    """Simulated records are seeded, add up, and have the declared Allan variance and density.
+    """Test that simulated records depend only on the seed, and have the declared Allan variance and density.
 
-    The samples that are judged are the difference of two simulations of the same seed, with the effect and
-    without it.
+    The tested samples are the difference of two simulations with the same seed, one with the effect and one without it.
     """
     columns, kind = dict(covariates or {}), effect.kind
-    beside, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
-    # What acts on the whole signal would act on that beside it, too.
+    other, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
+    # A modifier of the whole signal would also change the other effect.
     alone = isinstance(effect, Modifier) and bool(effect.whole or effect.band)
 
-    def run(what: Model, seed: int) -> Array:
-        found = simulate(what, n=LENGTH, rate=RATE, seed=seed, covariates=columns)
+    def run(simulated: Model, seed: int) -> Array:
+        found = simulate(simulated, n=LENGTH, rate=RATE, seed=seed, covariates=columns)
         return np.asarray(found.samples)
 
     _require((run(model, 1) == run(model, 1)).all(), f"{kind}: the same seed gives other samples")
     if isinstance(effect, Deterministic):
-        difference = run(beside + effect, 3) - run(beside, 3)
+        difference = run(other + effect, 3) - run(other, 3)
         signal = effect.signal(np.arange(LENGTH) / RATE, columns)
-        _require(np.allclose(difference, signal, atol=1e-9), f"{kind}: is not what is added")
+        _require(
+            np.allclose(difference, signal, atol=1e-9),
+            f"{kind}: the simulation does not add the signal of the effect",
+        )
         return
     _require((run(model, 1) != run(model, 2)).any(), f"{kind}: another seed gives the same samples")
     records = np.array(
-        [
-            run(model, s) if alone else run(beside + model, s) - run(beside, s)
-            for s in range(RECORDS)
-        ]
+        [run(model, s) if alone else run(other + model, s) - run(other, s) for s in range(RECORDS)]
     )
     terms = model.terms(RATE, (0.0, LENGTH / RATE))
-    # What happens for a time only is seen by short averages alike, by long ones not.
+    # The declared variance of an effect that lasts only for a time is exact only for short averages.
     lasting = all(p.role != "time" for p in effect.parameters)
     factors = FACTORS if lasting else FACTORS[FACTORS <= LENGTH // 100]
     declared = sum(t.allan_variance(factors.astype(float)) for t in terms)
@@ -293,7 +328,17 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
 
 
 def _within(values: Array, expected: Array, what: str, places: NDArray[np.int64]) -> None:
-    """The mean over records agrees with its expectation within `SIGMAS` of its own standard error."""
+    """Test that means over records agree with their expectation within `SIGMAS` standard errors.
+
+    Parameters
+    ----------
+    values : ndarray, shape (records, k)
+    expected : ndarray, shape (k,)
+    what : str
+        Name of the quantity for the message.
+    places : ndarray, shape (k,)
+        Averaging factor or ordinate of each value, for the message.
+    """
     error = values.std(axis=0, ddof=1) / np.sqrt(values.shape[0])
     z = (values.mean(axis=0) - expected) / error
     worst = int(np.argmax(np.abs(z)))
