@@ -165,7 +165,7 @@ class _Target:
         if self.simulator:
             return Tried(ratio, time, squares, _cost(shares, squares, 0.0))
         nees = self.nees(ratio, time)
-        late = _late(self)
+        late = _count_short_times(self)
         for first, slack in (*((k, SLACK) for k in range(late + 1)), (late, LAST_SLACK)):
             used = nees[:, first:]
             enough = np.maximum(squares, used.max(axis=1) / (1.0 + slack))
@@ -368,7 +368,7 @@ def _quality(target: _Target, choice: Choice) -> Quality:
     worst = int(np.argmax(np.abs(logs)))
     nees = _nees_of(target, choice)
     times = mission_of(target.horizon, fs).times
-    late = _late(target)
+    late = _count_short_times(target)
     most = late + int(np.argmax(nees[late:]))
     return Quality(
         ratio=float(np.exp(logs[worst])),
@@ -380,7 +380,7 @@ def _quality(target: _Target, choice: Choice) -> Quality:
     )
 
 
-def _late(target: _Target) -> int:
+def _count_short_times(target: _Target) -> int:
     """Number of coasting times below a tenth of the horizon."""
     times = mission_of(target.horizon, target.rate).times
     return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

@@ -18,7 +18,7 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Arrays of N and K in SI units, in the order of the given axes."""
+    """Text of a C header with arrays of N and K in SI units, in the order of the given axes."""
     pairs = chosen(axes, overbound=overbound)
     convention = (
         "N and K are continuous-time, two-sided, in SI. With the sampling interval dt, the standard deviation per sample",

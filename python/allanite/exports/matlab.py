@@ -36,7 +36,7 @@ MEMORY_HORIZONS = 2.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N as NoiseDensity (declared double-sided), B as BiasInstability, K as RandomWalk, in SI units.
+    """Text of a MATLAB script: N as NoiseDensity (double-sided), B as BiasInstability, K as RandomWalk, in SI units.
 
     K covers other slow processes. If no axis needs B or K, the parameter is not written and keeps MATLAB's default 0. An
     axis without an effect that other axes have gets 0. With `overbound`, N and K also cover B.

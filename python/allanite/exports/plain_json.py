@@ -18,7 +18,7 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Document ``allanite/parameters/1``: the coefficients of each axis (N two-sided) and all effects as fitted."""
+    """JSON text ``allanite/parameters/1``: the coefficients of each axis (N two-sided) and all effects as fitted."""
     document = {
         "schema": "allanite/parameters/1",
         "version": _kernels.version(),

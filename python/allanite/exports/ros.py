@@ -29,7 +29,7 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Variance of one sample, row-major 3 × 3: N²·rate plus the variance of lines, bands and slow noise.
+    """Text with the covariance of one sample, row-major 3 × 3: N²·rate plus the variance of lines, bands and slow noise.
 
     Filters that read the message treat samples as independent. White noise behind a low-pass filter counts with its
     unfiltered variance, because it averages out as slowly as unfiltered white noise. A comment states the variance within

@@ -28,7 +28,7 @@ STATES = 8
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Document ``allanite/state_spaces/1``: at most `STATES` states per axis if possible, and the error of the reduction.
+    """JSON text ``allanite/state_spaces/1``: if possible at most `STATES` states per axis, and the error of the reduction.
 
     An effect that was not detected has its expected size, as in all other files. With 0, a filter would be overconfident.
     """

@@ -33,7 +33,9 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N/√dt and K/√dt with the step dt of the filter. EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases.
+    """Text of the parameter file: N/√dt and K/√dt with the step dt of the filter.
+
+    EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases.
 
     Comments are on their own lines, because ground stations only accept lines with two words.
     """

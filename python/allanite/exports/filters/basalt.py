@@ -20,7 +20,9 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N and K of x, y and z, and the rate with which Basalt converts N to the standard deviation of a sample.
+    """Text of the calibration file: N and K of x, y and z, and the update rate.
+
+    Basalt multiplies N by √rate to get the standard deviation of a sample.
 
     ``dicrete_time_gyro_noise_std`` is std·√imu_update_rate, and a random walk over dt has the variance std²·dt
     (basalt/calibration/calibration.hpp, basalt/linearization/imu_block.hpp).

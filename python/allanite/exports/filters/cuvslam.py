@@ -24,7 +24,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N, K and the sampling rate; cuvslam.h refers to Kalibr's noise model for the units."""
+    """Text of the file with N, K and the sampling rate.
+
+    cuvslam.h refers to Kalibr's noise model for the units.
+    """
     needs_both(axes, "cuvslam")
     fs = rate_of(axes, rate, "cuvslam")
     convention = (

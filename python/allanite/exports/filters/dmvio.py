@@ -23,7 +23,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N and K. GTSAM's preintegration squares N; a bias step between frames is K·√Δt (IMUUtils.cpp, fcc306b)."""
+    """Text of the file with N and K.
+
+    GTSAM's preintegration squares N. The bias changes by K·√Δt between frames (IMUUtils.cpp, fcc306b).
+    """
     needs_both(axes, "dmvio")
     convention = (
         "DM-VIO: continuous-time, two-sided densities. Copy these lines into the settings file.",

@@ -23,7 +23,10 @@ MIN_SAMPLE_RATE = 100.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N² and K² of x, y and z. The factor multiplies N² by the rate for a sample, and K² by the time between nodes."""
+    """Text of a MATLAB script with N² and K² of x, y and z.
+
+    The factor multiplies N² by the rate for a sample, and K² by the time between nodes.
+    """
     fs = rate_of(axes, rate, "factorimu")
     needs_both(axes, "factorimu")
     gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))

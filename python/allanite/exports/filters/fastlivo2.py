@@ -24,7 +24,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N²·rate and K²·rate, because IMU_Processing.cpp (107acae) multiplies both by dt² at each sample."""
+    """Text of the file with N²·rate and K²·rate.
+
+    IMU_Processing.cpp (107acae) multiplies both by dt² at each sample.
+    """
     fs = rate_of(axes, rate, "fastlivo2")
     convention = (
         f"FAST-LIVO2: variances per sample at {fs:g} Hz, N^2*rate and K^2*rate.",

@@ -26,7 +26,10 @@ MOTION = 0.1
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """process_noise_diagonal of two motion models. The covariance of a step of length dt is dt times the diagonal."""
+    """Text of the file with process_noise_diagonal of two motion models.
+
+    The covariance of a step of length dt is dt times the diagonal.
+    """
     noise = process_noise(axes, overbound=overbound)
     convention = (
         "fuse: variances per second (continuous time). The covariance between two states is dt times the diagonal.",

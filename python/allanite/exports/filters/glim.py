@@ -23,7 +23,9 @@ SCAN_RATE = 10.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N as density, which imu_integration.cpp squares; K/√(scan rate) as standard deviation of a bias step per scan.
+    """Text of the file: N, and K/√(scan rate) as standard deviation of the bias change per scan.
+
+    imu_integration.cpp squares N.
 
     odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both sensors.
     """

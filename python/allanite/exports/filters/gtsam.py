@@ -20,7 +20,7 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Squares of N and K in SI: power spectral densities, not variances of samples.
+    """Text of a Python script with the squares of N and K in SI: power spectral densities, not variances of samples.
 
     The covariance of the integration itself must be set: GTSAM's default, the identity, would alone give 1 m after 1 s.
     """

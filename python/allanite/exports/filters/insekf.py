@@ -24,7 +24,7 @@ SENSORS = (("Gyroscope", "rad/s"), ("Accelerometer", "m/s^2"))
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """K² as process noise of the bias states, N²·rate as measurement noise.
+    """Text of a MATLAB script: K² as process noise of the bias states, N²·rate as measurement noise.
 
     A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample.
     """

@@ -24,7 +24,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Noise density is N and random walk is K, as in "IMU Noise Model" of Kalibr's wiki.
+    """Text of imu.yaml: noise density is N and random walk is K, as in "IMU Noise Model" of Kalibr's wiki.
 
     There, the standard deviation of a sample is N/√dt, and of a bias step K·√dt. Kalibr refuses values of 0.
     """

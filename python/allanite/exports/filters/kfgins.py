@@ -27,7 +27,10 @@ DEGREE = math.pi / 180.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N in °/√h and m/s/√h; σ of the Gauss-Markov biases in °/h and mGal; one correlation time in h for all axes."""
+    """Text of the file: N, and σ and correlation time of the Gauss-Markov biases.
+
+    N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h.
+    """
     gyro, accel = split(axes)
     needs_both(axes, "kfgins")
     axes = [*gyro, *accel]

@@ -18,7 +18,9 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Keys that ImuFrontendParams.cpp reads. ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
+    """Text of the file with the keys that ImuFrontendParams.cpp reads.
+
+    ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
 
     The file selects preintegration type 1. The combined factor (type 0) adds the identity to the covariance of the bias,
     and no parameter changes this.

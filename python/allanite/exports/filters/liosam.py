@@ -23,7 +23,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N, which GTSAM's preintegration squares, and K, which LIO-SAM multiplies by √Δt between key frames."""
+    """Text of the file with N and K.
+
+    GTSAM's preintegration squares N. LIO-SAM multiplies K by √Δt between key frames.
+    """
     convention = (
         "LIO-SAM (copy below lio_sam:): continuous-time, two-sided densities. LIO-SAM squares them itself.",
     )

@@ -26,7 +26,10 @@ INITIAL = {"gyro": "sigma_bg", "accel": "sigma_ba"}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N and K. Each step of length dt adds dt·sigma² (okvis_ceres/src/ImuError.cpp, 0f18f34)."""
+    """Text of the file with N and K.
+
+    OKVIS2 adds dt·sigma² in each step of length dt (okvis_ceres/src/ImuError.cpp, 0f18f34).
+    """
     needs_both(axes, "okvis2")
     convention = (
         "OKVIS2 (OKVIS): continuous-time, two-sided densities. Each step of length dt adds sigma^2*dt.",

@@ -24,7 +24,9 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N and K without conversion: the program multiplies N by √frequency and divides K by √frequency itself.
+    """Text of the file with N and K without conversion.
+
+    ORB-SLAM3 itself multiplies N by √frequency and divides K by √frequency.
 
     Its loader refuses a frequency that is not an integer, and noises that are not written as real numbers.
     """

@@ -26,7 +26,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N²·rate and K²·rate: esekfom.hpp (bbd402a) adds Q·dt² per prediction, and R_IMU is the variance of a sample."""
+    """Text of the file with N²·rate and K²·rate.
+
+    esekfom.hpp (bbd402a) adds Q·dt² per prediction, and R_IMU is the variance of a sample.
+    """
     fs = rate_of(axes, rate, "pointlio")
     convention = (
         f"Point-LIO (copy below mapping:): variances per sample at {fs:g} Hz, N^2*rate and K^2*rate.",

@@ -29,7 +29,10 @@ SENSORS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """N in °/√h and µg/√Hz; σ of the Gauss-Markov bias in °/h and µg, and its correlation time (imuerrset.m)."""
+    """Text of a MATLAB script: N in °/√h and µg/√Hz, σ of the Gauss-Markov bias in °/h and µg, and its correlation time.
+
+    `imuerrset` of PSINS uses these units.
+    """
     needs_both(axes, "psins")
     pairs = []
     convention = [

@@ -38,13 +38,16 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Commands of PX4's shell: N/√dt and K/√dt with the step dt of the filter, which uses the variances (dt·σ)²."""
+    """Text with commands of PX4's shell that set N/√dt and K/√dt, with the step dt of the filter.
+
+    The filter uses the variances (dt·σ)².
+    """
     form = "param set {key} {value:.6e}  {note}"
     return _file(axes, rate, form, overbound=overbound)
 
 
 def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """File for QGroundControl: system, component, name, value and type of each parameter, separated by tabs."""
+    """Text for QGroundControl: system, component, name, value and type of each parameter, separated by tabs."""
     form = f"{{note}}\n1\t1\t{{key}}\t{{value:.9g}}\t{REAL32}"
     return _file(axes, rate, form, overbound=overbound)
 

@@ -25,7 +25,9 @@ TAU = 500.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """The simulator adds N/√dt to a sample and BiasStability/√Tau·√dt to the bias: K = BiasStability/√Tau.
+    """Text of the IMU settings in JSON: N, and with BiasStability and Tau so that K = BiasStability/√Tau.
+
+    The simulator adds N/√dt to a sample and BiasStability/√Tau·√dt to the bias.
 
     Its ``VelocityRandomWalk`` is in mg (per √Hz), ``AngularRandomWalk`` in °/√h.
     """

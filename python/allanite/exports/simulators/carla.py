@@ -21,7 +21,10 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Standard deviation of a sample, N·√rate. InertialMeasurementUnit.cpp adds white noise and a constant bias."""
+    """Text of a Python file with the standard deviation of a sample, N·√rate.
+
+    InertialMeasurementUnit.cpp adds white noise and a constant bias.
+    """
     fs = rate_of(axes, rate, "carla")
     pairs = []
     convention = [

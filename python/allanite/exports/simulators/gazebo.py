@@ -21,7 +21,10 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """``stddev`` is N·√rate; ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, not its σ."""
+    """Text of the sensors in SDF.
+
+    ``stddev`` is N·√rate. ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, not σ of the bias.
+    """
     fs = rate_of(axes, rate, "gazebo")
     pairs = []
     convention = [

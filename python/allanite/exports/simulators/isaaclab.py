@@ -20,7 +20,10 @@ __all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N·√rate for a sample; σ of the slow noise for the bias, which is drawn at each reset (noise_model.py, 046b71b)."""
+    """Text of a Python file: N·√rate for a sample, σ of the slow noise for the bias.
+
+    The simulator draws the bias at each reset (noise_model.py, 046b71b).
+    """
     fs = rate_of(axes, rate, "isaaclab")
     pairs = []
     convention = [
