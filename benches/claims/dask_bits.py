@@ -82,7 +82,7 @@ def main():
     dask.config.set({"distributed.scheduler.allowed-failures": 10})
     rng = np.random.default_rng(1)
     x = np.round(rng.standard_normal(asked.samples) * 1000.0)
-    expected = kept(al.summarise(x, rate=RATE))
+    expected = kept(al.summarize(x, rate=RATE))
     right, killed, took = {True: 0, False: 0}, 0, 0.3
     with safe_path():
         clusters = {
@@ -107,7 +107,7 @@ def main():
                 killed += 1
             began = perf_counter()
             try:
-                found = al.scale.summarise(da.from_array(x, chunks=size), rate=RATE, client=client)
+                found = al.scale.summarize(da.from_array(x, chunks=size), rate=RATE, client=client)
                 same = kept(found) == expected
             except Exception as error:
                 same = False

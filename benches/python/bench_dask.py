@@ -44,11 +44,11 @@ def main():
         clients = {k: Client(cluster) for k, cluster in clusters.items()}
         walls, busiest = {1: [], 2: []}, {1: [], 2: []}
         for k, client in clients.items():
-            al.scale.summarise(paths[: 4 * k], rate=RATE, client=client)  # imports
+            al.scale.summarize(paths[: 4 * k], rate=RATE, client=client)  # imports
         for _ in range(asked.rounds):
             for k, client in clients.items():
                 before, began = client.run(spent), perf_counter()
-                found = al.scale.summarise(paths, rate=RATE, client=client)
+                found = al.scale.summarize(paths, rate=RATE, client=client)
                 walls[k].append(perf_counter() - began)
                 busy = [now - before[where] for where, now in client.run(spent).items()]
                 busiest[k].append(max(busy))

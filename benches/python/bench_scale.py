@@ -1,4 +1,4 @@
-"""Time and memory of `al.summarise` on a long record and of fit and check after it, compared with a sum by NumPy.
+"""Time and memory of `al.summarize` on a long record and of fit and check after it, compared with a sum by NumPy.
 
     python benches/python/bench_scale.py [SAMPLES ...]
     python benches/python/bench_scale.py day
@@ -45,13 +45,13 @@ def one(n):
     """Print time and memory of a generated record of n samples."""
     import allanite as al
 
-    al.summarise(np.zeros(10) + np.arange(10), rate=RATE)
+    al.summarize(np.zeros(10) + np.arange(10), rate=RATE)
     before = peak()
     began, busy = perf_counter(), process_time()
     total = sum(float(chunk.sum()) for chunk in chunks(n))
     plain, plain_busy = perf_counter() - began, process_time() - busy
     began, busy = perf_counter(), process_time()
-    summary = al.summarise(chunks(n), rate=RATE)
+    summary = al.summarize(chunks(n), rate=RATE)
     # Subtract the time of the generator and the sum.
     made, busy = perf_counter() - began - plain, process_time() - busy - plain_busy
     began = perf_counter()
@@ -97,12 +97,12 @@ def file_of(path, n, columns):
     import allanite as al
 
     mapped = np.load(path, mmap_mode="r")
-    al.summarise(np.zeros(10) + np.arange(10), rate=RATE)
+    al.summarize(np.zeros(10) + np.arange(10), rate=RATE)
     for state in ("disk", "cache"):
         times = []
         for work in (
             lambda: read_and_sum(path, n * columns),
-            lambda: al.summarise(mapped, rate=RATE),
+            lambda: al.summarize(mapped, rate=RATE),
         ):
             if state == "disk":
                 forget(path)

@@ -37,7 +37,7 @@ EXTRA = (
     "allanite.plots.plot_fit",
     "allanite.plots.plot_recording",
     "allanite.plots.plot_study",
-    "allanite.scale.summarise",
+    "allanite.scale.summarize",
     "allanite.simulate.simulate",
     "allanite.simulate.simulate_chunks",
     "allanite.statespace.state_space",

@@ -97,7 +97,7 @@ from allanite.study import improve_columns as improve_columns
 from allanite.suggestion import Check as Check
 from allanite.suggestion import Suggestion as Suggestion
 from allanite.summary import Summary as Summary
-from allanite.summary import summarise as summarise
+from allanite.summary import summarize as summarize
 from allanite.trends import Trend as Trend
 from allanite.trends import Trends as Trends
 from allanite.trends import trend as trend
@@ -107,3 +107,4 @@ __version__: str
 power = detection_power
 predict = error_growth
 release = free_buffers
+summarise = summarize

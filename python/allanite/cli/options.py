@@ -115,7 +115,7 @@ class Seconds(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The time in seconds."""
+        """Time in seconds from a text such as ``10min``."""
         text, factor = str(value).strip(), 1.0
         for unit, size in self.units:
             if text.endswith(unit):
@@ -148,7 +148,7 @@ class RateType(click.ParamType[float | str]):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | str:
-        """The rate as a float, or as text with its exclamation mark."""
+        """Sampling rate in Hz as a float; a text with an exclamation mark stays a text."""
         text = str(value).strip()
         try:
             number = float(text.removesuffix("!"))
@@ -237,8 +237,7 @@ _LOG_OPTIONS = (
     click.option(
         "--seed",
         type=SEED,
-        metavar="N",
-        help="Seed that reports state. The results do not depend on it.",
+        hidden=True,  # accepted because scripts may give it; the results do not depend on a seed
     ),
     json_option,
     click.option("--quiet", is_flag=True, help="Print no notes and no progress."),
@@ -268,7 +267,7 @@ class LogOptions:
 
     @property
     def rate_hz(self) -> float | None:
-        """The rate as a number of Hz."""
+        """Sampling rate, Hz, without the exclamation mark; None if the option is not given."""
         return float(self.rate.removesuffix("!")) if isinstance(self.rate, str) else self.rate
 
     @property

@@ -143,7 +143,7 @@ class Bets:
         return np.concatenate([self._wide_fixed - half * wide, narrow], axis=-1)
 
     def take(self, samples: Array) -> None:
-        """Bet on the next segment; a segment with missing samples decides nothing."""
+        """Bet on the next segment and update the capital; a segment with missing samples only counts as a segment."""
         self.segments += 1
         if np.isnan(samples).any():
             return
@@ -168,7 +168,7 @@ class Bets:
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
-        """Cosine ordinates over the model's standard deviation, and the samples that have these."""
+        """Cosine ordinates over their standard deviation under the model, and the whitened samples with these ordinates."""
         limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):
             ordinates = _cosine_transform(limited - limited.mean())[1:] / self._deviation
@@ -182,10 +182,10 @@ class Bets:
         return ordinates, white
 
     def _normal_scores(self, white: Array) -> Array:
-        """Normal scores in the order of whitened samples."""
+        """Normal scores of whitened samples, shape (n,): each sample is replaced by the normal quantile of its rank."""
         jitter = np.random.default_rng(self.segments).uniform(-JITTER, JITTER, white.size)
         scores = np.empty(white.size)
-        scores[np.argsort(white + jitter)] = _scores(white.size)
+        scores[np.argsort(white + jitter)] = _rank_quantiles(white.size)
         return scores
 
     def clearest(self) -> tuple[int, int, float, int]:
@@ -243,8 +243,8 @@ def _cumulative_sums(power: Array) -> Array:
 
 
 @lru_cache(maxsize=4)
-def _scores(n: int) -> Array:
-    """Normal scores of n ranks, in order."""
+def _rank_quantiles(n: int) -> Array:
+    """Normal quantiles of the n ranks, in ascending order, shape (n,)."""
     from scipy.special import ndtri
 
     return np.asarray(ndtri((np.arange(n) + 0.5) / n))

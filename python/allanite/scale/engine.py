@@ -18,7 +18,7 @@ from allanite.summary.making import summary_of_chunks
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Summaries", "summarise"]
+__all__ = ["Summaries", "summarize"]
 
 #: Summaries that one task merges.
 MERGED_AT_ONCE = 8
@@ -54,7 +54,7 @@ class Summaries:
         return f"Summaries({len(self.summaries)} logs, {len(self.failed)} failed)"
 
 
-def summarise(
+def summarize(
     source: Any,
     rate: float | None = None,
     *,
@@ -65,7 +65,7 @@ def summarise(
     """Summary of a Dask array, or summaries of many logs, computed on any Dask scheduler.
 
     The summaries of chunks are merged in a tree. The result does not depend on the tree, since each chunk knows its place
-    and sums do not depend on their order (`al.summarise`). If a worker dies, its tasks are computed again.
+    and sums do not depend on their order (`al.summarize`). If a worker dies, its tasks are computed again.
 
     Parameters
     ----------

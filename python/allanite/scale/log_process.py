@@ -353,7 +353,7 @@ def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: 
 
 
 def _warm_up(memory: int) -> None:
-    """Import what logs need, which takes seconds that count for no log, and then limit the memory."""
+    """Import the modules that every log needs, then limit the memory. Time limits of logs do not include the import."""
     from allanite import _kernels, readers, study
 
     assert readers

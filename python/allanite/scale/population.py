@@ -127,13 +127,13 @@ class Fleet:
 
     @property
     def too_few(self) -> str:
-        """Sentence why there is no population; empty if there is one."""
+        """Sentence that says why there is no population of units; empty if there is a population."""
         if self.population:
             return ""
         return f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files}"
 
-    def _words(self, one: Deviating) -> str:
-        """Text of a deviating unit: ``unit4.csv, gx: N × 1.6``, with a parameter as its ratio to the median."""
+    def _unit_text(self, one: Deviating) -> str:
+        """Text of a deviating unit: ``unit4.csv, gx: N × 1.6``; the number is the ratio to the median of all units."""
         by = one.by.replace("_", " ")
         if one.value is None:
             return f"{one.file}, {one.column}: {by} (p = {one.p_value:.1g})"
@@ -196,7 +196,7 @@ class Fleet:
             f"deviating units (at most {share:g} % of them by chance): {len(self.deviating)}",
         ]
         lines += [
-            f"  {self._words(d)}" for d in sorted(self.deviating, key=lambda d: _sort_key(d.by))
+            f"  {self._unit_text(d)}" for d in sorted(self.deviating, key=lambda d: _sort_key(d.by))
         ]
         lines += [f"  {path}: {why}" for path, why in self.failed.items()]
         return "\n".join(lines)

@@ -32,7 +32,7 @@ def mended(x: Array) -> Array:
     if not bad.any():
         return x
     if bad.all():
-        raise TooShortError("all samples are missing: nothing is left to analyse")
+        raise TooShortError("all samples are missing: nothing is left to analyze")
     change = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
     starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
     out = _mirrored(x, bad, starts, ends)

@@ -37,14 +37,21 @@ FILTER_BETA, WINDOW_ALPHA = 10.06, 4.0
 
 @lru_cache(maxsize=1)
 def _taps() -> Array:
-    """Weights of the pairs of samples around the middle of two, shape (REACH,)."""
+    """Weights of the low-pass that halves the rate, shape (REACH,).
+
+    The filter is symmetric about the middle between two samples. Weight i belongs to the two samples that are i + ½
+    samples away from this middle.
+    """
     at = np.arange(REACH) + 0.5
     taps = 0.5 * np.sinc(at / 2.0) * np.i0(FILTER_BETA * np.sqrt(1.0 - (at / REACH) ** 2))
     return np.asarray(0.5 * taps / taps.sum())
 
 
 def gain(f: Array, halvings: int) -> Array:
-    """Amplitude response of so many halvings at f, cycles per sample of the first level."""
+    """Amplitude response of the low-pass after `halvings` halvings of the rate, shape of `f`.
+
+    The frequencies `f` are in cycles per sample of the first level.
+    """
     out, at = np.ones_like(f), np.arange(REACH) + 0.5
     for level in range(halvings):
         w = 2.0 * np.pi * f * 2.0**level
@@ -54,12 +61,14 @@ def gain(f: Array, halvings: int) -> Array:
 
 @lru_cache(maxsize=1)
 def kernel() -> _kernels.Lapped:
-    """Compiled loops with these weights."""
+    """Compiled loops with the weights of `_window` and `_taps`."""
     return _kernels.Lapped(*_window(), _taps())
 
 
 def halved(x: Array) -> Array:
-    """Every second sample of a low-passed series, at the middle of two, without the first and last `REACH`/2.
+    """The series at half the rate, low-passed; each value lies in the middle between two samples.
+
+    The first and the last `REACH`/2 values are left out.
 
     Each sample is a sum in fixed order, so its value does not depend on the samples computed with it.
     """
@@ -68,7 +77,7 @@ def halved(x: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def _window() -> tuple[Array, Array]:
-    """Window at ½, 1½, … samples after the border of two segments, and as far before it."""
+    """Window at ½, 1½, … samples after the border of two segments, and at the same distances before the border."""
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * WINDOW_ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])
     return rise[SEGMENT // 2 :], rise[: SEGMENT // 2][::-1].copy()
@@ -83,12 +92,15 @@ def _folded_zones(zones: Array) -> tuple[Array, Array]:
 
 
 def segments(x: Array) -> Array:
-    """Coefficients of consecutive segments, shape (segments, SEGMENT); `x` has half a segment more at each end."""
+    """Transform coefficients of consecutive segments, shape (segments, SEGMENT).
+
+    `x` has half a segment more than these segments at each end.
+    """
     return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 
 
 def hard_block(x: Array, left: bool, right: bool) -> Array:
-    """Coefficients of a segment of any length that ends with the record on one side or both.
+    """Transform coefficients of a segment of any length at one end of the record, or at both ends.
 
     Parameters
     ----------

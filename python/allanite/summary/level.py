@@ -160,13 +160,16 @@ class Level:
             self.deeper.extend(*halves)
 
     def take_tiles(self, first: int, x: Array) -> Array:
-        """Samples of consecutive tiles at half the rate; adds their power. `x` has a margin more at both ends."""
+        """Samples of consecutive tiles at half the rate, shape (n / 2,); adds the power of the tiles to this level.
+
+        `first` is the index of the first tile. `x` has `MARGIN` more samples than the tiles at both ends.
+        """
         count = (x.size - 2 * MARGIN) // TILE
         out: list[Array] = []
         done = 0
         while done < count:
             if self.spectral:
-                # Up to the first missing sample, with all threads.
+                # The compiled loop uses all threads and stops at the first missing sample.
                 half = np.empty((count - done) * TILE // 2)
                 sums = LOW, self.power.high, self.power.low
                 bands, taken = kernel().tiles(x[done * TILE :], half, sums, FINE, self.threads)
@@ -236,7 +239,7 @@ class Level:
         )
 
     def _copy_with_deeper(self) -> Level:
-        """Copy of a level that has deeper ones."""
+        """Independent copy of this level and of all deeper levels."""
         out = self.restored({**self.state(), "deeper": None})
         assert self.deeper is not None
         out.deeper = self.deeper.copy()
@@ -244,7 +247,7 @@ class Level:
 
 
 def join(left: Level, right: Level) -> Level:
-    """Two adjacent levels as one; both are used up."""
+    """One level from two adjacent levels. Do not use the two levels afterwards; the result shares their arrays."""
     if right.whole:
         left.extend(right.samples())
         return left
@@ -280,7 +283,7 @@ def join(left: Level, right: Level) -> Level:
 
 
 def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
-    """Halved samples of a tile, power of its segments at every coefficient, and the number of segments."""
+    """Samples of a tile at half the rate, total power of its segments at every coefficient, and the number of segments."""
     gaps = np.isnan(x)
     lost = None
     if gaps.any():
@@ -313,7 +316,7 @@ def in_long_gaps(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
-    """Add the power in `FINE` bands of consecutive tiles, of so many segments each, to both maps over time."""
+    """Add the power of consecutive tiles in `FINE` bands to both maps over time; each tile has `frames` segments."""
     to.blocks.add(tile, power.reshape(power.shape[0], BANDS, -1).sum(axis=2), frames)
     to.sections.add(tile, power, frames)
 

@@ -73,12 +73,12 @@ def without_lines(
         if abs(sum(beside)) > MAX_POWER_BESIDE * whole:
             break
         place = np.arange(low, high)
-        centre = float(
+        center = float(
             place @ np.maximum(excess[low:high], 0.0) / np.maximum(excess[low:high], 0.0).sum()
         )
         found.append(
             Line(
-                (LOW + centre + 0.5) * hz,
+                (LOW + center + 0.5) * hz,
                 hz,
                 float(np.sqrt(max(2.0 * whole / SEGMENT / 2.0**level, 0.0))),
             )

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["summarise", "summary_of_chunks"]
+__all__ = ["summarize", "summary_of_chunks"]
 
 #: Samples processed at a time, and fewest rows of several columns: enough tiles for several threads, little memory.
 SAMPLES_AT_ONCE, MIN_ROWS_AT_ONCE = 1 << 19, 1 << 18
@@ -35,7 +35,7 @@ TRANSPOSED_ROWS = 1 << 13
 RELEASED_BYTES = 1 << 23
 
 
-def summarise(
+def summarize(
     chunks: Iterable[ArrayLike | Recording] | ArrayLike | Recording,
     rate: float | None = None,
     *,
@@ -50,13 +50,13 @@ def summarise(
     ----------
     chunks : iterable of array_like or Recording, or one of these
         Consecutive samples, shape (n,) or (n, columns) each; NaN marks a missing sample. Recordings have their own rate,
-        unit, names and covariates. A memory-mapped array is read piece by piece.
+        unit, names and covariates. A memory-mapped array is read in parts.
     rate : float, optional
         Sampling rate, Hz; by default that of recordings.
     unit : str or sequence of str
         Unit of the samples, or of each column.
     start : int
-        Index of the first sample in its stream; `Summary.merge` orders pieces by it.
+        Index of the first sample in its stream; `Summary.merge` orders segments by this index.
     columns : sequence of str, optional
         Names of the columns.
     path : str, optional
@@ -76,7 +76,7 @@ def summarise(
     Examples
     --------
     >>> chunks = (np.full(1000, float(k)) for k in range(20))
-    >>> al.summarise(chunks, rate=100.0, unit="deg/s").n
+    >>> al.summarize(chunks, rate=100.0, unit="deg/s").n
     20000
     """
     return summary_of_chunks(chunks, rate, unit, start, columns, path, processors())
@@ -91,7 +91,10 @@ def summary_of_chunks(
     path: str | None,
     threads: int,
 ) -> Summary:
-    """`summarise` with so many threads, which do not change the result; one thread if other tasks run beside it."""
+    """Summary as `summarize` returns it, computed with `threads` threads.
+
+    The number of threads does not change the result. Use one thread if other tasks occupy the processors.
+    """
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
     with Pool(threads) if threads > 1 else nullcontext() as pool:
@@ -191,7 +194,7 @@ def _pieces(chunks: Any) -> Iterable[Any]:
     if isinstance(chunks, (list, tuple)) and chunks and np.isscalar(chunks[0]):
         return [chunks]
     if not isinstance(chunks, Iterable):
-        raise InputError(f"cannot summarise {type(chunks).__name__}: chunks of samples are needed")
+        raise InputError(f"cannot summarize {type(chunks).__name__}: chunks of samples are needed")
     return chunks
 
 

@@ -82,7 +82,7 @@ class Extremes:
         self.steps.add(np.array(found, dtype=np.float64))
 
     def merge(self, other: Extremes) -> None:
-        """Add the segment that follows."""
+        """Add the extremes and steps of the segment that follows this one."""
         if other.ends is None:
             return
         if self.ends is not None:
@@ -175,7 +175,7 @@ class Stretch:
         ]
 
     def merge(self, other: Stretch) -> None:
-        """Add the segment that begins where this one ends; that segment is used up."""
+        """Add the segment that begins where this one ends. Its arrays are shared: do not use it afterwards."""
         self.levels = [join(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
         for curve, theirs in zip(self.curves, other.curves, strict=True):
             curve.merge(theirs)

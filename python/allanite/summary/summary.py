@@ -56,7 +56,7 @@ class Summary:
     Examples
     --------
     >>> x = np.random.default_rng(1).standard_normal(100_000)
-    >>> halves = [al.summarise(x[a:b], rate=10.0, start=a) for a, b in ((0, 60_000), (60_000, 100_000))]
+    >>> halves = [al.summarize(x[a:b], rate=10.0, start=a) for a, b in ((0, 60_000), (60_000, 100_000))]
     >>> whole = halves[1].merge(halves[0])
     >>> print(whole)
     Summary(x: 100000 samples at 10 Hz (10000 s) in 1)
@@ -111,12 +111,12 @@ class Summary:
 
     @property
     def missing(self) -> int:
-        """Samples that are missing, of the first column; pieces that never came included."""
+        """Number of missing samples of the first column, including segments that were never added."""
         return self.n - self.extremes.count
 
     @property
     def gaps(self) -> int:
-        """Runs of missing samples, of the first column."""
+        """Number of runs of missing samples of the first column."""
         return self.extremes.gaps + len(self.stretches) - 1
 
     @property
@@ -217,7 +217,7 @@ class Summary:
         }
 
     def recording(self) -> Recording:
-        """The recording itself, if all samples are kept.
+        """Recording with the samples of the summary, if the summary keeps all samples.
 
         Raises
         ------
@@ -226,7 +226,7 @@ class Summary:
         """
         if not self.whole:
             raise InputError(
-                f"the summary of {self.n} samples does not keep them: read the segment that you need"
+                f"the summary of {self.n} samples does not keep the samples: read the log for the segment that you need"
             )
         return Recording(
             self.reading().samples,
@@ -256,7 +256,7 @@ class Summary:
         return curve_of([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
-        """Lines of the only column at frequencies without phase information; fits leave them out."""
+        """Spectral lines of the only column at frequencies without phase information; fits leave these lines out."""
         reading = self.reading()
         return [
             line
@@ -271,7 +271,7 @@ class Summary:
 
     @property
     def audit(self) -> list[Finding]:
-        """Findings about the samples, as far as one pass shows them."""
+        """Findings about the samples that one pass over the record can show."""
         out = list(self.told)
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
@@ -313,7 +313,8 @@ class Summary:
                     "line",
                     "warning",
                     f"{name}: a line at {line.frequency:.6g} ± {line.width:.1g} Hz, amplitude {line.amplitude:.3g} {unit}:"
-                    " fits leave it out, since the summary keeps no phase there; a fit of a piece has it",
+                    " fits leave the line out, because the summary keeps no phase at this frequency; to fit the line, fit"
+                    " a segment of the log",
                     name,
                     {"frequency_hz": line.frequency, "amplitude": line.amplitude},
                 )

@@ -26,11 +26,11 @@ class Sum:
 
     @classmethod
     def zeros(cls, shape: int | tuple[int, ...]) -> Sum:
-        """Sums of nothing."""
+        """Sums of the given shape that start at zero."""
         return cls(np.zeros(shape), np.zeros(shape))
 
     def add(self, value: Array, low: Array | float = 0.0) -> None:
-        """Add an array, or one given as two doubles (Knuth's two-sum)."""
+        """Add an array `value`, or the exact sum `value` + `low` of two arrays (Knuth's two-sum)."""
         total = self.high + value
         back = total - self.high
         lost = (self.high - (total - back)) + (value - back)
@@ -83,7 +83,7 @@ class Blocks:
         return cls(state["size"], state["first"], sums, state["frames"].copy(), most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
-        """Add the band powers of consecutive tiles, shape (tiles, bands), of so many segments each."""
+        """Add the band powers of consecutive tiles, shape (tiles, bands); each tile has `frames` segments."""
         end = tile + power.shape[0]
         self._make_room(tile >> self.size, ((end - 1) >> self.size) + 1)
         at = tile

@@ -68,7 +68,7 @@ def test_summaries_from_other_processes_merge_to_the_same_bits(
     record, cuts, shift, read_only, seed
 ):
     edges = [0, *sorted(cuts), N]
-    pieces = [al.summarise(record[a:b], rate=10.0, start=a) for a, b in itertools.pairwise(edges)]
+    pieces = [al.summarize(record[a:b], rate=10.0, start=a) for a, b in itertools.pairwise(edges)]
     found, expected = list(pieces), list(pieces)
     rng = np.random.default_rng(seed)
     while len(found) > 1:

@@ -38,7 +38,7 @@ def record():
 
 @pytest.fixture(scope="module")
 def whole(record, small):
-    return al.summarise(record, rate=100.0)
+    return al.summarize(record, rate=100.0)
 
 
 @settings(max_examples=12)
@@ -48,7 +48,7 @@ def whole(record, small):
 )
 def test_cut_anywhere_and_merged_in_any_order(record, whole, cuts, seed):
     edges = [0, *sorted(cuts), N]
-    pieces = [al.summarise(record[a:b], rate=100.0, start=a) for a, b in itertools.pairwise(edges)]
+    pieces = [al.summarize(record[a:b], rate=100.0, start=a) for a, b in itertools.pairwise(edges)]
     rng = np.random.default_rng(seed)
     while len(pieces) > 1:
         one, other = (pieces.pop(int(rng.integers(len(pieces)))) for _ in range(2))
@@ -75,14 +75,14 @@ def test_cut_anywhere_and_merged_in_any_order(record, whole, cuts, seed):
 def test_chunks_of_any_size(record, whole, sizes):
     edges = np.minimum(np.cumsum([0, *sizes, N]), N)
     chunks = [record[a:b] for a, b in itertools.pairwise(edges) if b > a]
-    found = al.summarise(chunks, rate=100.0)
+    found = al.summarize(chunks, rate=100.0)
     ours, theirs = found.reading(), whole.reading()
     assert np.array_equal(ours.samples, theirs.samples)
     assert np.array_equal(ours.octaves[0].power.value, theirs.octaves[0].power.value)
 
 
 def test_a_piece_that_never_came_is_a_gap(record):
-    pieces = [al.summarise(record[a : a + 50_000], rate=100.0, start=a) for a in (0, 100_000)]
+    pieces = [al.summarize(record[a : a + 50_000], rate=100.0, start=a) for a in (0, 100_000)]
     both = pieces[1].merge(pieces[0])
     assert len(both.stretches) == 2
     assert both.n == N

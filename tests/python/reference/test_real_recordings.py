@@ -206,7 +206,7 @@ def test_a_summary_of_adis_tells_what_the_record_does(record):
         ("gyro_z", ["bandwidth", "drifting_resonance", "resonance"]),
         ("acc_x", ["bandwidth", "drifting_resonance", "modulated_vibration"]),
     ):
-        summary = al.summarise(record("adis16405_imu1.npz", column))
+        summary = al.summarize(record("adis16405_imu1.npz", column))
         assert not summary.whole
         study = al.improve(summary)
         found = {e.kind for e in study.fit.model}

@@ -24,7 +24,7 @@ RATE, N = 100.0, 10_000_000
 def test_within_a_tenth_of_a_standard_error(text):
     model = al.parse_model(text)
     r = model.simulate(rate=RATE, duration=N / RATE, seed=19)
-    ours, theirs = model.fit(al.summarise(r)), model.fit(r)
+    ours, theirs = model.fit(al.summarize(r)), model.fit(r)
     for found, expected in zip(ours.estimates, theirs.estimates, strict=True):
         for name, value in expected.items():
             if getattr(value, "std_error", None):

@@ -32,6 +32,7 @@ def test_listing():
         ("power", "detection_power"),
         ("predict", "error_growth"),
         ("release", "free_buffers"),
+        ("summarise", "summarize"),
         ("Bandwidth", "effects.Bandwidth"),
         ("WarmUp", "effects.WarmUp"),
     ],

@@ -169,7 +169,7 @@ def test_a_summary_has_no_samples_to_take_out():
     rng = np.random.default_rng(4)
     x = rng.standard_normal(1 << 19)
     x[100_000:110_000] += 3.0 * np.sin(0.1 * np.arange(10_000))
-    summary = al.summarise([al.Recording(x, rate=RATE)])
+    summary = al.summarize([al.Recording(x, rate=RATE)])
     check = al.AngleRandomWalk().fit(summary).check()
     assert all(s.kind != "disturbance" for s in check.suggestions)
     with pytest.raises(al.InputError, match="disturbances need single samples"):

@@ -52,9 +52,9 @@ def test_dask_changes_no_bit(array, scheduler):
 
     x, chunks = array
     with dask.config.set(scheduler=scheduler):
-        found = al.scale.summarise(chunks, rate=RATE, columns=["a", "b"])
+        found = al.scale.summarize(chunks, rate=RATE, columns=["a", "b"])
     assert found.n == 700_000
-    same(found, al.summarise(x, rate=RATE, columns=["a", "b"]))
+    same(found, al.summarize(x, rate=RATE, columns=["a", "b"]))
 
 
 CLUSTER = """
@@ -68,7 +68,7 @@ if __name__ == "__main__":
         with Client(cluster.scheduler_address) as client:
             pids = list(client.run(os.getpid).values())
             threading.Timer(0.3, lambda: os.kill(pids[0], signal.SIGKILL)).start()
-            s = al.scale.summarise(da.from_array(x, chunks=20_000), rate=100.0, client=client)
+            s = al.scale.summarize(da.from_array(x, chunks=20_000), rate=100.0, client=client)
             s.save(sys.argv[2])
 """
 
@@ -81,7 +81,7 @@ def test_a_worker_killed_changes_nothing(array, tmp_path):
     (tmp_path / "run.py").write_text(CLUSTER)
     arguments = [sys.executable, "run.py", "x.npy", "s.summary"]
     subprocess.run(arguments, cwd=tmp_path, check=True, capture_output=True, timeout=120)
-    same(al.Summary.load(tmp_path / "s.summary"), al.summarise(x, rate=RATE))
+    same(al.Summary.load(tmp_path / "s.summary"), al.summarize(x, rate=RATE))
 
 
 def test_a_broken_log_is_reported(tmp_path):
@@ -89,12 +89,12 @@ def test_a_broken_log_is_reported(tmp_path):
     good, bad = tmp_path / "good.npy", tmp_path / "bad.npy"
     np.save(good, np.random.default_rng(2).standard_normal(1000))
     bad.write_bytes(b"\x93NUMPY damaged")
-    found = al.scale.summarise([good, bad], rate=RATE)
+    found = al.scale.summarize([good, bad], rate=RATE)
     assert found[good].n == 1000
     assert list(found.failed) == [str(bad)]
     assert "bad.npy" in found.failed[str(bad)]
     with pytest.raises(al.InputError, match="no logs"):
-        al.scale.summarise([])
+        al.scale.summarize([])
 
 
 # -- fleets ----------------------------------------------------------------------------------------

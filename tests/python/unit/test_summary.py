@@ -57,7 +57,7 @@ def test_halving_keeps_low_frequencies_and_refuses_high_ones():
 
 def test_lowest_ordinates_are_those_of_the_record(short):
     r = simulated("N(N=1)+K(K=0.03)")
-    found = al.fit_model(al.summarise(r), "N+K").data
+    found = al.fit_model(al.summarize(r), "N+K").data
     whole = _kernels.cosine_transform(np.ascontiguousarray(r.samples[: found.n]))
     known = found.ordinates.size
     assert known > 0.5 * found.samples.size
@@ -81,7 +81,7 @@ MODELS = {
 @pytest.mark.parametrize("asked", MODELS)
 def test_a_fit_of_the_summary_is_that_of_the_record(short, asked):
     r = simulated(MODELS[asked], seed=3)
-    s = al.summarise(r)
+    s = al.summarize(r)
     assert not s.whole
     ours, theirs = al.parse_model(asked).fit(s), al.parse_model(asked).fit(r)
     for found, expected in zip(ours.estimates, theirs.estimates, strict=True):
@@ -100,7 +100,7 @@ def test_a_fit_of_the_summary_is_that_of_the_record(short, asked):
 @pytest.mark.long
 def test_checks_and_ladders_are_those_of_the_record(short):
     r = simulated("N(N=1)+RES(frequency=15,damping=0.05,rms=4)", seed=5)
-    s = al.summarise(r)
+    s = al.summarize(r)
     ours, theirs = al.improve(s, "N"), al.improve(r, "N")
     assert [rung.changes for rung in ours.ladder] == [rung.changes for rung in theirs.ladder]
     assert ours.verdict == theirs.verdict == "adequate"
@@ -113,7 +113,7 @@ def test_checks_and_ladders_are_those_of_the_record(short):
 @pytest.mark.slow
 def test_a_change_of_level_is_seen_over_time(short):
     r = simulated("N(N=1)+LEVEL(start=1000,end=2000,factor=1.1)", seed=6)
-    check = al.parse_model("N").fit(al.summarise(r)).check()
+    check = al.parse_model("N").fit(al.summarize(r)).check()
     assert check.suggestions[0].kind == "noise_level_change"
     assert check.suggestions[0].significant
     found = check.suggestions[0].effect
@@ -128,7 +128,7 @@ def test_a_temperature_explains_its_part(short):
     warm = {"temperature": 20.0 + 5.0 * np.sin(2 * np.pi * t / 1000.0) + t / 1000.0}
     r = simulated("N(N=1)+COV(column=temperature,coefficient=0.2)", covariates=warm)
     ours, theirs = (
-        al.parse_model("N+COV(column=temperature)").fit(x) for x in (al.summarise(r), r)
+        al.parse_model("N+COV(column=temperature)").fit(x) for x in (al.summarize(r), r)
     )
     value = theirs["COV"]["coefficient"]
     assert abs(float(ours["COV"]["coefficient"]) - float(value)) < 0.1 * value.std_error
@@ -137,7 +137,7 @@ def test_a_temperature_explains_its_part(short):
 @pytest.mark.slow
 def test_a_short_record_is_kept_whole():
     r = simulated("N(N=1)+K(K=0.01)").trim(0.0, 2000.0)
-    s = al.summarise([r.trim(0.0, 1000.0), r.trim(1000.0)])
+    s = al.summarize([r.trim(0.0, 1000.0), r.trim(1000.0)])
     assert s.whole
     assert np.array_equal(s.recording().samples, r.samples)
     assert (
@@ -148,14 +148,14 @@ def test_a_short_record_is_kept_whole():
 
 def test_saved_pickled_and_columns(short, tmp_path):
     x = np.random.default_rng(2).standard_normal((100_000, 2)) + 5.0
-    s = al.summarise(x, rate=50.0, unit="deg/s", columns=["gx", "gy"])
+    s = al.summarize(x, rate=50.0, unit="deg/s", columns=["gx", "gy"])
     s.save(tmp_path / "s.summary")
     for other in (al.Summary.load(tmp_path / "s.summary"), pickle.loads(pickle.dumps(s))):
         assert other.describe() == s.describe()
         for ours, theirs in zip(other, s, strict=True):
             assert np.array_equal(ours.reading().samples, theirs.reading().samples)
             assert np.array_equal(ours.oadev().deviation, theirs.oadev().deviation)
-        more = al.summarise(x[:1000], rate=50.0, unit="deg/s", columns=["gx", "gy"], start=100_000)
+        more = al.summarize(x[:1000], rate=50.0, unit="deg/s", columns=["gx", "gy"], start=100_000)
         assert other.merge(more).n == 101_000
     assert (tmp_path / "s.summary").stat().st_size < 4e6
     assert s.n == 100_000
@@ -173,16 +173,16 @@ def test_a_mapped_file_is_let_go_as_it_is_read(tmp_path):
 
     np.save(tmp_path / "x.npy", np.random.default_rng(4).standard_normal(1 << 23))
     x = np.load(tmp_path / "x.npy", mmap_mode="r")
-    al.summarise(x[: 1 << 20], rate=RATE)
+    al.summarize(x[: 1 << 20], rate=RATE)
     before = mapped()
-    s = al.summarise(x, rate=RATE)
+    s = al.summarize(x, rate=RATE)
     assert s.n == x.size
     # Of 64 MB.
     assert mapped() - before < 16
 
 
 def test_what_a_summary_does_not_know_is_said(short):
-    s = al.summarise(simulated("N(N=1)+SIN(frequency=30,amplitude=2)"))
+    s = al.summarize(simulated("N(N=1)+SIN(frequency=30,amplitude=2)"))
     assert [line.frequency for line in s.lines()] == pytest.approx([30.0], abs=0.02)
     # Of 36 segments: a line ten times its noise is known to a few per cent.
     assert s.lines()[0].amplitude == pytest.approx(2.0, rel=0.1)
@@ -201,16 +201,16 @@ def test_what_a_summary_does_not_know_is_said(short):
 
 def test_refusals():
     x = np.random.default_rng(3).standard_normal(100)
-    s = al.summarise(x, rate=10.0)
+    s = al.summarize(x, rate=10.0)
     with pytest.raises(al.InputError, match="hold sample 50"):
-        s.merge(al.summarise(x, rate=10.0, start=50))
+        s.merge(al.summarize(x, rate=10.0, start=50))
     with pytest.raises(al.InputError, match="cannot merge x at 20 Hz"):
-        s.merge(al.summarise(x, rate=20.0, start=100))
+        s.merge(al.summarize(x, rate=20.0, start=100))
     with pytest.raises(al.InputError, match="no sampling rate"):
-        al.summarise(x)
+        al.summarize(x)
     with pytest.raises(al.TooShortError):
-        al.summarise(iter([]), rate=1.0)
+        al.summarize(iter([]), rate=1.0)
     with pytest.raises(al.InputError, match="sample 150 is inf"):
-        al.summarise([x, np.append(x[:50], np.inf)], rate=1.0)
+        al.summarize([x, np.append(x[:50], np.inf)], rate=1.0)
     with pytest.raises(al.InputError, match="no such file"):
         al.Summary.load("/nowhere/s")

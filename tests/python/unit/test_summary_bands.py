@@ -24,7 +24,7 @@ def short(monkeypatch):
 
 def _both(x):
     recording = al.Recording(x, rate=RATE, unit="rad/s")
-    made = al.summarise(recording)
+    made = al.summarize(recording)
     assert not made.whole
     return made, recording
 

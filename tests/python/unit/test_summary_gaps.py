@@ -56,9 +56,9 @@ def test_gaps_invent_nothing(short, noise, lost):
     rng = np.random.default_rng(17)
     x = _noise(noise, rng)
     model = noise.replace("RES", "RES(f=18,damping=0.02)")
-    whole = al.fit_model(al.summarise(x, rate=RATE, unit="rad/s"), model)
+    whole = al.fit_model(al.summarize(x, rate=RATE, unit="rad/s"), model)
     x[_lost(lost, rng)] = np.nan
-    fit = al.fit_model(al.summarise(x, rate=RATE, unit="rad/s"), model)
+    fit = al.fit_model(al.summarize(x, rate=RATE, unit="rad/s"), model)
     check = fit.check()
     assert check.adequate, (check.left, [s.kind for s in check.significant])
     for found, expected in zip(fit.estimates, whole.estimates, strict=True):
@@ -76,7 +76,7 @@ def test_a_step_beside_a_gap_is_still_found(short):
     rng = np.random.default_rng(5)
     x = _noise("N", rng) + g.step(LENGTH, RATE, 1200.0, 0.2)
     x[100_000:110_000] = np.nan
-    study = al.improve(al.summarise(x, rate=RATE, unit="rad/s"), "N")
+    study = al.improve(al.summarize(x, rate=RATE, unit="rad/s"), "N")
     assert [e.kind for e in study.fit.model] == ["angle_random_walk", "bias_step"], study
     # The gap lasts from 1000 to 1100 s; N is known to 0.13 %, a mean over 1800 s to 0.0024.
     assert study.fit["STEP.height"].value == pytest.approx(0.2, abs=0.02)

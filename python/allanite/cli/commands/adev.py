@@ -130,7 +130,7 @@ class _Drawing:
     figure: Figure
 
     def plot(self) -> Figure:
-        """The figure."""
+        """Figure that was computed before."""
         return self.figure
 
 

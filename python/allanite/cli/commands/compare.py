@@ -16,7 +16,9 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
 )
 @click.argument("items", nargs=-1, required=True, metavar="LOG|MODEL...")
 @click.option(
+    "--sheet",
     "--datasheet",
+    "sheet",
     metavar="FILE",
     help="Compare the coefficients of each log with the figures of this data sheet (TOML or JSON).",
 )
@@ -24,14 +26,14 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
 @plot_option
 @log_options
 def command(
-    items: tuple[str, ...], datasheet: str | None, model: str, plot: str | None, options: LogOptions
+    items: tuple[str, ...], sheet: str | None, model: str, plot: str | None, options: LogOptions
 ) -> None:
     """Compare the Allan deviations of logs, models and data sheets in one table and figure.
 
     Each item is a log, a model (a string or a file), a data sheet, a YAML file of Kalibr or imu_utils, or a table of Allan
     deviations. The table shows the ratio of each item to the first item.
 
-    With --datasheet, MODEL is fitted to each log, and each figure of the sheet is compared with the fitted coefficient.
+    With --sheet, MODEL is fitted to each log, and each figure of the sheet is compared with the fitted coefficient.
     A data sheet is a TOML file. Its figures are in a table [figures], or in [gyroscope] and [accelerometer]:
 
     \b
@@ -67,13 +69,13 @@ def command(
             named += [(m.name, m.model, m.unit) for m in models_of(item, None, options.rate_hz)]
     results: list[Any] = []
     unit_of_models = options.output_unit or options.unit
-    if datasheet is not None:
-        results += _against_sheet(columns, datasheet, model)
-    if datasheet is None or len(named) > 1:
+    if sheet is not None:
+        results += _against_sheet(columns, sheet, model)
+    if sheet is None or len(named) > 1:
         results.append(compare(named, rate=options.rate_hz, unit=unit_of_models))
     if plot is not None:
-        if datasheet is not None:
-            named += [(m.name, m.model, m.unit) for m in _models_of_sheet(datasheet, columns)]
+        if sheet is not None:
+            named += [(m.name, m.model, m.unit) for m in _models_of_sheet(sheet, columns)]
         output.plot([compare(named, rate=options.rate_hz, unit=unit_of_models)], [""], plot)
     output.notes(columns, options)
     output.show(results, options)

@@ -253,14 +253,14 @@ def test_modules_beside_the_logs_are_never_imported(tmp_path):
     assert done.stderr.count(b"\n") == 1
     assert b"t.parquet.journal: line 1 is cut off, damaged" in done.stderr
     pytest.importorskip("dask")
-    summarise = """
+    summarize = """
 import dask, sys
 import allanite as al
 if __name__ == "__main__":
     with dask.config.set(scheduler="processes", num_workers=1):
-        print(len(al.scale.summarise(["unit0.csv"], rate=1.0)))
+        print(len(al.scale.summarize(["unit0.csv"], rate=1.0)))
 """
-    done = subprocess.run([*program, summarise], cwd=folder, capture_output=True, check=False)
+    done = subprocess.run([*program, summarize], cwd=folder, capture_output=True, check=False)
     assert not marker.exists(), marker.read_text()
     assert done.stdout.strip() == b"1", done.stderr
 

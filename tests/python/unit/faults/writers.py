@@ -34,7 +34,7 @@ def writers(folder):
         "fits of columns": ("x.json", fits.save),
         "model": ("x.json", lambda path: save_model(fit.model, path)),
         "axes": ("x.json", axes.save),
-        "summary": ("x.summary", al.summarise(one).save),
+        "summary": ("x.summary", al.summarize(one).save),
         "watch": ("x.json", watch.save),
         "table, text": ("x.csv", lambda path: write_table(rows, path)),
         "table, Parquet": ("x.parquet", lambda path: write_table(rows, path)),
