@@ -101,13 +101,13 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
     """Coherence of the residuals of every pair of columns with the same length and rate."""
     pairs = {}
     for a, b in combinations(fits, 2):
-        one, other = fits[a].data, fits[b].data
-        if (one.n, one.rate) == (other.n, other.rate):
+        data_a, data_b = fits[a].data, fits[b].data
+        if (data_a.n, data_a.rate) == (data_b.n, data_b.rate):
             # Ordinate k of the Fourier transform is ordinate 2k of the cosine transform.
             pairs[a, b] = [
-                e
-                for e in _octaves(one.n // 2)
-                if not any(is_mostly_empty(data.bins, 2 * e[0], 2 * e[1]) for data in (one, other))
+                (first, end)
+                for first, end in _octaves(data_a.n // 2)
+                if not any(is_mostly_empty(d.bins, 2 * first, 2 * end) for d in (data_a, data_b))
             ]
     names = [name for name in fits if any(name in pair for pair in pairs)]
     tasks = [partial(_whitened_transform, fits[name]) for name in names]

@@ -90,10 +90,10 @@ class CommonEvent:
 
 
 @dataclass(frozen=True, slots=True)
-class _Seen:
-    """A frequency in Hz, or a time in s, of one column."""
+class _Occurrence:
+    """Frequency of a line in Hz, or time of an event in s, that one column shows, with its standard error."""
 
-    at: float
+    value: float
     error: float
     column: str
     kind: str
@@ -115,11 +115,11 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 
 
 def _groups(
-    fits: Mapping[str, Fit], seen_by: Callable[[str, Fit], list[_Seen]]
-) -> list[list[_Seen]]:
-    """Groups of values that agree between several columns."""
-    seen = sorted((s for pair in fits.items() for s in seen_by(*pair)), key=lambda s: s.at)
-    groups: list[list[_Seen]] = []
+    fits: Mapping[str, Fit], seen_by: Callable[[str, Fit], list[_Occurrence]]
+) -> list[list[_Occurrence]]:
+    """Groups of frequencies or times that agree between several columns."""
+    seen = sorted((s for pair in fits.items() for s in seen_by(*pair)), key=lambda s: s.value)
+    groups: list[list[_Occurrence]] = []
     for one in seen:
         if groups and _belongs_to(groups[-1], one):
             groups[-1].append(one)
@@ -128,26 +128,26 @@ def _groups(
     return [group for group in groups if len({s.column for s in group}) > 1]
 
 
-def _frequencies(column: str, fit: Fit) -> list[_Seen]:
+def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
     """Frequencies of lines and bands of a fit (the mean of a moving band), and repetition rates."""
-    out: list[_Seen] = []
-    coming: list[_Seen] = []
+    out: list[_Occurrence] = []
+    coming: list[_Occurrence] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if isinstance(effect, Moving) and effect.stretches:
             bands = np.array([p.occupies for p in effect.stretches])
             # A moving band is located within half its width in each section.
             error = 0.5 * float(np.ptp(bands, axis=1).mean()) / np.sqrt(len(bands))
-            out.append(_Seen(float(np.mean(effect.middles)), error, column, effect.kind))
+            out.append(_Occurrence(float(np.mean(effect.middles)), error, column, effect.kind))
         companions = effect.companions if isinstance(effect, Stochastic) else ()
         for name in ("frequency", *companions):
             found = values.get(name)
             if isinstance(found, Estimate) and found.std_error and found.unit == "Hz":
-                seen = _Seen(float(found), float(found.std_error), column, effect.kind)
+                seen = _Occurrence(float(found), float(found.std_error), column, effect.kind)
                 (coming if name in companions else out).append(seen)
         period = effect.values.get("period")
         if period is not None and isinstance(effect, Modifier):
             # The period is known to half a period over the record.
-            coming.append(_Seen(1.0 / period, 0.5 / fit.data.duration, column, effect.kind))
+            coming.append(_Occurrence(1.0 / period, 0.5 / fit.data.duration, column, effect.kind))
     # Several harmonics have one repetition rate.
     for one in sorted(coming, key=lambda s: s.error):
         if not any(_agree(other, one) for other in out):
@@ -155,7 +155,7 @@ def _frequencies(column: str, fit: Fit) -> list[_Seen]:
     return out
 
 
-def _times(column: str, fit: Fit) -> list[_Seen]:
+def _times(column: str, fit: Fit) -> list[_Occurrence]:
     """Times of the one-off changes of the bias of a fit."""
     out = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
@@ -167,11 +167,11 @@ def _times(column: str, fit: Fit) -> list[_Seen]:
         first = next((p.name for p in effect.parameters if p.role == "shape"), "")
         found = values.get(first)
         if isinstance(found, Estimate) and found.std_error and found.unit == "s":
-            out.append(_Seen(float(found), float(found.std_error), column, effect.kind))
+            out.append(_Occurrence(float(found), float(found.std_error), column, effect.kind))
     return out
 
 
-def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Seen]:
+def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
     """Times of each excursion of an effect."""
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
@@ -180,36 +180,36 @@ def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Seen]:
             first = one.free_shapes[0]
             error = one.shape_error(first, float(variance), fit.data.duration)
             if error:
-                out.append(_Seen(float(one.values[first]), error, column, one.kind))
+                out.append(_Occurrence(float(one.values[first]), error, column, one.kind))
     return out
 
 
-def _weighted_mean(group: list[_Seen]) -> tuple[float, float]:
-    """Weighted mean of a group and its standard error."""
+def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
+    """Mean frequency or time of a group, weighted by the standard errors, and its standard error."""
     weights = np.array([s.error**-2 for s in group])
-    mean = float(weights @ [s.at for s in group] / weights.sum())
+    mean = float(weights @ [s.value for s in group] / weights.sum())
     return mean, float(weights.sum() ** -0.5)
 
 
-def _belongs_to(group: list[_Seen], line: _Seen) -> bool:
+def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
     """True if a line agrees with the mean frequency of a group that contains no line of the same column."""
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)
-    return _agree(_Seen(mean, error, line.column, line.kind), line)
+    return _agree(_Occurrence(mean, error, line.column, line.kind), line)
 
 
-def _agree(one: _Seen, other: _Seen) -> bool:
-    """True if two values agree within their errors."""
-    return abs(one.at - other.at) <= MAX_DIFFERENCE * float(np.hypot(one.error, other.error))
+def _agree(one: _Occurrence, other: _Occurrence) -> bool:
+    """True if two frequencies or times agree within their standard errors."""
+    return abs(one.value - other.value) <= MAX_DIFFERENCE * float(np.hypot(one.error, other.error))
 
 
-def _common_line(group: list[_Seen]) -> CommonLine:
+def _common_line(group: list[_Occurrence]) -> CommonLine:
     """Common line of a group."""
     from scipy.special import chdtrc
 
     mean, error = _weighted_mean(group)
-    chi2 = float(sum(((s.at - mean) / s.error) ** 2 for s in group))
+    chi2 = float(sum(((s.value - mean) / s.error) ** 2 for s in group))
     return CommonLine(
         mean,
         error,

@@ -41,9 +41,9 @@ def rows(studies: Mapping[str, Study]) -> list[Row]:
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
     labels = labels_of([fit.model for fit in fits])
-    labelled = [dict(_cells_of(fit, own)) for fit, own in zip(fits, labels, strict=True)]
-    for label in dict.fromkeys(name for table in labelled for name in table):
-        out += _parameter_rows(label, [table.get(label) for table in labelled], fits)
+    labeled = [dict(_cells_of(fit, own)) for fit, own in zip(fits, labels, strict=True)]
+    for label in dict.fromkeys(name for table in labeled for name in table):
+        out += _parameter_rows(label, [table.get(label) for table in labeled], fits)
     out.append(Row("δ", tuple(_discrepancy_text(fit) for fit in fits)))
     out.append(Row("verdict", tuple(study.verdict for study in studies.values())))
     return out

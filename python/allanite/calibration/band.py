@@ -88,8 +88,8 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
         sources, rng.multinomial(DRAWS, weight / weight.sum()), strict=True
     ):
         if count:
-            centre = float(np.mean(next(iter(source.data.covariates.values()))))
-            away.append(_curves(_drawn(source, int(count), rng), centre, grid, reference) - bias)
+            center = float(np.mean(next(iter(source.data.covariates.values()))))
+            away.append(_curves(_drawn(source, int(count), rng), center, grid, reference) - bias)
     deviation = np.concatenate(away)
     error = np.sqrt((deviation**2).mean(axis=0))
     known = error > 1e-9 * error.max(initial=0.0)
@@ -101,14 +101,14 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
 
 
 def _curves(
-    coefficients: NDArray[np.float64], centre: float, grid: NDArray[np.float64], reference: float
+    coefficients: NDArray[np.float64], center: float, grid: NDArray[np.float64], reference: float
 ) -> NDArray[np.float64]:
-    """Return laws with coefficients about `centre`, shifted to zero at `reference`; shape (laws, temperatures)."""
+    """Return laws with coefficients about `center`, shifted to zero at `reference`; shape (laws, temperatures)."""
 
     def powers(u: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.column_stack([u, u**2, u**3])
 
-    rows = powers(grid - centre) - powers(np.array([reference - centre]))
+    rows = powers(grid - center) - powers(np.array([reference - center]))
     return coefficients @ rows.T
 
 

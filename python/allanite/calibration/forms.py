@@ -145,7 +145,7 @@ def tried_forms(
     for place, form in enumerate(FORMS):
         effects = form.effects(runs)
         if form.memory != "none":
-            effects = _with_shape(effects, fits[Form(form.power)])
+            effects = _with_best_shape(effects, fits[Form(form.power)])
         fit = fitted(first, Model((*noise, *effects)))
         fits[form] = fit
         base = fits[FORMS[0]]
@@ -170,16 +170,16 @@ def fitted(first: Fit, model: Model) -> Fit:
     return Fit(first.recording, solution.model, "whittle", first.data, solution)
 
 
-def _with_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """Return the effects with the lag or width of hysteresis at which the last effect raises the likelihood most.
+def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
+    """Return the effects; the last one has the lag, or width of hysteresis, that raises the likelihood most.
 
-    `plain` is the fit of the same power without memory; its noise is used.
+    `plain` is the fit of the same polynomial without lag and hysteresis. Its noise weights the samples.
     """
-    *beside, last = effects
+    *others, last = effects
     points = grid_points(last, plain.data)
     noise = plain.solution.noise(plain.data)
-    gain, _ = matched_gains(points, plain.data.ordinates, noise, plain.data, beside)
-    return (*beside, points[int(np.argmax(gain))])
+    gain, _ = matched_gains(points, plain.data.ordinates, noise, plain.data, others)
+    return (*others, points[int(np.argmax(gain))])
 
 
 def near_the_best(tried: Sequence[Tried]) -> list[Tried]:

@@ -65,7 +65,7 @@ class Runs:
 
     @property
     def temperature(self) -> NDArray[np.float64]:
-        """°C, shape (n,)."""
+        """Temperature of each sample, °C, shape (n,)."""
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:

@@ -39,12 +39,12 @@ class _Triad:
 
     @property
     def low(self) -> float:
-        """Lowest temperature that the logs of all axes contain, °C."""
+        """Lower end of the temperature range that all axes have in common, °C."""
         return max(axis.range[0] for axis in self.axes.values())
 
     @property
     def high(self) -> float:
-        """Highest temperature that the logs of all axes contain, °C."""
+        """Upper end of the temperature range that all axes have in common, °C."""
         return min(axis.range[1] for axis in self.axes.values())
 
     @property
@@ -98,8 +98,10 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
     return [_Triad(kind, own) for own in groups.values()]
 
 
-def _imu(found: ThermalCalibration, most: int, consumer: str) -> tuple[list[_Triad], list[_Triad]]:
-    """Return the gyroscopes and the accelerometers."""
+def _gyroscopes_and_accelerometers(
+    found: ThermalCalibration, most: int, consumer: str
+) -> tuple[list[_Triad], list[_Triad]]:
+    """Return the gyroscopes and the accelerometers; at most `most` of each are allowed."""
     sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
     if not any(sensors):
         raise InputError(
@@ -139,7 +141,7 @@ def _head(found: ThermalCalibration, *lines: str) -> list[str]:
 
 def _px4(found: ThermalCalibration) -> str:
     """Return PX4 commands: param set TC_G…, TC_A…."""
-    gyros, accels = _imu(found, PX4_SENSORS, "px4")
+    gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = [
         f"# {line}"
         for line in _head(
@@ -172,7 +174,7 @@ def _px4(found: ThermalCalibration) -> str:
 
 def _ardupilot(found: ThermalCalibration) -> str:
     """Return a parameter file of ArduPilot: INS_TCAL…."""
-    gyros, accels = _imu(found, ARDUPILOT_SENSORS, "ardupilot")
+    gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = [
         f"# {line}"
         for line in _head(

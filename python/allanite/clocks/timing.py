@@ -180,10 +180,10 @@ class Timing:
         )
         of = "" if self.steered is None else f" without the servo's {self.steered}"
         lines.append(
-            f"  frequency{of}: {_parts(self.frequency)}; drift {_parts(self.drift)} per day"
+            f"  frequency{of}: {_value_text(self.frequency)}; drift {_value_text(self.drift)} per day"
         )
         if self.temperature is not None:
-            lines.append(f"  temperature: {_parts(self.temperature)} for 1 unit")
+            lines.append(f"  temperature: {_value_text(self.temperature)} for 1 unit")
         lines.append(f"  noise: {_named(self.noise)}")
         lines += [
             f"  {'jump' if jump.stays else 'single sample off'} of {time_text(jump.height)} at {jump.time:.6g} s"
@@ -555,8 +555,8 @@ def _named(model: Model) -> str:
     )
 
 
-def _parts(estimate: Estimate) -> str:
-    """Return an estimate without unit: value ± standard error, or the interval if it was not detected."""
+def _value_text(estimate: Estimate) -> str:
+    """Return the text of an estimate without its unit: value ± standard error, or the interval if not detected."""
     low, high = estimate.interval or (np.nan, np.nan)
     if not estimate.detected:
         return f"not detected ({low:.2g} to {high:.2g})"

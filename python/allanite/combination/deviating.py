@@ -74,7 +74,9 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
     while len(left) >= MIN_UNITS:
         all_of = [
             (
-                *_apart(levels[:, a:b], chance[:, a:b], place, [k for k in left if k != place]),
+                *_difference(
+                    levels[:, a:b], chance[:, a:b], place, [k for k in left if k != place]
+                ),
                 place,
                 a,
                 b,
@@ -92,10 +94,10 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
     return tuple(found)
 
 
-def _apart(
+def _difference(
     levels: NDArray[np.float64], chance: NDArray[np.float64], place: int, others: list[int]
 ) -> tuple[float, float]:
-    """Return the probability of so large a difference by chance, and the difference from the others in ln power."""
+    """Return the p-value of the difference of one unit from the others, and the difference in ln power."""
     from scipy.special import stdtr
 
     n = len(others)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
-from allanite.common.units import FREQUENCY, conversion, normalised, parse_unit
+from allanite.common.units import FREQUENCY, conversion, normalized, parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -138,7 +138,7 @@ def sample_unit(text: str) -> str:
         return parse_unit(text).name
     except InputError as error:
         first = error
-    tried = re.sub(r"\b(m?)dp([sh])\b", r"\1deg/\2", normalised(text))
+    tried = re.sub(r"\b(m?)dp([sh])\b", r"\1deg/\2", normalized(text))
     angle = re.match(rf"\s*({_NAMES})\b", tried)
     acceleration = re.match(r"\s*(?:([mun]?g)|(mm|cm|um|ft))\b", tried)
     if angle is not None:

@@ -22,7 +22,7 @@ __all__ = [
     "coefficient_unit",
     "conversion",
     "is_frequency",
-    "normalised",
+    "normalized",
     "parse_unit",
     "rate_unit",
     "units_by_kind",
@@ -136,7 +136,7 @@ _PREFIX = re.compile(r"\b(micro|milli|nano)[\s-]*(?=(?:g|rad)\b)")
 _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
 
 
-def normalised(text: str) -> str:
+def normalized(text: str) -> str:
     """A unit in the ASCII spelling of the grammar: superscripts as ``^``, ``root-hour`` of data sheets as √h."""
     text = _ROOT.sub("√", text)
     text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
@@ -158,7 +158,7 @@ class _Parser:
     def __init__(self, text: str) -> None:
         if len(text) > MAX_UNIT_LENGTH:
             raise ValueError(plain(text, 40))
-        text = normalised(text)
+        text = normalized(text)
         self.tokens: list[tuple[str, str]] = []
         at = 0
         while at < len(text):
@@ -312,7 +312,7 @@ def parse_unit(text: str) -> Unit:
             known.scale, quantity.scale, rel_tol=1e-12
         ):
             return Unit(name, kind, known.scale)
-    return Unit(normalised(text), kind, quantity.scale)
+    return Unit(normalized(text), kind, quantity.scale)
 
 
 def is_frequency(text: str | None) -> bool:
@@ -331,7 +331,7 @@ def rate_unit(text: str, quantity: str) -> Unit:
     if quantity == "rate":
         return parse_unit(text)
     if tuple(map(float, _quantity(text).powers)) in _INTEGRALS:
-        return parse_unit("1" if normalised(text) == "s" else f"({text})/s")
+        return parse_unit("1" if normalized(text) == "s" else f"({text})/s")
     return parse_unit(text)
 
 

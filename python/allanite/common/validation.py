@@ -134,7 +134,7 @@ def require_frequencies(values: object, name: str, unit: str) -> NDArray[np.floa
 
 
 def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
-    """Raise an error for samples whose fourth powers are no doubles.
+    """Raise an error for samples whose fourth powers are too large or too small for a double.
 
     Parameters
     ----------

@@ -131,7 +131,7 @@ class Deterministic(Effect):
         n: int,
         rate: float,
     ) -> tuple[tuple[Deterministic, float], ...]:
-        """Effects between two times of this effect, at the best pair of times, each with its arc; by default none.
+        """Effects that act between two times, such as an excursion, at their best times; by default none.
 
         Parameters
         ----------

@@ -66,7 +66,7 @@ class Limits(Mapping[str, tuple[float, float]]):
         return f"[{low},{high}]"
 
     def to_dict(self) -> dict[str, list[float | None]]:
-        """JSON form: null for an open end."""
+        """JSON form: [lower, upper] by parameter name; null for an open end."""
         return {
             name: [end if math.isfinite(end) else None for end in ends]
             for name, ends in self._ends.items()

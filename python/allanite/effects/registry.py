@@ -36,15 +36,15 @@ class Catalogue:
         self._lock = RLock()
 
     def __iter__(self) -> Iterator[type[Effect]]:
-        self._ask()
+        self._load_installed()
         return iter(tuple(self._effects))
 
     def __len__(self) -> int:
-        self._ask()
+        self._load_installed()
         return len(self._effects)
 
     def __getitem__(self, place: int) -> type[Effect]:
-        self._ask()
+        self._load_installed()
         return self._effects[place]
 
     def begin(self, *ours: type[Effect]) -> None:
@@ -78,8 +78,8 @@ class Catalogue:
             mine = self._effects[self._ours :]
             self._effects[self._ours :] = [e for e in mine if e is not effect]
 
-    def _ask(self) -> None:
-        """Load the effects of installed packages, once."""
+    def _load_installed(self) -> None:
+        """Load the effects of installed packages at the first call."""
         with self._lock:
             if self._asked:
                 return

@@ -146,7 +146,7 @@ def _quantiles(
 
 
 def _simultaneous_tail(correlation: NDArray[np.float64], level: float) -> float:
-    """Probability of each tail so that all correlated normal scores are inside together with probability `level`."""
+    """Tail probability of each interval with which all correlated normal scores lie inside with probability `level`."""
     from scipy.special import ndtr
 
     values, vectors = np.linalg.eigh(correlation)

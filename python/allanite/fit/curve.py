@@ -89,7 +89,7 @@ class Curve:
     @property
     def rms_percent(self) -> float | None:
         """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1), over τ with edf ≥ 10."""
-        apart = self._apart()
+        apart = self._log_ratio()
         return None if apart.size == 0 else float(100.0 * np.expm1(np.sqrt(np.mean(apart**2))))
 
     @property
@@ -115,14 +115,14 @@ class Curve:
     @property
     def worst(self) -> tuple[float, float] | None:
         """(model/measured, τ in s) with the ratio furthest from 1, among τ with edf ≥ 10."""
-        apart = self._apart()
+        apart = self._log_ratio()
         if apart.size == 0:
             return None
         top = int(np.argmax(np.abs(apart)))
         return float(np.exp(apart[top])), float(self.tau[self.judged][top])
 
-    def _apart(self) -> NDArray[np.float64]:
-        """ln(model/measured) at τ with edf ≥ 10."""
+    def _log_ratio(self) -> NDArray[np.float64]:
+        """Logarithm of model/measured Allan deviation at the τ with edf ≥ 10, shape (judged τ,)."""
         keep = self.judged
         return np.asarray(np.log(self.model[keep] / self.measured[keep]))
 

@@ -47,8 +47,8 @@ def function_costs(data: Data, solution: Solution) -> Array:
         return total
     noise = solution.noise(data)
 
-    def unstable(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
-        """Loss of each block for functions with these regressors at ordinates j."""
+    def losses_of(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
+        """Loss of each block if functions with these regressors at ordinates j are fitted to the other blocks."""
         rows = matrix[np.searchsorted(solution.seen, j)]
         values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
         return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
@@ -66,7 +66,7 @@ def function_costs(data: Data, solution: Solution) -> Array:
             for k, (multiple, _, _) in enumerate(effect.lines):
                 j = window(multiple * (effect.frequency or 0.0), data, ORDINATES_BESIDE_LINE)
                 pair = slice(2 * k, 2 * k + 2)
-                lines += unstable(j, own.matrix[:, pair], own.amplitudes[pair])
+                lines += losses_of(j, own.matrix[:, pair], own.amplitudes[pair])
             total += _at_least(lines, numbers)
         elif effect.low:
             slow.append(own)
@@ -77,13 +77,13 @@ def function_costs(data: Data, solution: Solution) -> Array:
                 max(0, j.size // 2 - 2 * PREDICTED_ORDINATES) : j.size // 2
                 + 2 * PREDICTED_ORDINATES
             ]
-            total += _at_least(unstable(j, own.matrix, own.amplitudes), numbers)
+            total += _at_least(losses_of(j, own.matrix, own.amplitudes), numbers)
     if slow:
         j = np.arange(1, min(data.n, PREDICTED_ORDINATES), dtype=np.int64)
         matrix = np.hstack([own.matrix for own in slow])
         amplitudes = np.concatenate([own.amplitudes for own in slow])
         shapes = sum(len(own.effect.free_shapes) for own in slow)
-        total += _at_least(unstable(j, matrix, amplitudes), amplitudes.size + shapes)
+        total += _at_least(losses_of(j, matrix, amplitudes), amplitudes.size + shapes)
     return total
 
 
@@ -107,7 +107,7 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
 
 
 def _at_least(costs: Array, numbers: int) -> Array:
-    """Costs raised evenly so that their sum is at least the number of parameters."""
+    """Costs of the blocks, raised equally so that their sum is at least `numbers`, the number of parameters."""
     return costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
 
 

@@ -170,8 +170,8 @@ def simulate_check(
     )
 
 
-def _named(fit: Fit) -> list[tuple[str, Any]]:
-    """Names of the free parameters of a fit, each with its effect and declaration."""
+def _free_parameters(fit: Fit) -> list[tuple[str, Any]]:
+    """Name of each free parameter of a fit, with its effect and its declaration."""
     return [
         (label if p.name == label else f"{label}.{p.name}", (effect, p))
         for effect, label in zip(fit.model, fit.model.labels, strict=True)
@@ -184,7 +184,7 @@ def _parameter_values(fit: Fit) -> dict[str, float]:
     """Values of the free numeric parameters of a fit's model, without the cost of intervals."""
     return {
         name: float(value)
-        for name, (effect, p) in _named(fit)
+        for name, (effect, p) in _free_parameters(fit)
         if isinstance(value := effect.values[p.name], (int, float)) and not isinstance(value, bool)
     }
 
@@ -193,4 +193,4 @@ def _units(fit: Fit) -> dict[str, str]:
     """Units of the free parameters of a fit, by name."""
     estimates = [v for values in fit.estimates for v in values.items()]
     known = {name: e.unit for name, e in estimates if isinstance(e, Estimate)}
-    return {name: known.get(p.name, "") for name, (_, p) in _named(fit)}
+    return {name: known.get(p.name, "") for name, (_, p) in _free_parameters(fit)}

@@ -426,7 +426,11 @@ class _Changes:
     square: float = 0.0
 
     def take(self, averages: NDArray[np.float64]) -> None:
-        """Add the next averages; `largest` is the largest sum of two consecutive squares, `end` the average after it."""
+        """Add the next averages.
+
+        `largest` becomes the largest sum of two consecutive squared changes, and `end` the index of the average that
+        follows these changes.
+        """
         changes = np.diff(np.concatenate([self.last, averages]))
         squares = np.where(np.isfinite(changes), changes, 0.0) ** 2
         if squares.size:

@@ -44,7 +44,7 @@ class Locked:
 
 
 def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
-    """How samples of shape (n,) are locked to one code, or None.
+    """Share of the usual code, step, and upper limit of σ of samples that are locked to one code; else None.
 
     Noise with a standard deviation σ and a mean m within the code leaves it upwards with probability Q((½ − m)/σ) and
     downwards with Q((½ + m)/σ), in steps. The sum of the two normal quantiles is 1/σ for any mean, so the upper limits of

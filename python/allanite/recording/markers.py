@@ -110,7 +110,7 @@ def _marker(values: NDArray[np.floating | np.integer], edge: float) -> Marker | 
 
 
 def _type_end(rest: NDArray[np.floating | np.integer], edge: float) -> str:
-    """Name of the end of an integer type that a value is, in steps of the other samples; empty if it is none."""
+    """Name of the integer limit that equals `edge` in steps of the other samples, or an empty text."""
     some = rest[:STEP_SAMPLES].astype(np.float64)
     single = bool(np.array_equal(some.astype(np.float32), some))
     step = 1.0 if rest.dtype.kind in "iu" else step_of(some, single)

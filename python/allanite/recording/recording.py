@@ -447,7 +447,7 @@ class Recording:
     # -- what follows from it --------------------------------------------------------------------
 
     def oadev(self, taus: Taus = "octave", factors: ArrayLike | None = None) -> Deviation:
-        """Overlapping Allan deviation of one column; `taus` and `factors` as of `allanite.oadev`."""
+        """Overlapping Allan deviation of one column; for `taus` and `factors` see `allanite.oadev`."""
         from allanite.deviation import oadev
 
         return oadev(self, taus=taus, factors=factors)
@@ -455,13 +455,13 @@ class Recording:
     def deviations(
         self, kind: str = "oadev", taus: Taus = "octave", factors: ArrayLike | None = None
     ) -> Deviations:
-        """Deviation of every column; parameters as of `allanite.deviations`."""
+        """Deviation of every column; for the parameters see `allanite.deviations`."""
         from allanite.deviation import deviations
 
         return deviations(self, kind, taus, factors)
 
     def psd(self) -> Spectrum:
-        """Two-sided power spectral density of one column, as of `allanite.psd`."""
+        """Two-sided power spectral density of one column; see `allanite.psd`."""
         from allanite.spectrum import psd
 
         return psd(self)

@@ -50,7 +50,17 @@ def is_fill(value: float, step: float) -> bool:
 
 
 def two_codes(spread: NDArray[np.float64], single: bool) -> float:
-    """Distance of the two codes between which blocks of samples flip, or 0; odd samples and a status are not codes."""
+    """Distance of the two codes between which samples flip, or 0 if the samples do not flip between two codes.
+
+    A few wrong samples, and a status that keeps its value for long, are not codes.
+
+    Parameters
+    ----------
+    spread : ndarray, shape (blocks, length)
+        Blocks of neighboring samples.
+    single : bool
+        True if the samples were stored in single precision.
+    """
     levels = np.unique(spread[np.isfinite(spread)])
     if levels.size < 2 or levels.size > 0.5 * spread.size:
         return 0.0

@@ -89,9 +89,9 @@ class Bins:
         return number, total
 
     def frequency(self, rate: float) -> NDArray[np.float64]:
-        """Geometric centre of each bin in Hz."""
-        centre = np.sqrt(self.edges[:-1] * (self.edges[1:] - 1.0))
-        return centre * rate / (2.0 * self.n)
+        """Geometric center of each bin in Hz."""
+        center = np.sqrt(self.edges[:-1] * (self.edges[1:] - 1.0))
+        return center * rate / (2.0 * self.n)
 
     def limits(self, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper frequency of each bin in Hz."""
@@ -186,7 +186,7 @@ def bridge_gaps(
         return values
     good = ~bad
     if good.sum() < 2:
-        raise TooShortError("all samples are missing: nothing is left to analyse")
+        raise TooShortError("all samples are missing: nothing is left to analyze")
     values = values.copy()
     steps = np.diff(values[good])
     # For a normal distribution the median absolute deviation is Φ⁻¹(¾) σ = σ/1.4826.

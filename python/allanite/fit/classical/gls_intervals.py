@@ -104,7 +104,7 @@ def interval(
         level = float(ndtri(probability))
 
         def over(root: float) -> float:
-            """Normal score of `below` at a coefficient, relative to the wanted one."""
+            """Normal score of `below` at the square of `root`, minus the score `level` of the interval end."""
             score = float(ndtri(below(root**2, bounded=outside > inside)))
             return float(np.clip(score, -9.0, 9.0)) - level
 

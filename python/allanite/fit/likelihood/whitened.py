@@ -203,7 +203,7 @@ def _without_outliers(whitened: Whitened) -> Whitened:
 
 def _is_from_summary(whitened: Whitened) -> bool:
     """True if the whitened residual comes from a summary, which keeps no single samples."""
-    return any(each != 1.0 for *_, each in whitened.bands)
+    return any(averaged != 1.0 for _, _, _, averaged in whitened.bands)
 
 
 def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:

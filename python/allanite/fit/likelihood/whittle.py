@@ -155,17 +155,17 @@ def maximize(
     Maximum
     """
 
-    def plainly(votes: Array) -> Maximum:
+    def without_discrepancy(freedom: Array) -> Maximum:
         """Maximum with δ = 0 and these degrees of freedom."""
-        first = first_guess(power, votes, columns, offset)
-        return climb(power, votes, columns, first, None, offset)
+        first = first_guess(power, freedom, columns, offset)
+        return climb(power, freedom, columns, first, None, offset)
 
-    plain = plainly(count)
+    plain = without_discrepancy(count)
     scale, value = best_scale(power, count, plain.spectrum)
     found = [plain]
     if value > plain.log_likelihood:
         # A wrong model has several maxima: near the Whittle fit, and near the fit with similar weights of all bins.
-        even = plainly(np.minimum(count, MAX_EQUAL_WEIGHT_FREEDOM))
+        even = without_discrepancy(np.minimum(count, MAX_EQUAL_WEIGHT_FREEDOM))
         starts = [(plain.theta, scale), (even.theta, best_scale(power, count, even.spectrum)[0])]
         if start is not None and start.scale is not None:
             starts.append((start.theta, start.scale))

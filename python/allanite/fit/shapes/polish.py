@@ -101,10 +101,10 @@ class _Shapes:
 
     def at(self, point: Array) -> Model:
         """The model with shapes at the coordinates of a point."""
-        return self.beside(self.model, point, range(point.size))
+        return self.with_shapes(self.model, point, range(point.size))
 
-    def beside(self, model: Model, point: Array, which: Iterable[int]) -> Model:
-        """A model with the shapes of the indices `which` at the coordinates of a point."""
+    def with_shapes(self, model: Model, point: Array, which: Iterable[int]) -> Model:
+        """The model in which the shapes with the indices `which` have the coordinates of a point; other shapes stay."""
         moved: dict[int, dict[str, float]] = {}
         for i in which:
             place, name = self.places[i]
@@ -207,8 +207,8 @@ def _slopes(
         moved = point.copy()
         h = 1e-4 if point[i] + 1e-4 < shapes.limits[i, 1] else -1e-4
         moved[i] += h
-        beside = part.linear(shapes.beside(here, moved, [i]), (here, linear))
-        slopes[:, i] = (beside.matrix @ theta - now) / h
+        moved_linear = part.linear(shapes.with_shapes(here, moved, [i]), (here, linear))
+        slopes[:, i] = (moved_linear.matrix @ theta - now) / h
     return slopes
 
 

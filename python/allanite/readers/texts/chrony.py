@@ -42,7 +42,7 @@ def _kind(head: bytes) -> str | None:
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines contain the banner of such a log."""
+    """True if the first lines contain the banner of a log of chronyd."""
     return _kind(head) is not None
 
 

@@ -19,7 +19,7 @@ _MESSAGE = re.compile(rb"^(?:\xef\xbb\xbf)?(?:---\s*)?header:\s*\n\s+(?:seq|stam
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the text begins with the header of a message."""
+    """True if the text begins with the header of a ROS message, as `ros2 topic echo` prints it."""
     return _MESSAGE.match(head.replace(b"\r\n", b"\n")) is not None
 
 

@@ -31,7 +31,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
-    """Read the observations; days without one are missing samples.
+    """Read the observations; days without an observation are missing samples.
 
     Raises
     ------

@@ -30,7 +30,7 @@ HEAD_LINES = 200
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first line is that of such a file."""
+    """True if the first line is that of a LabVIEW measurement file."""
     return head.removeprefix(b"\xef\xbb\xbf").startswith(_FIRST)
 
 

@@ -29,7 +29,7 @@ _VECTOR = re.compile(r"^(.*?)([^.]+)\.([xyz])$")
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first line names such fields."""
+    """True if the first line names the fields of a message, as `rostopic echo -p` prints them."""
     return _HEADER.match(head) is not None
 
 

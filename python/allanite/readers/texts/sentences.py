@@ -75,7 +75,7 @@ _AXES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first kilobytes of a text contain such a sentence."""
+    """True if the first kilobytes of a text contain a sentence of an IMU of VectorNav or NovAtel."""
     return _FIRST.search(head) is not None
 
 

@@ -44,7 +44,7 @@ _SEPARATORS = " \t,;"
 
 
 def recognizes(head: bytes) -> bool:
-    """True if most of the first lines have such a time stamp, or consist of labels with values."""
+    """True if most of the first lines begin with a time stamp of a serial monitor, or consist of labels with values."""
     lines = first_lines(head)
     special = sum(STAMP.match(line) is not None or _pairs(line) is not None for line in lines)
     return special > 0 and 2 * special > len(lines) and not sketch.recognizes(head)
@@ -72,10 +72,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         lines = [line.strip() for line in stream]
     stamps = [STAMP.match(line) for line in lines]
     bare = [line[m.end() :].strip() if m else line for line, m in zip(lines, stamps, strict=True)]
-    labelled = [_pairs(line) for line in bare]
+    labeled = [_pairs(line) for line in bare]
     labels: list[str] | None = None
-    if any(pairs is not None for pairs in labelled):
-        labels, plain_lines = _unlabelled(bare, labelled)
+    if any(pairs is not None for pairs in labeled):
+        labels, plain_lines = _without_labels(bare, labeled)
     else:
         plain_lines = bare
     first = next((i for i, line in enumerate(plain_lines) if _is_row(line)), len(plain_lines))
@@ -103,13 +103,13 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     return replace(table, time=date_times(seconds), notes=(*table.notes, note))
 
 
-def _unlabelled(
-    lines: Sequence[str], labelled: Sequence[list[tuple[str, str]] | None]
+def _without_labels(
+    lines: Sequence[str], labeled: Sequence[list[tuple[str, str]] | None]
 ) -> tuple[list[str], list[str]]:
     """Labels, and each line with only its values."""
     labels: list[str] = []
     values: list[str] = []
-    for number, (line, pairs) in enumerate(zip(lines, labelled, strict=True), start=1):
+    for number, (line, pairs) in enumerate(zip(lines, labeled, strict=True), start=1):
         if pairs is None:
             if labels and line:
                 raise InputError(

@@ -33,7 +33,7 @@ TENV, TENV3 = 10, 13
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first line is such a row or header."""
+    """True if the first line is a row of a tenv file, or the header of a tenv3 file."""
     lines = first_lines(head)
     return bool(lines) and (_HEADER.match(lines[0]) is not None or _ROW.match(lines[0]) is not None)
 
