@@ -195,7 +195,7 @@ def test_what_a_summary_does_not_know_is_said(short):
         al.parse_model("N+SIN(frequency=30)").fit(s)
     with pytest.raises(al.InputError, match="needs samples"):
         al.fit_model(s, "N", method="gls")
-    with pytest.raises(al.InputError, match="does not keep them"):
+    with pytest.raises(al.InputError, match="does not keep the samples"):
         s.recording()
 
 
