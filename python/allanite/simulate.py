@@ -409,5 +409,6 @@ def _require(model: Model) -> None:
             optional = p.role in {"derived", "choice"} or p.optional
             if not optional and effect.values[p.name] is None:
                 raise InputError(
-                    f"{effect.kind}: {p.name} has no value; a simulation needs a value of every parameter"
+                    f"{effect.kind}: {p.name} has no value; a simulation needs a value of every parameter:"
+                    f" write {effect.short}({p.name}=…)"
                 )

@@ -139,7 +139,8 @@ def cli() -> None:
     Most commands read a LOG of a sensor at rest (CSV, NumPy, MATLAB, HDF5, Parquet, ROS bag, ULog and others). They print
     a table, or JSON with --json. Figures, models and parameter files are written where an option names a file.
 
-    A MODEL is a sum of noise effects such as N+B+K or N+GM(T=30), or a file written with --save.
+    A MODEL is a sum of noise effects, or a file written with --save. N+B+K is angle random walk N, bias instability B and
+    rate random walk K. N+GM(T=30) has a Gauss-Markov process with a correlation time of 30 s instead.
     """
 
 

@@ -49,8 +49,8 @@ model_option = click.option(
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. GM(T=30): T starts at 30 s;"
-    " T=30! holds it; T=[10,100] limits it.",
+    help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. GM(T=30): the search for T starts"
+    " at 30 s. T=30! holds T; T=[10,100] limits T.",
 )
 #: Type of every --seed option: the range that the random number generators accept.
 SEED = click.IntRange(0, SEEDS)
@@ -162,7 +162,7 @@ _LOG_OPTIONS = (
         "--rate",
         type=RateType(),
         metavar="HZ",
-        help="Sampling rate. Default: from the time stamps or the file. 100! overrides a log that says otherwise.",
+        help="Sampling rate. Default: from the file or its time stamps. 100! overrides a log that states another rate.",
     ),
     click.option(
         "--unit",
@@ -186,12 +186,12 @@ _LOG_OPTIONS = (
         "--covariate",
         multiple=True,
         metavar="NAME",
-        help="Logged column, such as a temperature, that the sensor may depend on; repeatable.",
+        help="Logged column that the sensor may depend on, such as a voltage; repeatable. Temperatures are always used.",
     ),
     click.option(
         "--time-column",
         metavar="NAME",
-        help="Column of time stamps. none: the log has no time stamps; give --rate.",
+        help="Column of time stamps. Default: found by name or numbers. none: ignore time stamps, and give --rate.",
     ),
     click.option(
         "--piece",
@@ -203,7 +203,7 @@ _LOG_OPTIONS = (
         "--topic",
         multiple=True,
         metavar="NAME",
-        help="Topic of a ROS bag, ULog or ArduPilot log; repeatable.",
+        help="Topic of a ROS bag, ULog or ArduPilot log; repeatable. Default: the first topic of an inertial sensor.",
     ),
     click.option(
         "--output-unit",
@@ -421,12 +421,15 @@ def _prepared(
     if options.trim == "quiet":
         recording = recording.quiet()
     elif options.trim is not None:
-        recording = recording.trim(*_span(options.trim))
+        span = _span(options.trim)
+        with about(f"{path}, --trim {options.trim}"):
+            recording = recording.trim(*span)
     with about(path):
         recording = checked(recording, for_fit=for_fit, anyway=options.anyway)
     _show_early_findings(recording, options)
     if options.decimate is not None:
-        recording = recording.decimate(options.decimate)
+        with about(f"{path}, --decimate"):
+            recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
         samples = options.output_units
         recording = recording.to(",".join(samples.values()))

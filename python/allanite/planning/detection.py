@@ -95,7 +95,9 @@ class Power:
             ):
                 return float(effect.values[parameter or label])
         known = ", ".join(self.standard_errors)
-        raise InputError(f"{name}: the model has no such parameter (it has: {known})")
+        raise InputError(
+            f"{name}: the model has no such parameter (it has: {known}); add its effect to the model"
+        )
 
     def relative(self, name: str) -> float:
         """Standard error of the parameter `name` (``K``, ``GM.correlation_time``) over its value."""

@@ -354,8 +354,8 @@ class Recording:
         last = self.n if end_s is None else min(sample_index(end_s, self.rate), self.n)
         if last <= first:
             raise InputError(
-                f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s"
-                f" leaves nothing of {self.duration:g} s"
+                f"from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s there are no samples:"
+                f" the record is {self.duration:g} s long"
             )
         return self._rows(slice(first, last))
 
@@ -390,7 +390,7 @@ class Recording:
         """
         if k < 1 or k > self.n:
             raise InputError(
-                f"decimation by {k}: must be from 1 to the number of samples, {self.n}"
+                f"decimation by {k}: the record has {self.n} samples; give a number from 1 to {self.n}"
             )
         if k == 1:
             return self

@@ -316,7 +316,10 @@ def _figure(name: str, given: object) -> Quoted:
     unit = str(unit).strip()
     if key == "noise_density" and "sided" not in unit:
         unit += " one-sided"
-    conversion(unit, unit)
+    try:
+        conversion(unit, unit)
+    except InputError as error:
+        raise InputError(f"{name}: {error.found}") from None
     return Quoted(key, number, unit)
 
 

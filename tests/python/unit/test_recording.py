@@ -217,7 +217,7 @@ def test_trim_and_half():
     assert r.trim(1).samples[0, 0] == r.samples[100, 0]
     assert r.trim(None, 3).covariates["temp"][-1] == 299
     assert r.half(0).n + r.half(1).n == r.n
-    with pytest.raises(InputError, match="leaves nothing"):
+    with pytest.raises(InputError, match="there are no samples"):
         r.trim(20)
 
 

@@ -76,7 +76,7 @@ if TYPE_CHECKING:
 @click.option(
     "--as-fitted",
     is_flag=True,
-    help="With --export: the fitted N and K alone. By default, N and K also cover B, lags and lines.",
+    help="With --export: the fitted N and K alone. By default, N and K also cover other slow noise, such as B.",
 )
 @click.option(
     "--working",

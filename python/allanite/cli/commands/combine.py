@@ -18,8 +18,8 @@ from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_opti
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Noise model of each sensor: a sum of random effects. GM(T=30): T starts at 30 s; T=30! holds it; T=[10,100]"
-    " limits it.",
+    help="Noise model of each sensor: a sum of random effects. GM(T=30): T starts at 30 s; T=30! holds T; T=[10,100]"
+    " limits T.",
 )
 @click.option(
     "--tau",

@@ -41,7 +41,7 @@ from allanite.exports import TARGETS
 @click.option(
     "--as-fitted",
     is_flag=True,
-    help="Write the fitted N and K alone. By default, N and K also cover B, lags and lines.",
+    help="Write the fitted N and K alone. By default, N and K also cover other slow noise, such as B.",
 )
 @click.option(
     "--horizon",
@@ -80,13 +80,13 @@ def command(
     """Write the parameters of a model as the file of a filter or simulator.
 
     MODEL is a file written with --save by fit, improve or characterize. No log is needed if MODEL is one of these: a data
-    sheet (TOML, see docs/howto/data-sheet.md), a YAML file of Kalibr or imu_utils, a MATLAB script with gyroparams, a
+    sheet (TOML, see allanite compare --help), a YAML file of Kalibr or imu_utils, a MATLAB script with gyroparams, a
     table of Allan deviations, or a model string with units such as "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)". Give one MODEL
     per axis, or one file with all axes.
 
-    Most filters only know white noise N and a random walk K. By default, N and K are chosen so that a bias filter with
-    them is not overconfident up to the horizon, although the sensor also has B, lags and lines. The comments in the file
-    say what its format cannot hold.
+    Most filters only know white noise N and a random walk K. By default, N and K also cover the other slow noise of the
+    sensor, such as B and Gauss-Markov processes, so that a filter is not overconfident up to the horizon. The comments
+    in the file say what its format cannot hold.
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive

@@ -66,7 +66,7 @@ if TYPE_CHECKING:
 @click.option(
     "--duration",
     type=float,
-    metavar="S",
+    metavar="SECONDS",
     help="Show what a record of this length would reach, instead of the shortest length. Needs a rate.",
 )
 @json_option

@@ -24,9 +24,13 @@ if TYPE_CHECKING:
 @click.option(
     "--rate", type=float, metavar="HZ", help="Sampling rate. Default: from the model file."
 )
-@click.option("--duration", type=float, metavar="S", help="Length in seconds.")
+@click.option("--duration", type=float, metavar="SECONDS", help="Length of the record.")
 @click.option(
-    "-n", "--samples", type=int, metavar="N", help="Length in samples, instead of --duration."
+    "-n",
+    "--samples",
+    type=int,
+    metavar="N",
+    help="Length of the record in samples, instead of --duration.",
 )
 @click.option(
     "--unit",

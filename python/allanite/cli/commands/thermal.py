@@ -22,7 +22,7 @@ from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_opti
     show_default=True,
     metavar="MODEL",
     help="Noise model of the axes: a sum of random effects. The temperature law is added to it. GM(T=30): T starts at 30 s;"
-    " T=30! holds it; T=[10,100] limits it.",
+    " T=30! holds T; T=[10,100] limits T.",
 )
 @plot_option
 @click.option(

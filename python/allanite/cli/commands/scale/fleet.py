@@ -24,8 +24,8 @@ from allanite.common.plain import plain
     default=DEFAULT_MODEL,
     show_default=True,
     metavar="MODEL",
-    help="Model with which the search starts on every axis. GM(T=30): T starts at 30 s; T=30! holds it;"
-    " T=[10,100] limits it.",
+    help="Model with which the search starts on every axis. GM(T=30): T starts at 30 s; T=30! holds T;"
+    " T=[10,100] limits T.",
 )
 @click.option(
     "--rate",

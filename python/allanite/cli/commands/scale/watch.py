@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     type=float,
     default=60.0,
     show_default=True,
-    metavar="S",
+    metavar="SECONDS",
     help="Print a line each time this many seconds of samples have arrived.",
 )
 @click.option(
