@@ -21,6 +21,7 @@ def copied() -> None:
     PAGES.mkdir(parents=True)
     for page in docs.glob("*.md"):
         text = page.read_text(encoding="utf-8").replace("](../examples/", "](examples/")
+        text = text.replace("](../ARCHITECTURE.md", "](ARCHITECTURE.md")
         text = re.sub(r"\]\((notebooks/[\w-]+)\.ipynb\)", r"](\1.md)", text)
         name = "index.md" if page.name == "start.md" else page.name
         (PAGES / name).write_text(text.replace("](start.md", "](index.md"), encoding="utf-8")

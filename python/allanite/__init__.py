@@ -63,6 +63,7 @@ def _former_effect(name: str) -> object:
 
 
 def _warn(former: str, name: str, stacklevel: int = 3) -> None:
+    """Warn that a former name has been replaced by another name."""
     warnings.warn(f"al.{former} is now al.{name}", DeprecationWarning, stacklevel=stacklevel)
 
 

@@ -36,9 +36,9 @@ __all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
 #: Maximum number of samples. A double represents all indices up to this number; no memory holds so many samples.
 SAMPLES = 2**53
 #: Samples that are simulated at a time before the record begins, while filters settle.
-START = 2**20
+SETTLING_CHUNK = 2**20
 #: Maximum number of taps of the filter that extracts a band, and half of its length in units of rate/bandwidth.
-TAPS, SHARP = 4096, 4.0
+MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
@@ -274,8 +274,8 @@ class _Source:
         if generators or not self.parts:
             rest = _kernels.Simulator(generators, seed, key, axis, total)
             self.parts.append((rest, []))
-        for first in range(-self.settling, 0, START):
-            self._noise(min(START, -first), first)
+        for first in range(-self.settling, 0, SETTLING_CHUNK):
+            self._noise(min(SETTLING_CHUNK, -first), first)
 
     def take(self, count: int) -> Recording:
         """Recording of the next `count` samples."""
@@ -343,8 +343,8 @@ class _Swelling:
         assert effect.band is not None
         self.rate, self.gain = rate, _swelling(effect, rate, span)
         low, high = effect.band
-        wanted = SHARP * rate / max(high - low, 1e-300)
-        half = int(np.clip(wanted, *(TAPS // 64, TAPS // 2)))
+        wanted = HALF_TAPS_PER_PERIOD * rate / max(high - low, 1e-300)
+        half = int(np.clip(wanted, *(MAX_TAPS // 64, MAX_TAPS // 2)))
         # A band that begins at 0, or ends with the spectrum, has one edge.
         edges = [f for f in (low, high) if 0.0 < f < 0.5 * rate]
         self.taps = firwin(2 * half + 1, edges, fs=rate, pass_zero=low <= 0.0)

@@ -58,8 +58,8 @@ def legend(studies: Mapping[str, Study]) -> str:
 def convention(fits: Iterable[Fit]) -> str:
     """Sentences on how coefficients compare with the values of a data sheet; empty for clocks."""
     inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in SI)
-    said = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
-    return "; ".join(filter(None, said))
+    remarks = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
+    return "; ".join(filter(None, remarks))
 
 
 _Cell = tuple["Effect", "Parameter", Any]
@@ -68,8 +68,10 @@ _Cell = tuple["Effect", "Parameter", Any]
 def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
     """Parameters shown, by ``N``, ``GM.sigma``, ``SIN2.frequency``; effects of one kind follow each other."""
     kinds = [effect.kind for effect in fit.model]
-    told = zip(fit.model, fit.estimates, labels, strict=True)
-    ordered = sorted(told, key=lambda one: (kinds.index(one[0].kind), len(one[2]), one[2]))
+    labeled_effects = zip(fit.model, fit.estimates, labels, strict=True)
+    ordered = sorted(
+        labeled_effects, key=lambda one: (kinds.index(one[0].kind), len(one[2]), one[2])
+    )
     for effect, values, label in ordered:
         for name in effect.shown():
             value = values.get(name)

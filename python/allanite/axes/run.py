@@ -55,12 +55,12 @@ def characterize(
     model : Model, Effect, str or mapping
         Initial model of every column, or a mapping from column names to initial models.
     on_progress : callable, optional
-        Called with (column, steps done, most steps) from the computing threads. The two numbers are equal once the column
-        is done.
+        Called with (column, steps done, maximum number of steps) from the computing threads. The two numbers are equal
+        once the column is done.
     limit : int
-        Most additions to a model.
+        Maximum number of effects that are added to a model.
     tolerance : float, optional
-        % of the deviation. The search ends if the model discrepancy is below it.
+        Model discrepancy in % of the deviation at which the search ends.
     seconds : float, optional
         Time limit of all columns together, s; the columns share it. Each column gets at least its initial model.
         `allanite.improve_columns` gives this time to each column instead.

@@ -41,14 +41,14 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     compared = convention(study.fit for study in found.studies.values())
     if compared:
         lines += ["", *wrap(compared, width)]
-    told = {
+    sections = {
         "at work": at_work(found),
         "bias at switch-on": turn_on_sentences(found),
         "seen by several axes": seen_by_several(found.common),
         "averaging sensors of one axis": [tidy(str(one)) for one in found.averages],
         "remarks": remarks(found, words),
     }
-    for head, sentences in told.items():
+    for head, sentences in sections.items():
         if sentences:
             lines += ["", head]
             for sentence in sentences:

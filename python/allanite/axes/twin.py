@@ -109,24 +109,30 @@ def twin(
         )
     columns, left_out = [], [ABSENT_ERRORS]
     for axis, one in enumerate(document["columns"]):
-        told = one["recording"]
-        name = told["column"]
+        recorded = one["recording"]
+        name = recorded["column"]
         fit = {"schema": "allanite/fit/1", "effects": one["ladder"][-1]["effects"]}
         model = model_from_dict(fit, name)
-        at = float(rate or told["rate_hz"])
+        at = float(rate or recorded["rate_hz"])
         size = {"duration": duration} if n is None else {"n": n}
         if duration is None and n is None:
-            size = {"n": round(told["duration_s"] * at)}
+            size = {"n": round(recorded["duration_s"] * at)}
         kept, without = _simulatable(model, covariates or {})
         left_out += [f"{name}: {what}" for what in without]
         known = document.get("samples", {}).get(name, {})
         kept, step = _without_rounding(kept, known.get("step"), at)
         if known.get("step") and step is None:
             left_out.append(
-                f"{name}: rounding to {known['step']:.3g} {told['unit']}, which its noise holds as it was fitted"
+                f"{name}: rounding to {known['step']:.3g} {recorded['unit']}, which its noise holds as it was fitted"
             )
         record = simulate(
-            kept, **size, rate=at, seed=seed, unit=told["unit"], covariates=covariates, axis=axis
+            kept,
+            **size,
+            rate=at,
+            seed=seed,
+            unit=recorded["unit"],
+            covariates=covariates,
+            axis=axis,
         )
         columns.append((name, record, _as_recorded(record.samples, known, step)))
     first = columns[0][1]
@@ -159,12 +165,12 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
 def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
     """Model without the effects of columns that are not given and without excluded samples, and sentences about them."""
     kept = [e for e in model if e.follows is None or e.follows in covariates]
-    gone = [
+    omitted = [
         f"the effect of {e.follows}, of which no values are given" for e in model if e not in kept
     ]
     outliers = [e for e in kept if getattr(e, "removes", False)]
-    gone += [f"{e.kind.replace('_', ' ')}: of one record, not of the sensor" for e in outliers]
-    return Model(tuple(e for e in kept if e not in outliers)), gone
+    omitted += [f"{e.kind.replace('_', ' ')}: of one record, not of the sensor" for e in outliers]
+    return Model(tuple(e for e in kept if e not in outliers)), omitted
 
 
 def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:

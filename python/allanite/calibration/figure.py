@@ -58,10 +58,12 @@ def _law(axis: AxisLaw, row: int) -> Panel:
     """Return the panel with the law, its band and the means of the samples."""
     document = axis.to_dict()
     measured, curve = document["measured"], axis.curve
-    t, bias, way = (np.array(measured[k]) for k in ("temperature_celsius", "bias", "direction"))
+    t, bias, direction = (
+        np.array(measured[k]) for k in ("temperature_celsius", "bias", "direction")
+    )
     marks: list[Mark] = [Band(curve.temperature, curve.low, curve.high, "model", "95 % band")]
     for sign, color, label in ((1.0, "fail", "warming"), (-1.0, "c1", "cooling")):
-        own = way == sign
+        own = direction == sign
         if own.any():
             marks.append(Points(t[own], bias[own], color, label, size=3.0))
     marks.append(Line(curve.temperature, curve.bias, "model", "law"))

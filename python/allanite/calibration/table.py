@@ -31,9 +31,9 @@ def _axis(axis: AxisLaw) -> list[str]:
             f"  the data agree as well with: {', '.join(f.name for f in axis.alternatives)}"
         )
     if axis.numbers:
-        told = (f"{name} = {value}" for name, value in axis.numbers.items())
+        numbers_text = (f"{name} = {value}" for name, value in axis.numbers.items())
         lines.append(
-            f"  coefficients about {number(axis.curve.reference, 4)} °C: {'; '.join(told)}"
+            f"  coefficients about {number(axis.curve.reference, 4)} °C: {'; '.join(numbers_text)}"
         )
     if axis.loop is None:
         lines.append(

@@ -140,7 +140,7 @@ def _head(found: ThermalCalibration, *lines: str) -> list[str]:
 
 
 def _px4(found: ThermalCalibration) -> str:
-    """Return PX4 commands: param set TC_G…, TC_A…."""
+    """Return text with PX4 commands: param set TC_G…, TC_A…."""
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = [
         f"# {line}"
@@ -173,7 +173,7 @@ def _px4(found: ThermalCalibration) -> str:
 
 
 def _ardupilot(found: ThermalCalibration) -> str:
-    """Return a parameter file of ArduPilot: INS_TCAL…."""
+    """Return the text of a parameter file of ArduPilot: INS_TCAL…."""
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = [
         f"# {line}"
@@ -202,7 +202,7 @@ def _ardupilot(found: ThermalCalibration) -> str:
 
 
 def _c(found: ThermalCalibration) -> str:
-    """Return a C header with one function for each axis."""
+    """Return the text of a C header with one function for each axis."""
     lines = [
         f" * {line}"
         for line in _head(
@@ -246,7 +246,7 @@ def _identifiers(found: ThermalCalibration) -> list[str]:
 
 
 def _csv(found: ThermalCalibration) -> str:
-    """Return a table with one row for each axis."""
+    """Return CSV text with one row for each axis."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     head = (
@@ -274,7 +274,7 @@ def _csv(found: ThermalCalibration) -> str:
 
 
 def _json(found: ThermalCalibration) -> str:
-    """Return the polynomial and the fitted numbers of each axis."""
+    """Return JSON text with the polynomial and the fitted numbers of each axis."""
     axes = []
     for axis in found:
         low, high = axis.range

@@ -112,6 +112,7 @@ def _command(name: str) -> click.Command | None:
 
 
 def _version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    """Print the version and end the program, if --version is given."""
     if value:
         from allanite._kernels import version
 

@@ -74,6 +74,7 @@ class Stop(threading.Event):
                 signal.signal(number, handler)
 
     def _hear(self, number: int, _frame: object) -> None:
+        """Store the first signal, and end waits for this event."""
         self.signal = self.signal or number
         self.set()
 
@@ -268,6 +269,7 @@ class _Lines:
                 self._sample(line)
 
     def _sample(self, line: str) -> None:
+        """Append the sample of a line, unless the line has no number in the column."""
         assert self.place is not None
         with about(self.name):
             value = sample_of(line, self.place)

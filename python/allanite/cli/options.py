@@ -432,11 +432,12 @@ def _prepared(
             recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
         samples = options.output_units
-        recording = recording.to(",".join(samples.values()))
+        with about(f"{path}, --output-unit"):
+            recording = recording.to(",".join(samples.values()))
         each = zip(samples, options.output_unit.split(","), strict=True)
-        asked = REQUESTED_UNITS.set({kind: one.strip() for kind, one in each})
+        token = REQUESTED_UNITS.set({kind: one.strip() for kind, one in each})
         if (context := click.get_current_context(silent=True)) is not None:
-            context.call_on_close(lambda: REQUESTED_UNITS.reset(asked))
+            context.call_on_close(lambda: REQUESTED_UNITS.reset(token))
     if recording.n < MIN_SAMPLES:
         raise TooShortError(
             f"{path}: {recording.n} samples are too few: at least {MIN_SAMPLES} are needed, and a fit needs some"

@@ -24,6 +24,9 @@ WORDS = {
     "scale": "--scale NAME=FACTOR",
     "anyway": "--anyway",
     "record_length": "--record-length SECONDS",
+    "find": "--find EFFECT",
+    "know": "--know NAME",
+    "tell": "--tell A,B",
 }
 
 

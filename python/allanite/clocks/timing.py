@@ -21,7 +21,7 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.fit.stamped.likelihood import StampedSeries
-from allanite.fit.stamped.uncertainty import with_noise
+from allanite.fit.stamped.uncertainty import amplitude_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -468,7 +468,7 @@ class _Fitted:
         square = found.amplitudes[i] ** 2 / found.covariance[i, i]
         if square > np.log(at.size):
             fits, without, functions = clock_noise(with_drift, rate, report), with_drift, drifting
-        errors, freedom = with_noise(fits[0])
+        errors, freedom = amplitude_errors(fits[0])
         return cls(without, fits, tuple(functions), origin, mean, errors, freedom)
 
     def _estimate(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:

@@ -106,7 +106,7 @@ def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
 
 
 def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration: float) -> Verdict:
-    """Compare one number, such as the largest time error, with its limit."""
+    """Return the verdict on one number, such as the largest time error, against its limit."""
     result = "undecided"
     if value is not None and value > limit:
         result = "fails"
@@ -118,7 +118,7 @@ def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration
 
 
 def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
-    """Compare a deviation with its limit at all averaging times."""
+    """Return the verdict on a deviation against its limit at all averaging times."""
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
     needs = MIN_LENGTH_OVER_TAU[kind] * last

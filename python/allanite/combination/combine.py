@@ -184,11 +184,11 @@ class Combination:
     def __str__(self) -> str:
         unit = printed(self.unit)
         lines = [self.headline]
-        told = ", ".join(
+        weights_text = ", ".join(
             f"{name} {weight:.3f}" for name, weight in zip(self.labels, self.weights, strict=True)
         )
         lines += [
-            f"  weights: {told}",
+            f"  weights: {weights_text}",
             f"  noise of the combination: {self.model}, samples in {unit}",
         ]
         for one in self.shared:
@@ -350,9 +350,10 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
         return {columns[0]: list(recordings)}
     if not found:
         raise InputError(
-            f"no axis has two units: no two of the names {', '.join(dict.fromkeys(columns))} differ in a number only",
+            f"no axis has two units: found {', '.join(dict.fromkeys(columns))}, and no two of these names differ only in"
+            " a number",
             missing="column",
-            remedy=": choose the units with {column}",
+            remedy=": name the columns of the units with {column}, or give one log for each unit",
         )
     return found
 

@@ -43,6 +43,9 @@ CALL: Mapping[str, str] = {
     "scale": "scale=",
     "anyway": "anyway=True",
     "record_length": "record_length=",
+    "find": "find=",
+    "know": "know=",
+    "tell": "tell=",
 }
 
 

@@ -208,19 +208,19 @@ def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputErro
     )
 
 
-def _error(said: dict[str, Any], worker: str) -> Exception:
+def _error(described: dict[str, Any], worker: str) -> Exception:
     """The error that the function raised in the child."""
-    kind = said["kind"]
+    kind = described["kind"]
     if kind == "memory":
         return over_budget(worker)
     if kind == "missing module":
-        return ModuleNotFoundError(said["found"], name=said["name"])
+        return ModuleNotFoundError(described["found"], name=described["name"])
     if kind == "unexpected":
-        return InternalError(said["found"])
+        return InternalError(described["found"])
     error = (TooShortError if kind == "too short" else InputError)(
-        said["found"], missing=said["missing"], remedy=said["remedy"]
+        described["found"], missing=described["missing"], remedy=described["remedy"]
     )
-    error.where = said["where"]
+    error.where = described["where"]
     return error
 
 
@@ -245,7 +245,7 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
     global _is_child
     _is_child = True
     found: dict[str, Any]
-    said: dict[str, Any]
+    described: dict[str, Any]
     try:
         for library in order["libraries"]:
             import_module(library)
@@ -254,8 +254,8 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
         found = {"result": function(**order["arguments"])}
     except AllaniteError as error:
         kind = "too short" if isinstance(error, TooShortError) else "input"
-        said = {name: getattr(error, name) for name in ("found", "missing", "remedy", "where")}
-        found = {"error": {"kind": kind, **said}}
+        described = {name: getattr(error, name) for name in ("found", "missing", "remedy", "where")}
+        found = {"error": {"kind": kind, **described}}
     except MemoryError:
         found = {"error": {"kind": "memory"}}
     except ModuleNotFoundError as error:
@@ -267,14 +267,14 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
     try:
         write_value(found, results)
     except Exception as error:
-        said = {"kind": "unexpected", "found": _traced(error)}
+        described = {"kind": "unexpected", "found": _traced(error)}
         if isinstance(error, (OSError, MemoryError)):
             full = f"the samples do not fit into the folder of temporary files ({error})"
-            said = {"kind": "input", "found": full, "missing": None, "where": None}
-            said["remedy"] = "; set TMPDIR to a larger folder"
+            described = {"kind": "input", "found": full, "missing": None, "where": None}
+            described["remedy"] = "; set TMPDIR to a larger folder"
         results.seek(0)
         results.truncate()
-        write_value({"error": said}, results)
+        write_value({"error": described}, results)
 
 
 def _resolved(name: str) -> Callable[..., Any]:

@@ -67,8 +67,8 @@ def clear_caches() -> None:
 
 def budget() -> float:
     """Maximum memory for one computation, bytes: half of the free memory, or the value of ``ALLANITE_MEMORY``."""
-    said = os.environ.get(VARIABLE)
-    return FREE_MEMORY_SHARE * free_memory() if said is None else _bytes(said)
+    setting = os.environ.get(VARIABLE)
+    return FREE_MEMORY_SHARE * free_memory() if setting is None else _bytes(setting)
 
 
 def require_memory(size: float, what: str) -> None:
@@ -96,8 +96,8 @@ def require_memory(size: float, what: str) -> None:
 
 def source_of_budget() -> str:
     """Text that names the source of the budget: the environment variable, or the free memory."""
-    said = os.environ.get(VARIABLE)
-    return "half of the free memory" if said is None else f"{VARIABLE}={said}"
+    setting = os.environ.get(VARIABLE)
+    return "half of the free memory" if setting is None else f"{VARIABLE}={setting}"
 
 
 def over_budget(what: str) -> InputError:

@@ -54,16 +54,16 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
         The unit of data sheets. If a unit was requested: that unit if it fits this coefficient, else U·s^power.
     """
     parsed = parse_unit(sample)
-    asked = REQUESTED_UNITS.get().get(parsed.kind)
-    if asked is None:
+    requested = REQUESTED_UNITS.get().get(parsed.kind)
+    if requested is None:
         sample = "1" if parsed.kind == FREQUENCY else sample
         return sheet.get(parsed.kind) or relative_unit(sample, power)
     own = relative_unit(sample, power)
     try:
-        same = math.isclose(conversion(own, asked), 1.0)
+        same = math.isclose(conversion(own, requested), 1.0)
     except InputError:  # the requested unit is that of another coefficient
         return own
-    return own if same else asked
+    return own if same else requested
 
 
 def relative_unit(sample: str, power: float) -> str:
@@ -101,11 +101,11 @@ def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
             found = value.to(unit)
         except InputError:
             continue
-        asked = REQUESTED_UNITS.get().get(kind)
-        if asked is None:
+        requested = REQUESTED_UNITS.get().get(kind)
+        if requested is None:
             return found
         try:
-            return value.to(asked)
+            return value.to(requested)
         except InputError:
             return value
     return value
@@ -175,10 +175,10 @@ def column_unit(name: str, stated: str | None = None) -> str:
     stated : str, optional
         Unit that the recording states. None, an empty text and ``1`` are no unit.
     """
-    said = _SAID_BY_NAME.search(name)
+    named_unit = _SAID_BY_NAME.search(name)
     text = (stated or "1").strip()
     if text == "1":
-        text = "" if said is None else said[1] or said[2]
+        text = "" if named_unit is None else named_unit[1] or named_unit[2]
     text = _SPELLED.get(text.lower().replace("°", "deg").replace("º", "deg"), text) or name
     return f"({text})" if re.search(r"[/*·\s²^]", text) else text
 

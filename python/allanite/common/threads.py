@@ -135,6 +135,7 @@ class Pool(ThreadPoolExecutor):
         return super().submit(run, self._while_open, fn, *args, **kwargs)
 
     def _while_open(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> T:
+        """Result of `fn`, which ends early once the pool is closed or the caller no longer wants the result."""
         caller = _wanted.get()
         with while_wanted(lambda: not self._over and (caller is None or caller())):
             return fn(*args, **kwargs)

@@ -273,7 +273,7 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
 
 
 def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
-    """Compare a figure that states a coefficient."""
+    """Return the verdict on a figure that states a coefficient."""
     unit = fit.recording.unit
     try:
         measured = fit[figure.coefficient]
@@ -300,7 +300,7 @@ def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
 
 
 def _verdict(low: float, high: float, limit: float) -> str:
-    """Compare an interval with a limit."""
+    """Return "meets", "does not meet" or "undecided" for an interval and a limit."""
     if high <= limit:
         return MEETS
     return DOES_NOT_MEET if low > limit else UNDECIDED
@@ -327,14 +327,14 @@ def _needed(
 
 
 def _too_close(verdict: str, needs: float | None) -> str:
-    """Return a remark on an undecided figure that no record of recommended length can decide."""
+    """Return a remark on an undecided figure that no record of reasonable length can decide, or an empty text."""
     if verdict != UNDECIDED or needs is not None:
         return ""
     return "too close to the limit: even a record of 30 days would not be enough for a decision"
 
 
 def _minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
-    """Compare a figure that states the minimum of the Allan deviation.
+    """Return the verdict on a figure that states the minimum of the Allan deviation.
 
     The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected.
     """

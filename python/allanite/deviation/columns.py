@@ -47,8 +47,8 @@ class Deviations(Several[Deviation]):
     def document(self, column: str) -> dict[str, Any]:
         """JSON record of one `column`, schema ``allanite/adev/1``."""
         head = {"schema": "allanite/adev/1", "version": _kernels.version()}
-        told = self.recording.column(column).describe()
-        return {**head, "recording": told, **self[column].to_dict()}
+        description = self.recording.column(column).describe()
+        return {**head, "recording": description, **self[column].to_dict()}
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
         """Figure of the curves of all columns, one panel for each kind of sensor.

@@ -157,13 +157,13 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     lost = np.concatenate(whole_n) - counts
     notes = (*notes, *gap_notes(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
     beyond = f"beyond {near[-1] / src.rate:g} s"
-    told = (
+    remark = (
         f"Theo1 {beyond}, its bias {bias:.4g} removed"
         if np.isfinite(bias)
         else f"nothing {beyond}: no bias of Theo1 could be estimated, as gaps leave no term at some"
         " averaging times"
     )
-    notes = (*notes, told)
+    notes = (*notes, remark)
     return Deviation(
         THEOH.name,
         tau,

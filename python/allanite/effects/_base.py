@@ -433,7 +433,10 @@ class Stochastic(Effect):
         """Primitive spectral terms at this shape, coefficient and `rate` (Hz)."""
         value = getattr(self, self.coefficient)
         if value is None:
-            raise InputError(f"{self.kind}: {self.coefficient} has no value; give one, or fit it")
+            raise InputError(
+                f"{self.kind}: {self.coefficient} has no value; write {self.short}({self.coefficient}=…), or fit the"
+                " model first"
+            )
         return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
 
     @classmethod

@@ -78,8 +78,8 @@ def _sections(declared: Sequence[Parameter]) -> str:
 def _entry(p: Parameter) -> str:
     """Numpydoc entry of a parameter."""
     unit = "" if p.unit == "text" else unit_of(p)
-    said = {"choice": "a choice", "derived": "derived"}.get(p.role, "")
-    kind = ", ".join(filter(None, (unit, said, "optional" if p.optional else "")))
+    role_text = {"choice": "a choice", "derived": "derived"}.get(p.role, "")
+    kind = ", ".join(filter(None, (unit, role_text, "optional" if p.optional else "")))
     # Texts and derived parameters have no range.
     bounded = (p.low, p.high) != (-math.inf, math.inf) and p.unit != "text" and p.role != "derived"
     limits = f"; range {p.low:g} … {p.high:g}".replace("inf", "∞") if bounded else ""

@@ -217,7 +217,8 @@ class Model:
             value = getattr(effect, effect.coefficient)
             if value is None:
                 raise InputError(
-                    f"{effect.kind}: {effect.coefficient} has no value; give one, or fit it"
+                    f"{effect.kind}: {effect.coefficient} has no value; write"
+                    f" {effect.short}({effect.coefficient}=…), or fit the model first"
                 )
             out += [t.scaled(value**2) for t in self.unit_terms(effect, rate, span)]
         return tuple(out)

@@ -176,8 +176,9 @@ class _Target:
 
     def search(self, times: Sequence[float]) -> Tried:
         """Candidates with all ratios K/N, for one correlation time after another."""
-        one = self.ratios
-        return self.tried(np.tile(one, len(times)), np.repeat(np.asarray(times, float), one.size))
+        ratios = self.ratios
+        every_time = np.repeat(np.asarray(times, float), ratios.size)
+        return self.tried(np.tile(ratios, len(times)), every_time)
 
     @property
     def ratios(self) -> Array:

@@ -70,7 +70,7 @@ def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
             found.append((walk,))
             white = math.sqrt(choice.N**2 + walk)
             pairs.append((axis, replace(choice, N=white, K=small_walk(white, axis))))
-        numbers, said = in_xyz(own, found)
+        numbers, axis_remarks = in_xyz(own, found)
         variances |= {state: value for state, (value,) in zip(states, numbers, strict=True)}
-        remarks += [f"{sensor} {line}" for line in said]
+        remarks += [f"{sensor} {line}" for line in axis_remarks]
     return ProcessNoise(variances, pairs, remarks)

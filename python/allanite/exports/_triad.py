@@ -31,12 +31,14 @@ def in_xyz(
     given = dict(zip(letters, numbers, strict=True)) if known else {}
     most = tuple(max(column) for column in zip(*numbers, strict=True))
     bare = [place for place in PLACES if place not in given]
-    said = []
+    axis_remarks = []
     if bare and len(axes) > 1:
         names = ", ".join(axis.name for axis in axes)
-        said = [f"{', '.join(bare)}: no own model was given; each number is the largest of {names}"]
+        axis_remarks = [
+            f"{', '.join(bare)}: no own model was given; each number is the largest of {names}"
+        ]
     elif bare:
-        said = [
+        axis_remarks = [
             f"{', '.join(bare)}: no own model was given; the numbers are those of {axes[0].name}"
         ]
-    return [given.get(place, most) for place in PLACES], said
+    return [given.get(place, most) for place in PLACES], axis_remarks

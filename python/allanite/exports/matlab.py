@@ -57,7 +57,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         pairs = [(a, choose(a, overbound=True) if overbound else _chosen(a)) for a in own]
         everything += pairs
         arguments = ["'NoiseType', 'double-sided'"]
-        said: list[str] = []
+        axis_remarks: list[str] = []
         for key, name, suffix in (
             ("NoiseDensity", "N", f"({unit})/sqrt(Hz)"),
             ("BiasInstability", "B", unit),
@@ -66,14 +66,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             found = [getattr(choice, name) for _, choice in pairs]
             if not any(found):
                 continue
-            numbers, said = in_xyz(own, [(v,) for v in found])
+            numbers, axis_remarks = in_xyz(own, [(v,) for v in found])
             lines.append(f"% {member} {key} in {suffix}{_remarks(pairs, name)}\n")
             arguments.append(f"'{key}', [{' '.join(f'{v:.6e}' for (v,) in numbers)}]")
             if name == "B":
                 poles = max(1, round(MEMORY_HORIZONS * max(a.horizon for a in own) * fs))
                 lines.append(f"% {MEMORY}\n")
                 arguments.append(f"'BiasInstabilityCoefficients', fractalcoef({poles}, 1)")
-        convention += [f"{member} {line}" for line in said]
+        convention += [f"{member} {line}" for line in axis_remarks]
         lines.append(f"imu.{member} = {maker}( ...\n    " + ", ...\n    ".join(arguments) + ");\n")
     return comments(head(everything, convention, simulator=True), "%") + "".join(lines)
 
@@ -121,8 +121,8 @@ def _remarks(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
     of: dict[str, list[str]] = {}
     for axis, choice in pairs:
         of.setdefault(choice.remark(name), []).append(axis.name)
-    said = ((r, names) for r, names in of.items() if r)
-    return "".join(f"; {r}" if len(of) == 1 else f"; {', '.join(n)}: {r}" for r, n in said)
+    found = ((remark, names) for remark, names in of.items() if remark)
+    return "".join(f"; {r}" if len(of) == 1 else f"; {', '.join(n)}: {r}" for r, n in found)
 
 
 TARGETS = (Target("matlab", "MATLAB", "matlab.m", render, whole_record=True),)

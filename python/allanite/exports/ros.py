@@ -52,8 +52,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         if not own:
             continue
         found = [(variance(axis, fs, upper=overbound),) for axis in own]
-        ((x,), (y,), (z,)), said = in_xyz(own, found)
-        convention += [f"{key} {line}" for line in said]
+        ((x,), (y,), (z,)), axis_remarks = in_xyz(own, found)
+        convention += [f"{key} {line}" for line in axis_remarks]
         for axis, (one,) in zip(own, found, strict=True):
             inside = variance(axis, fs, upper=overbound, in_band=True)
             if inside < 0.99 * one:

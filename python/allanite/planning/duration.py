@@ -159,9 +159,10 @@ def plan(
     """
     base = as_model(model)
     effect = None if find is None else as_effect(find)
-    if sum(asked is not None for asked in (effect, know, tell)) != 1:
+    if sum(goal is not None for goal in (effect, know, tell)) != 1:
         raise InputError(
-            "plan: give one of find= (an effect), know= (a parameter) and tell= (two effects)"
+            "a plan needs one goal",
+            remedy=": give {find} (an effect), {know} (a parameter) or {tell} (two effects)",
         )
     if not 0.0 < power < 1.0:
         raise InputError(f"power = {power}: a probability between 0 and 1, such as 0.9")

@@ -47,7 +47,7 @@ FONT = "DejaVu Sans"  # included in matplotlib; contains all characters that are
 TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
 #: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
-EDGE = 0.15
+ALIGNED_TEXT_FRACTION = 0.15
 # Drawing order.
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
 
@@ -427,7 +427,11 @@ def _span_text(axes: Any, mark: Span, axis: Axis, look: Theme) -> None:
         0.985,
         mark.text,
         transform=axes.transAxes,
-        ha="left" if place < EDGE else "right" if place > 1.0 - EDGE else "center",
+        ha="left"
+        if place < ALIGNED_TEXT_FRACTION
+        else "right"
+        if place > 1.0 - ALIGNED_TEXT_FRACTION
+        else "center",
         va="top",
         fontsize=9.5,
         weight="bold",

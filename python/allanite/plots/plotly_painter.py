@@ -32,7 +32,7 @@ DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 #: Gaps between columns and rows of the grid, as fractions of the figure.
 GAP_X, GAP_Y = 0.075, 0.03
 #: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
-EDGE = 0.15
+ALIGNED_TEXT_FRACTION = 0.15
 
 
 def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
@@ -256,7 +256,11 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
         "y": 1.0,
         "xref": f"x{suffix}",
         "yref": f"y{suffix} domain",
-        "xanchor": "left" if place < EDGE else "right" if place > 1.0 - EDGE else "center",
+        "xanchor": "left"
+        if place < ALIGNED_TEXT_FRACTION
+        else "right"
+        if place > 1.0 - ALIGNED_TEXT_FRACTION
+        else "center",
         "yanchor": "top",
         "yshift": -18 * len(before),
         "showarrow": False,

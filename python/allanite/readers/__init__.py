@@ -130,7 +130,7 @@ def read(
     """
     request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic, scale)
     recording, others = _read(path, request)
-    told = [
+    all_findings = [
         Finding(
             "other_rate",
             "warning",
@@ -139,7 +139,7 @@ def read(
         )
         for topic in others
     ]
-    return recording.told_of(told)
+    return recording.told_of(all_findings)
 
 
 def request_of(
@@ -219,11 +219,11 @@ def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
 def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
     """Recording of the columns in a table that a layout selects."""
     contradicted(request, table.rate, None)
-    told = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
+    all_findings = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
     if request.unit is None and layout.quantity == "rate":
-        told += unitless([table.names[i] for i in layout.samples if table.units[i] is None])
+        all_findings += unitless([table.names[i] for i in layout.samples if table.units[i] is None])
     covariates, dead = _with_values(table, layout)
-    told += dead
+    all_findings += dead
     time, time_unit = _time_of(table, layout, request)
     recording = Recording(
         _take(table, layout),
@@ -243,7 +243,7 @@ def _recording(path: Path | None, request: Request, table: Table, layout: Layout
         piece=request.piece,
     )
     contradicted(request, None, recording.stamps)
-    return recording.told_of(told, _with_rates(recording, request, table, layout))
+    return recording.told_of(all_findings, _with_rates(recording, request, table, layout))
 
 
 #: Maximum relative difference of two rates that counts as equal. It changes the level of white noise by 0.05 %, and the
@@ -383,7 +383,7 @@ def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]
     -------
     covariates : list of int
         Indices of the covariates with values.
-    told : list of Finding
+    findings : list of Finding
         One finding per covariate without values.
     """
     ends = {i: _end(table[i]) for i in (*layout.samples, *layout.covariates)}
@@ -398,7 +398,7 @@ def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]
                 remedy="; select it alone, or only the others, with {column}, or cut the file",
             )
     dead = [i for i in layout.covariates if ends[i] <= hundredth]
-    told = [
+    all_findings = [
         Finding(
             "no_values",
             "warning",
@@ -407,7 +407,7 @@ def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]
         )
         for i in dead
     ]
-    return [i for i in layout.covariates if i not in dead], told
+    return [i for i in layout.covariates if i not in dead], all_findings
 
 
 def _end(column: NDArray[Any]) -> int:

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 __all__ = ["isolated", "one_line", "refused_as"]
 
 #: Allowed processor time for a log of any size, s. A damaged log of a few kilobytes may need that long.
-SECONDS = 5.0
+CPU_SECONDS = 5.0
 #: Allowed processor time divided by the measured processor time. An old single-board computer is about five times slower
 #: than the 2 GHz server core on which the readers were measured.
-MARGIN = 8.0
+CPU_TIME_FACTOR = 8.0
 #: Allowed wall time divided by the allowed processor time, for a busy machine or a slow disk.
-PATIENCE = 12.0
+WALL_TIME_FACTOR = 12.0
 
 
 def isolated(
@@ -53,11 +53,11 @@ def isolated(
 
         @wraps(read)
         def in_child(path: Path, _pick: Picker, topics: Sequence[str] = ()) -> Table:
-            seconds = SECONDS + MARGIN * seconds_per_megabyte * _size(path) / 1e6
+            seconds = CPU_SECONDS + CPU_TIME_FACTOR * seconds_per_megabyte * _size(path) / 1e6
             found = call_isolated(
                 f"{__name__}:serve_reader",
                 {"reader": name, "path": str(path), "topics": list(topics)},
-                Limits(cpu=seconds, wall=PATIENCE * seconds),
+                Limits(cpu=seconds, wall=WALL_TIME_FACTOR * seconds),
                 worker=worker,
                 libraries=libraries,
             )

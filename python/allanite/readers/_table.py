@@ -77,9 +77,9 @@ class Table:
         # Names and units in a file may hold any characters.
         names = tuple(_short(plain(name)) for name in self.names)
         units = [u and _short(plain(u)) for u in self.units]
-        said = [_unit_of(name, u) for name, u in zip(names, units, strict=True)]
+        units_of_columns = [_unit_of(name, u) for name, u in zip(names, units, strict=True)]
         object.__setattr__(self, "names", distinct(names))
-        object.__setattr__(self, "units", tuple(said))
+        object.__setattr__(self, "units", tuple(units_of_columns))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
         """A column that was read."""

@@ -283,7 +283,7 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
         None if request.timeless or apart else find_parts(table.names, table.columns, table.dates)
     )
     time: int | None = None
-    told: list[Finding] = []
+    notes: list[Finding] = []
     if request.time_column is not None and not request.timeless and not apart:
         time = find_column(request.time_column, table.names)
         parts = parts if parts is not None and time in parts.columns else None
@@ -293,7 +293,7 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
         if time is None:
             time = _guessed_time(table, found, kinds, there)
             if time is not None:
-                told.append(
+                notes.append(
                     Finding(
                         "time_column",
                         "info",
@@ -305,7 +305,7 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
                 found.sources[time] = "guess"
     if parts is not None:
         time = parts.columns[0]
-        told.append(
+        notes.append(
             Finding(
                 "time_parts",
                 "info",
@@ -329,11 +329,11 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
     found.time, found.parts = time, parts
     others = [i for i in there if found.roles[i] == "time" or kinds.get(i) == "a clock"]
     if parts is None:
-        told += _two_clocks(table, found, time, [i for i in others if i != time])
+        notes += _two_clocks(table, found, time, [i for i in others if i != time])
     for i in others:
         if i not in found.clocks:
             found.reasons[i] = "another time" if found.time is not None or apart else "a clock"
-    found.findings = tuple(told)
+    found.findings = tuple(notes)
 
 
 def _rises(found: Roles, time: int) -> str:
@@ -412,7 +412,7 @@ def _looks_like_time(table: Table) -> bool:
 
 def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int]) -> list[Finding]:
     """Findings about other time columns, and whether their rates agree."""
-    told = []
+    notes = []
     for other in others:
         if at is None or table.columns[other] is None or table.columns[at] is None:
             continue
@@ -421,7 +421,7 @@ def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int
         both = f"{_shown(table, at)} and {_shown(table, other)} are both time; {_shown(table, at)} is used"
         ratio = _ratio_of_rates(table, at, other)
         odd = ratio > 1e-3
-        told.append(
+        notes.append(
             Finding(
                 "two_clocks",
                 "warning" if odd else "info",
@@ -430,7 +430,7 @@ def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int
                 remedy=" (choose by {time_column})",
             )
         )
-    return told
+    return notes
 
 
 def _ratio_of_rates(table: Table, one: int, two: int) -> float:
@@ -527,13 +527,13 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
         if scale != 1.0:
             sources["scale"] = "option" if i in factors else sources["unit"]
         columns.append(LogColumn(name, role, i in used, unit, scale, None, reason, sources))
-    told = [
+    notes = [
         *found.findings,
         *doubted,
         *_frequencies_as_phases([columns[i] for i in samples], quantity),
         *([] if request.columns else _not_used(columns, loud, request)),
     ]
-    return replace(layout, columns=tuple(columns), findings=tuple(told))
+    return replace(layout, columns=tuple(columns), findings=tuple(notes))
 
 
 def _frequencies_as_phases(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:
@@ -696,10 +696,10 @@ def _unit_and_scale(
     if own is None:
         return given, 1.0
     try:
-        said = rate_unit(own, quantity)
+        own_rate_unit = rate_unit(own, quantity)
     except InputError:
         return given, 1.0
-    if said.name != rate_unit(given, quantity).name:
+    if own_rate_unit.name != rate_unit(given, quantity).name:
         raise _contradiction(name, own, given)
     return given, 1.0
 

@@ -237,14 +237,14 @@ def inspect(path: Any, **options: Any) -> Inspection:
         known = recording.log_columns
         moves = _moves(recording)
         # Motion is reported once, and a missing unit next to its column.
-        said = ("no_unit", "motion", *(("not_static",) if moves else ()))
+        shown_kinds = ("no_unit", "motion", *(("not_static",) if moves else ()))
         findings = (
             *moves,
             *unit_doubts(recording.measured),
             *(
                 f
                 for f in recording.audit
-                if f.kind not in said and (f.column is None or f.kind in OF_COLUMNS)
+                if f.kind not in shown_kinds and (f.column is None or f.kind in OF_COLUMNS)
             ),
         )
     except AllaniteError as error:

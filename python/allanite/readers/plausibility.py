@@ -191,7 +191,7 @@ def without_wrong_units(
         for at, unit in enumerate(units)
         if unit is not None and table.columns[at] is not None and _is_acceleration(unit)
     ]
-    told = []
+    remarks = []
     for axes in triples([table.names[at] for at in accels]):
         own = [accels[at] for at in axes]
         stated = str(units[own[0]])
@@ -204,10 +204,10 @@ def without_wrong_units(
                 f"{names} are read in {wanted} as given, although the log says {stated}: their mean is gravity in"
                 f" {wanted}"
             )
-            told.append(Finding("unit_doubt", "info", found, values={"mean": mean}))
+            remarks.append(Finding("unit_doubt", "info", found, values={"mean": mean}))
             for at in own:
                 units[at] = None
-    return units, told
+    return units, remarks
 
 
 def _is_acceleration(unit: str) -> bool:

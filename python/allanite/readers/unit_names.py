@@ -39,13 +39,13 @@ def unit_in_name(name: str) -> str | None:
 
     None if the name ends with no unit, or if the unit contradicts the sensor that the name states, as in ``gyro_x_mg``.
     """
-    said = _SAID.match(name.strip())
-    if said is not None:
+    stated = _SAID.match(name.strip())
+    if stated is not None:
         try:
-            unit = parse_unit(said["unit"])
+            unit = parse_unit(stated["unit"])
         except InputError:
             return None
-        return said["unit"] if unit.kind == sensor_kind(said["name"]) else None
+        return stated["unit"] if unit.kind == sensor_kind(stated["name"]) else None
     kind = sensor_kind(name)
     if kind is None and (phase := _PHASE.search(words_in(name))) is not None:
         return phase["unit"]

@@ -407,8 +407,8 @@ def quiet(recording: Recording) -> Recording:
     """The longest quiet segment of a recording."""
     start, end = quiet_span(recording)
     found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
-    told = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
-    return recording.trim(start, end).told_of([told])
+    finding = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
+    return recording.trim(start, end).told_of([finding])
 
 
 def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:

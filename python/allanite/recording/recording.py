@@ -210,8 +210,10 @@ class Recording:
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
         """Recording with other `units` declared for some columns, by name; samples are unchanged."""
-        said = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
-        return self._with(units=tuple(rate_unit(text, self.quantity).name for text in said))
+        declared_units = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
+        return self._with(
+            units=tuple(rate_unit(text, self.quantity).name for text in declared_units)
+        )
 
     def told_of(
         self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None

@@ -394,8 +394,11 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     study, check = entry.study, entry.study.check
     out: list[Block] = []
     if study.undecided is not None:
-        said = tidy(undecided_sentence(study.fit, study.undecided))
-        out = [Heading("Undecided alternatives"), Paragraph(f"{said[0].upper()}{said[1:]}.")]
+        sentence = tidy(undecided_sentence(study.fit, study.undecided))
+        out = [
+            Heading("Undecided alternatives"),
+            Paragraph(f"{sentence[0].upper()}{sentence[1:]}."),
+        ]
     out.append(Heading("Unexplained misfit"))
     if study.adequate:
         out.append(

@@ -230,14 +230,14 @@ def make_report(
     from allanite.study import improve
 
     require_recording(recording)
-    asked = {"model": str(getattr(model, "name", model)), **(options or {})}
+    inputs = {"model": str(getattr(model, "name", model)), **(options or {})}
     if len(recording.columns) > 1:
         from allanite.axes import characterize
 
-        said = None if on_progress is None else lambda _name, k, n: on_progress(k, n)
-        return report_of(characterize(recording, model, said), asked)
+        report_progress = None if on_progress is None else lambda _name, k, n: on_progress(k, n)
+        return report_of(characterize(recording, model, report_progress), inputs)
     study = improve(recording, model, on_progress=on_progress)
-    return Report((_entry(study),), MappingProxyType(asked))
+    return Report((_entry(study),), MappingProxyType(inputs))
 
 
 def report_of(found: Characterization, options: Mapping[str, str] | None = None) -> Report:

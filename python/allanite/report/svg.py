@@ -47,7 +47,7 @@ FLAT = 0.2
 #: Number of shades in each half of the color scale of a map.
 SHADES = 12
 #: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
-EDGE = 0.15
+ALIGNED_TEXT_FRACTION = 0.15
 
 
 def colors() -> str:
@@ -147,13 +147,13 @@ def _n(value: float) -> str:
 
 
 def _text(x: float, y: float, words: str, anchor: str = "start", more: str = "") -> str:
-    """Text element."""
+    """SVG element of a text at (x, y) in pixels."""
     side = "" if anchor == "start" else f' text-anchor="{anchor}"'
     return f'<text x="{_n(x)}" y="{_n(y)}"{side}{more}>{escape(words, quote=False)}</text>'
 
 
 def _panel(panel: Panel, left: float, top: float, width: float, height: float) -> str:
-    """Elements of one panel."""
+    """SVG elements of one panel."""
     x, y = _Scale(panel.x, width, upright=False), _Scale(panel.y, height, upright=True)
     grid = _grid(panel, x, y, width, height)
     marks = "".join(_mark(mark, x, y, width, height) for mark in sorted(panel.marks, key=_depth))
@@ -165,7 +165,7 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float) -
 
 
 def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """Path of the grid lines."""
+    """SVG path of the grid lines."""
     if not panel.grid:
         return ""
     lines = [f"M{_n(float(x(v)))} 0V{_n(height)}" for v, _ in panel.x.ticks]
@@ -175,7 +175,7 @@ def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
 
 
 def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """Ticks, tick texts, axis labels, and title of a panel."""
+    """SVG elements of the ticks, tick texts, axis labels and title of a panel."""
     out = []
     ticks = "".join(f"M{_n(float(x(v)))} {_n(height)}v4" for v, _ in panel.x.ticks)
     if not panel.find(Bars):
@@ -198,7 +198,7 @@ def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
 
 
 def _bar(panel: Panel, width: float, height: float) -> str:
-    """Color bar of a map; empty without a map."""
+    """SVG elements of the color bar of a map; empty without a map."""
     found = panel.find(HeatMap)
     if not found:
         return ""
@@ -225,7 +225,7 @@ def _depth(mark: Mark) -> int:
 
 
 def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """Elements of one mark."""
+    """SVG elements of one mark."""
     match mark:
         case Line():
             return _stroke(mark.color, _path(*_simple(x(mark.x), y(mark.y))), mark.width, mark.dash)
@@ -237,8 +237,8 @@ def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
             return _span(mark, x, width, height)
         case Rule():
             at = float((x if mark.axis == "x" else y)(mark.value))
-            way = f"M{_n(at)} 0V{_n(height)}" if mark.axis == "x" else f"M0 {_n(at)}H{_n(width)}"
-            return _stroke(mark.color, way, mark.width, mark.dash)
+            path = f"M{_n(at)} 0V{_n(height)}" if mark.axis == "x" else f"M0 {_n(at)}H{_n(width)}"
+            return _stroke(mark.color, path, mark.width, mark.dash)
         case Bars():
             return _bars(mark, x, y)
         case HeatMap():
@@ -248,10 +248,10 @@ def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
             return _text(mark.x * width, (1 - mark.y) * height, mark.text, "middle", more)
 
 
-def _stroke(role: str, way: str, width: float, dash: str = "solid", more: str = "") -> str:
-    """Path element that strokes `way` in the color of a role."""
+def _stroke(role: str, path: str, width: float, dash: str = "solid", more: str = "") -> str:
+    """SVG path element that strokes `path` in the color of a role."""
     style = f'stroke="currentColor" stroke-width="{width:g}" fill="none"{DASHES[dash]}{more}'
-    return f'<path class="k-{role}" {style} d="{way}"/>'
+    return f'<path class="k-{role}" {style} d="{path}"/>'
 
 
 def _simple(x: Array, y: Array) -> tuple[Array, Array]:
@@ -278,7 +278,7 @@ def _simple(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _path(x: Array, y: Array, unit: float = 0.1) -> str:
-    """Path through points rounded to `unit` pixels, interrupted at points that are not finite."""
+    """Data of an SVG path through points rounded to `unit` pixels, interrupted at points that are not finite."""
     out: list[str] = []
     last = None
     for a, b in zip(x, y, strict=True):
@@ -302,7 +302,7 @@ def _short(text: str) -> str:
 
 
 def _area(band: Band, x: _Scale, y: _Scale) -> str:
-    """Path around the area of a band, one closed piece per gap-free range."""
+    """Data of an SVG path around the area of a band, one closed piece per gap-free range."""
     there = np.isfinite(band.low) & np.isfinite(band.high)
     out = []
     for piece in np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1):
@@ -311,21 +311,21 @@ def _area(band: Band, x: _Scale, y: _Scale) -> str:
         across = x(band.x[piece])
         top, bottom = (_simple(across, y(edge[piece])) for edge in (band.high, band.low))
         around = [np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)]
-        way = _path(around[0], around[1], 0.5)
-        out.append(f"{way}Z")
+        path = _path(around[0], around[1], 0.5)
+        out.append(f"{path}Z")
     return "".join(out)
 
 
 def _points(mark: Points, x: _Scale, y: _Scale) -> str:
-    """Markers with their error bars."""
+    """SVG elements of markers with their error bars."""
     a, b = x(mark.x), y(mark.y)
     kept = np.isfinite(a) & np.isfinite(b) & np.isfinite(mark.y)
     out = ""
     if mark.low is not None and mark.high is not None:
         known = kept & np.isfinite(mark.low) & np.isfinite(mark.high)
         ends = zip(a[known], y(mark.low[known]), y(mark.high[known]), strict=True)
-        way = "".join(f"M{_n(p)} {_n(q)}V{_n(r)}" for p, q, r in ends)
-        out = _stroke(mark.color, way, 0.9, more=' stroke-opacity=".75"')
+        path = "".join(f"M{_n(p)} {_n(q)}V{_n(r)}" for p, q, r in ends)
+        out = _stroke(mark.color, path, 0.9, more=' stroke-opacity=".75"')
     dots = "".join(f"M{_n(p)} {_n(q)}h0" for p, q in zip(a[kept], b[kept], strict=True))
     size, cap = 1.4 * mark.size, ' stroke-linecap="round"'
     out += _stroke(mark.color, dots, size, more=cap)
@@ -333,7 +333,7 @@ def _points(mark: Points, x: _Scale, y: _Scale) -> str:
 
 
 def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
-    """Shaded range with its text."""
+    """SVG elements of a shaded range with its text."""
     low, high = sorted(float(x(v)) for v in (mark.low, mark.high))
     out = (
         f'<rect class="k-{mark.color}" x="{_n(low)}" width="{_n(max(high - low, 1.0))}" height="{_n(height)}" '
@@ -343,12 +343,18 @@ def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
         return out
     middle = 0.5 * (max(low, 0.0) + min(high, width))
     place = middle / width
-    anchor = "start" if place < EDGE else "end" if place > 1 - EDGE else "middle"
+    anchor = (
+        "start"
+        if place < ALIGNED_TEXT_FRACTION
+        else "end"
+        if place > 1 - ALIGNED_TEXT_FRACTION
+        else "middle"
+    )
     return out + _text(middle, 13, mark.text, anchor, ' font-weight="600"')
 
 
 def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
-    """Bars with their texts."""
+    """SVG elements of bars with their texts."""
     out, zero = [], float(x(0.0))
     half = abs(float(y(1.0)) - float(y(0.0))) / 4
     for i, (value, text, role) in enumerate(
@@ -364,7 +370,7 @@ def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
 
 
 def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
-    """Cells of a map, one path per shade, and frames around marked cells."""
+    """SVG elements of the cells of a map, one path per shade, and of frames around marked cells."""
     across, down = x(mark.x_edges), y(mark.y_edges)
     shades: dict[tuple[str, int], list[str]] = {}
     frames = []
@@ -387,7 +393,7 @@ def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
 
 
 def _legend(figure: Figure, width: float) -> tuple[str, float]:
-    """Legend of all panels, wrapped to the width, and its height in pixels."""
+    """SVG elements of the legend of all panels, wrapped to the width, and its height in pixels."""
     out, x, y = [], 14.0, 14.0
     for mark in figure.legend():
         label = label_of(mark)
@@ -402,7 +408,7 @@ def _legend(figure: Figure, width: float) -> tuple[str, float]:
 
 
 def _handle(mark: Mark) -> str:
-    """Symbol of a mark in the legend."""
+    """SVG elements of the symbol of a mark in the legend."""
     if isinstance(mark, Band | Span):
         return f'<rect class="k-{mark.color}" y="-5" width="18" height="10" fill="currentColor" fill-opacity=".3"/>'
     if isinstance(mark, Points):

@@ -168,8 +168,8 @@ def _missing(study: Any) -> str:
 def _removed(study: Any) -> str:
     """Sentence on effects that were removed because later effects made them unnecessary; empty if none."""
     there = {effect.kind for effect in study.fit.model}
-    gone = dict.fromkeys(kind for step in study.ladder for kind in step.removed)
-    kinds = [kind for kind in gone if kind not in there]
+    removed_kinds = dict.fromkeys(kind for step in study.ladder for kind in step.removed)
+    kinds = [kind for kind in removed_kinds if kind not in there]
     names = ", ".join(map(title_of, kinds))
     return f"Removed as no longer needed: {names}. " if names else ""
 

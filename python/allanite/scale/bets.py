@@ -223,15 +223,15 @@ class Bets:
 
 
 def _cosine_transform(samples: Array) -> Array:
-    # The compiled transform starts threads for each call, which takes longer than a segment.
     """Orthonormal cosine transform of samples."""
+    # The compiled transform would start threads for each call, which takes longer than the transform of a segment.
     from scipy.fft import dct
 
     return np.asarray(dct(samples, norm="ortho"))
 
 
 def _inverse_cosine_transform(ordinates: Array) -> Array:
-    """Samples with these cosine ordinates."""
+    """Samples from their cosine ordinates: the inverse of `_cosine_transform`."""
     from scipy.fft import idct
 
     return np.asarray(idct(ordinates, norm="ortho"))

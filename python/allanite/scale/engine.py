@@ -96,8 +96,8 @@ def summarize(
     paths = [str(path) for path in ([source] if isinstance(source, (str, Path)) else source)]
     if not paths:
         raise InputError("no logs: give at least one")
-    asked = delayed(_summary_of_log, pure=False)
-    found = _computed([asked(path, rate, unit, columns) for path in paths], client)
+    delayed_summary = delayed(_summary_of_log, pure=False)
+    found = _computed([delayed_summary(path, rate, unit, columns) for path in paths], client)
     good = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, Summary)}
     bad = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, str)}
     return Summaries(good, bad)

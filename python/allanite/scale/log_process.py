@@ -162,18 +162,18 @@ class LogProcess:
         self._send(path)
         seconds = self._setup.deadline
         while True:
-            said, late = self._line(seconds)
-            if said is None or "wait" not in said:
+            message, late = self._line(seconds)
+            if message is None or "wait" not in message:
                 break
-            seconds = said["wait"]
-        if said is not None and "rows" in said:
-            return Answer(path, said["key"], said["rows"])
+            seconds = message["wait"]
+        if message is not None and "rows" in message:
+            return Answer(path, message["key"], message["rows"])
         if late:
             rows = [failed_row(path, f"not done after {self._setup.deadline:g} s: {MORE_TIME}")]
             self._end()
             return Answer(path, "", rows)
-        if said is not None:
-            self._why = said["why"]
+        if message is not None:
+            self._why = message["why"]
         else:
             self._why = self._ending()
         self._end()
@@ -201,14 +201,14 @@ class LogProcess:
             )
         self._send((self._setup.paths, self._setup.main))
         self._send(self._setup)
-        said, _ = self._line(START_SECONDS)
-        if said is not None and "refused" in said:
+        message, _ = self._line(START_SECONDS)
+        if message is not None and "refused" in message:
             self._end()
-            raise InputError(said["refused"])
-        if said is None:
+            raise InputError(message["refused"])
+        if message is None:
             self._why = f"a process for the logs did not start: {self._ending()}"
             self._end()
-        return said is not None
+        return message is not None
 
     def _send(self, value: Any) -> None:
         """Send a value to the child."""

@@ -18,15 +18,15 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CLIP", "MAX_SQUARE", "ClippedPower", "PowerBets"]
+__all__ = ["LOW_CLIP", "MAX_SQUARE", "ClippedPower", "PowerBets"]
 
 Array = NDArray[np.float64]
-#: Squares of whitened samples are clipped here (3 standard deviations). Of normal samples this removes 0.5 % of the
-#: power; a larger value limits the size of the bets on less power.
-CLIP = 9.0
-#: Bets on more power clip squares here (5 standard deviations); they need no bound on the clipped power.
+#: Bets on less power clip squares of whitened samples at this value (3 standard deviations). Of normal samples, this
+#: removes 0.5 % of the power. A larger value would limit the size of these bets.
+LOW_CLIP = 9.0
+#: Bets on more power clip squares at this value (5 standard deviations). They need no bound on the clipped power.
 HIGH_CLIP = 25.0
-#: Limit of squares (100 standard deviations); samples beyond are wrong.
+#: Squares of whitened samples above this value (100 standard deviations) are those of wrong samples.
 MAX_SQUARE = 1e4
 #: Standard errors from an estimate to its bound: a normal estimate exceeds the bound in 0.1 % of the cases.
 STANDARD_ERRORS = 3.0
@@ -37,20 +37,20 @@ NONE_SEEN = 6.9
 LEVELS_PER_E = 5
 #: Smallest factor of one sample.
 MIN_FACTOR = 0.1
-#: Factors multiplied before their logarithm is taken: (1 + FAR)^BLOCK must not overflow.
+#: Number of factors that are multiplied before a logarithm is taken. (1 + HIGH_CLIP) to this power must not overflow.
 FACTORS_PER_PRODUCT = 32
 
 
 class ClippedPower:
-    """Upper bound on the power that clipping removes, the mean of (w² − CLIP)₊, from the samples so far."""
+    """Upper bound on the power that clipping removes, the mean of (w² − LOW_CLIP)₊, from the samples so far."""
 
     def __init__(self) -> None:
         self.samples = self.beyond = 0
-        #: Sums of the excess and of its square, then of the excess limited to FAR − CLIP.
+        #: Sums of the excess over LOW_CLIP and of its square, then both for the excess limited to HIGH_CLIP − LOW_CLIP.
         self.sums = np.zeros(4)
 
     def bound(self) -> float:
-        """Upper bound on the mean of (w² − CLIP)₊; infinity before the first sample.
+        """Upper bound on the mean of (w² − LOW_CLIP)₊; infinity before the first sample.
 
         It is the larger of two bounds. The first is the sum of the observed excess. The second is the sum of the excess up
         to HIGH_CLIP, and assumes that the tail beyond falls at least as w⁻⁴, as with four degrees of freedom. The excess
@@ -67,8 +67,8 @@ class ClippedPower:
     def update(self, white: Array) -> None:
         """Add whitened samples."""
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
-        square = square[square > CLIP]
-        seen, near = square - CLIP, np.minimum(square, HIGH_CLIP) - CLIP
+        square = square[square > LOW_CLIP]
+        seen, near = square - LOW_CLIP, np.minimum(square, HIGH_CLIP) - LOW_CLIP
         self.samples += white.size
         self.beyond += int(np.count_nonzero(square >= HIGH_CLIP))
         self.sums += (seen.sum(), seen @ seen, near.sum(), near @ near)
@@ -119,7 +119,7 @@ class PowerBets:
         ----------
         white : ndarray, shape (samples,)
         clipped : float
-            Upper bound of the power that clipping at CLIP removes, from earlier samples.
+            Upper bound of the power that clipping at LOW_CLIP removes, from earlier samples.
         """
         square = np.minimum(np.abs(white), math.sqrt(HIGH_CLIP)) ** 2
         low = self._low - clipped
@@ -127,8 +127,8 @@ class PowerBets:
         up, down = self._levels > self._high, self._levels < low
         out[up] = _log_products(self._fractions[up], square / self._high - 1.0)
         if down.any():
-            most = (1.0 - MIN_FACTOR) / (CLIP / low - 1.0)
-            v = np.minimum(square, CLIP)
+            most = (1.0 - MIN_FACTOR) / (LOW_CLIP / low - 1.0)
+            v = np.minimum(square, LOW_CLIP)
             out[down] = _log_products(np.maximum(self._fractions[down], -most), v / low - 1.0)
         return out[self._place]
 
@@ -149,9 +149,9 @@ def _fraction(level: float, low: float, high: float) -> float:
     if low <= level <= high:
         return 0.0
     null = low if level < 1.0 else high
-    sign, clip = (-1.0, CLIP) if level < 1.0 else (1.0, HIGH_CLIP)
+    sign, clip = (-1.0, LOW_CLIP) if level < 1.0 else (1.0, HIGH_CLIP)
     gain = np.minimum(level * _squares_of_normal_samples(500), clip) / null - 1.0
-    most = (1.0 - MIN_FACTOR) / (CLIP / null - 1.0 if level < 1.0 else 1.0)
+    most = (1.0 - MIN_FACTOR) / (LOW_CLIP / null - 1.0 if level < 1.0 else 1.0)
     found = minimize_scalar(
         lambda part: -np.log1p(sign * part * gain).mean(), bounds=(0.0, most), method="bounded"
     )

@@ -202,11 +202,11 @@ class DataSheet:
             if other is first:
                 continue
             ratio = other.value * conversion(other.unit, first.unit) / first.value
-            said = slip("N", ratio, 0.02)
-            if said:
+            mistake = slip("N", ratio, 0.02)
+            if mistake:
                 remarks.append(
                     f"the sheet contradicts itself: {first.value:g} {first.unit} is not"
-                    f" {other.value:g} {other.unit} (ratio {ratio:.3g}): {said}"
+                    f" {other.value:g} {other.unit} (ratio {ratio:.3g}): {mistake}"
                 )
         return remarks
 

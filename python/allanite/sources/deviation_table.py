@@ -118,10 +118,10 @@ def documents_of_table(
         low, high, _ = fit.intervals()
         values = {e.short: float(c) for e, c in zip(effects, fit.coefficients, strict=True)}
         ends = {e.short: (float(a), float(b)) for e, a, b in zip(effects, low, high, strict=True)}
-        said = [*assumptions]
+        remarks = [*assumptions]
         if fit.chi2 > fit.dof + 4.0 * np.sqrt(2.0 * fit.dof):
-            said.append(f"Q+N+B+K does not fit the curve: chi2/dof = {fit.chi2 / fit.dof:.1f}")
-        found.append(model_document(name, own, values, str(path), fs, said, ends))
+            remarks.append(f"Q+N+B+K does not fit the curve: chi2/dof = {fit.chi2 / fit.dof:.1f}")
+        found.append(model_document(name, own, values, str(path), fs, remarks, ends))
     return found
 
 

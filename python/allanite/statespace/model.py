@@ -263,7 +263,9 @@ def state_space(
             exact += terms
         elif isinstance(effect, Periodic):
             if effect.frequency is None:
-                raise InputError(f"{effect.kind}: frequency has no value yet: give one, or fit it")
+                raise InputError(
+                    f"{effect.kind}: frequency has no value: give a value, or fit the model first"
+                )
             own = [line(a, 2 * np.pi * m * effect.frequency / fs) for m, a, _ in effect.lines]
             exact += [t for s in own for t in s.terms]
         else:
@@ -322,6 +324,6 @@ def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]
     value = getattr(effect, effect.coefficient)
     if value is None:
         raise InputError(
-            f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
+            f"{effect.kind}: {effect.coefficient} has no value: give a value, or fit the model first"
         )
     return tuple(t.scaled(value**2) for t in model.unit_terms(effect, rate))

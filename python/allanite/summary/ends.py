@@ -130,7 +130,10 @@ def _add_segments(
     span: tuple[int, int],
     hard: tuple[bool, bool],
 ) -> None:
-    """Add the power of the transform segments within `span` to `found`."""
+    """Add the power of the transform segments within `span` to `found`.
+
+    `hard` is True for each end of the span (first, last) at which the record ends, so that the segment has no neighbor.
+    """
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT
     # Less than half a segment at a hard end joins its neighbor.

@@ -28,7 +28,7 @@ from allanite.effects import (
 from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.noise import sampled_noise
-from allanite.fit.stamped.uncertainty import with_noise
+from allanite.fit.stamped.uncertainty import amplitude_errors
 from allanite.trends.design import PER, YEAR, Functions, date_of, seconds_of
 from allanite.trends.steps import best_step
 
@@ -444,7 +444,7 @@ def _trend(
         series, fits = fit(functions)
     best = fits[0]
     regressed = best.regressed
-    errors, freedom = with_noise(best)
+    errors, freedom = amplitude_errors(best)
     estimate = _Estimates(regressed.amplitudes, errors, freedom, unit)
     waves = []
     for i, period in enumerate(functions.periods):
@@ -608,7 +608,7 @@ def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times
 
 
 def _span(seconds: float) -> str:
-    """Return a duration in years, days, hours or seconds."""
+    """Return the text of a duration in years, days, hours or seconds."""
     for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"

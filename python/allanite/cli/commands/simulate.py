@@ -93,7 +93,7 @@ def command(
     if covariates is not None and not all_axes:
         raise InputError("--covariates needs --all-axes")
     if (duration is None) == (samples is None) and not (all_axes and duration is None):
-        raise InputError("give the length with either --duration S or --samples N")
+        raise InputError("give the length with either --duration SECONDS or --samples N")
     if as_json and output is None:
         raise InputError("--json describes the written file: name the file with --output FILE")
     if duration is not None:

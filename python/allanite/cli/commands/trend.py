@@ -105,19 +105,19 @@ def command(
         click.echo(output.wrapped(str(trends)))
 
 
-def _shown(unit: str, asked: str | None) -> tuple[str, float]:
+def _shown(unit: str, requested: str | None) -> tuple[str, float]:
     """Unit of the results, and the factor that converts the samples to this unit."""
     from allanite.common.errors import InputError
 
-    if asked is None or asked == unit:
+    if requested is None or requested == unit:
         return unit, 1.0
-    one, other = _scale(unit), _scale(asked)
-    if one is None or other is None or unit[-1] != asked[-1]:
+    one, other = _scale(unit), _scale(requested)
+    if one is None or other is None or unit[-1] != requested[-1]:
         raise InputError(
-            f"--output-unit {asked}: cannot convert from {unit}; conversions exist between m, cm, mm, um, nm, and between"
-            " s, ms, us, ns"
+            f"--output-unit {requested}: cannot convert from {unit}; conversions exist between m, cm, mm, um, nm, and"
+            " between s, ms, us, ns"
         )
-    return asked, one / other
+    return requested, one / other
 
 
 def _scale(unit: str) -> float | None:

@@ -37,10 +37,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     lines = head([*gyro, *accel], convention)
     values: dict[str, object] = {"imu_update_rate": update}
     for name, pairs in (("accel", accel), ("gyro", gyro)):
-        places, said = in_xyz([axis for axis, _ in pairs], [(c.N, c.K) for _, c in pairs])
+        places, axis_remarks = in_xyz([axis for axis, _ in pairs], [(c.N, c.K) for _, c in pairs])
         values[f"{name}_noise_std"] = [N for N, _ in places]
         values[f"{name}_bias_std"] = [K for _, K in places]
-        lines += [f"{name} {remark}" for remark in said]
+        lines += [f"{name} {remark}" for remark in axis_remarks]
     # Basalt reads the first member, whatever its name. Therefore the comment comes second.
     whole = {"value0": values, "_comment": lines}
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

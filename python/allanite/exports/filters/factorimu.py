@@ -43,8 +43,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         ("Gyroscope", ("rad/s", "rad/s^2"), gyro),
         ("Accelerometer", ("m/s^2", "m/s^3"), accel),
     ):
-        numbers, said = in_xyz([a for a, _ in pairs], [(c.N, c.K) for _, c in pairs])
-        convention += [f"{name} {line}" for line in said]
+        numbers, axis_remarks = in_xyz([a for a, _ in pairs], [(c.N, c.K) for _, c in pairs])
+        convention += [f"{name} {line}" for line in axis_remarks]
         for key, column, unit in zip(
             ("Noise", "BiasNoise"), zip(*numbers, strict=True), units, strict=True
         ):

@@ -71,8 +71,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{known[0]:.6e}] * 3 + [{known[1]:.6e}] * 3))\n"
         )
     else:
-        said = [unknown(own[0][0]) for own in (accel, gyro) if own]
-        lines.append(comments([f"Prior on the first bias: {one}" for one in said]))
+        sentences = [unknown(own[0][0]) for own in (accel, gyro) if own]
+        lines.append(comments([f"Prior on the first bias: {one}" for one in sentences]))
     return "".join(lines)
 
 

@@ -40,8 +40,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         if not pairs:
             continue
         own = [axis for axis, _ in pairs]
-        numbers, said = in_xyz(own, [(choice.N, choice.K) for _, choice in pairs])
-        convention += [f"{name} {line}" for line in said]
+        numbers, axis_remarks = in_xyz(own, [(choice.N, choice.K) for _, choice in pairs])
+        convention += [f"{name} {line}" for line in axis_remarks]
         member = name.lower()
         members.append(member)
         bias = f"states.{name}_Bias"

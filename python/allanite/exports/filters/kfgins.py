@@ -50,8 +50,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         ("gyroscope", chosen[: len(gyro)]),
         ("accelerometer", chosen[len(gyro) :]),
     ):
-        places, said = in_xyz([a for a, _ in pairs], [(c.N, c.sigma) for _, c in pairs])
-        convention += [f"{sensor} {line}" for line in said]
+        places, axis_remarks = in_xyz([a for a, _ in pairs], [(c.N, c.sigma) for _, c in pairs])
+        convention += [f"{sensor} {line}" for line in axis_remarks]
         rows.append(places)
 
     def row(places: list[tuple[float, ...]], number: int, unit: float) -> str:

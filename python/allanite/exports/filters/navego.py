@@ -36,8 +36,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ):
         chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
         numbers = [(c.N, c.q_c, c.correlation_time, c.sigma) for _, c in chosen]
-        places, said = in_xyz([axis for axis, _ in chosen], numbers)
-        convention += [f"{white}: {line}" for line in said]
+        places, axis_remarks = in_xyz([axis for axis, _ in chosen], numbers)
+        convention += [f"{white}: {line}" for line in axis_remarks]
         pairs += chosen
         for key, place, what in (
             (white, 0, f"{unit}/sqrt(Hz)"),

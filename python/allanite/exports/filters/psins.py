@@ -44,8 +44,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     for own, rows in zip(split(axes), SENSORS, strict=True):
         chosen = [(a, choose_lag(a, overbound=overbound)) for a in own]
         pairs += chosen
-        places, said = in_xyz(own, [(c.N, c.sigma, c.correlation_time) for _, c in chosen])
-        convention += said
+        places, axis_remarks = in_xyz(own, [(c.N, c.sigma, c.correlation_time) for _, c in chosen])
+        convention += axis_remarks
         for number, (key, unit, spelled) in enumerate(rows):
             values = "; ".join(f"{place[number] / unit:.6e}" for place in places)
             lines.append(f"{key} = [{values}];  % {spelled}\n")

@@ -37,8 +37,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             continue
         numbers = chosen(own, overbound=overbound, simulator=True)
         pairs += numbers
-        places, said = in_xyz(own, [(c.N,) for _, c in numbers])
-        convention += [f"{sensor} {line}" for line in said]
+        places, axis_remarks = in_xyz(own, [(c.N,) for _, c in numbers])
+        convention += [f"{sensor} {line}" for line in axis_remarks]
         lines += [
             f'    "noise_{sensor}_stddev_{axis}": "{white * math.sqrt(fs):.6e}",\n'
             for axis, (white,) in zip("xyz", places, strict=True)

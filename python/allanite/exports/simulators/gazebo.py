@@ -38,8 +38,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             continue
         chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
         pairs += chosen
-        places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
-        convention += [f"{tag} {line}" for line in said]
+        places, axis_remarks = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        convention += [f"{tag} {line}" for line in axis_remarks]
         body.append(f"  <{tag}>\n")
         for letter, (white, q_c, time) in zip("xyz", places, strict=True):
             body.append(

@@ -40,8 +40,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             continue
         chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
         pairs += chosen
-        places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
-        convention += [f"{sensor} {line}" for line in said]
+        places, axis_remarks = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        convention += [f"{sensor} {line}" for line in axis_remarks]
         held = [Choice(N, 0.0, q_c, time) for N, q_c, time in places]
         lines.append(f'    "{sensor}_b": np.zeros(3),\n')
         for key, name, unit, spelled in (*rows, ("b_corr", "correlation_time", 1.0, "s")):

@@ -62,8 +62,8 @@ def is_empty(bins: Bins) -> NDArray[np.bool_]:
 def empty_ranges(bins: Bins, rate: float) -> list[tuple[float, float]]:
     """Frequency ranges (low, high) of consecutive empty bins, Hz."""
     low, high = bins.limits(rate)
-    gone = np.concatenate([[False], is_empty(bins), [False]]).astype(np.int8)
-    first, end = np.flatnonzero(np.diff(gone) == 1), np.flatnonzero(np.diff(gone) == -1)
+    empty = np.concatenate([[False], is_empty(bins), [False]]).astype(np.int8)
+    first, end = np.flatnonzero(np.diff(empty) == 1), np.flatnonzero(np.diff(empty) == -1)
     return [(float(low[a]), float(high[b - 1])) for a, b in zip(first, end, strict=True)]
 
 

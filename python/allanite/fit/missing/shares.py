@@ -109,9 +109,12 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
         // (CELLS_PER_ORDINATE if partly < MAX_PARTIAL_FRACTION else CELLS_PER_ORDINATE_PARTIAL)
     )
     phi = np.sqrt(2.0 / cells) * np.cos(np.pi / cells * np.outer(i + 0.5, j[:count]))
-    asked = np.column_stack([np.ones(i.size), phi])
-    solved = cho_solve(cho_factor(between, lower=True), asked)
-    gain = np.einsum("ij,ij->j", asked, solved)[1:] - (solved[:, 0] @ phi) ** 2 / solved[:, 0].sum()
+    right_sides = np.column_stack([np.ones(i.size), phi])
+    solved = cho_solve(cho_factor(between, lower=True), right_sides)
+    gain = (
+        np.einsum("ij,ij->j", right_sides, solved)[1:]
+        - (solved[:, 0] @ phi) ** 2 / solved[:, 0].sum()
+    )
     return 1.0 - power[1 : count + 1] * gain, float(size[there == 0.0].sum()) / n
 
 

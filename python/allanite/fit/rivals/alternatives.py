@@ -65,8 +65,8 @@ def is_removable(effect: Effect) -> bool:
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
     # Held by the user, not by the fit because a shape is at the end of its range.
-    asked = effect.held & {*effect.hold, *effect.limits}
-    return not (white or removes or asked)
+    fixed = effect.held & {*effect.hold, *effect.limits}
+    return not (white or removes or fixed)
 
 
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:

@@ -102,16 +102,16 @@ def undecided(fit: Fit) -> Undecided | None:
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     unit, units = fit.recording.unit, fit.recording.covariate_units
-    said = [_coefficients_by_kind(fit.model, fit.estimates)]
-    said += [
+    coefficients_of_models = [_coefficients_by_kind(fit.model, fit.estimates)]
+    coefficients_of_models += [
         _coefficients_by_kind(s.model, estimates(s, fit.data, unit, units))
         for _, s in list(found.values())[1:]
     ]
     intervals = []
-    for key, values in said[0].items():
+    for key, values in coefficients_of_models[0].items():
         own = {}
         for name, estimate in values.items():
-            laws = [_distribution(each.get(key, {}).get(name)) for each in said]
+            laws = [_distribution(each.get(key, {}).get(name)) for each in coefficients_of_models]
             if _has_interval(estimate):
                 own[name] = _interval(laws, weights)
         intervals.append(own)

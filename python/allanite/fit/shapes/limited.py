@@ -143,7 +143,7 @@ def _with_held(model: Model, found: Model, held: Held) -> Model:
         values = {name: value for (at, name), value in held.items() if at == place}
         if values:
             # Amplitudes and phase are held together, so that those not at a limit need values.
-            asked = not isinstance(effect, Deterministic) and values.keys() & effect.limits
-            base = effect if asked else found.effects[place]
+            is_limited = not isinstance(effect, Deterministic) and values.keys() & effect.limits
+            base = effect if is_limited else found.effects[place]
             effects[place] = base.with_values(**values, at_limit=tuple(values))
     return Model(tuple(effects))

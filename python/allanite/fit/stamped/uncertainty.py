@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.fit.stamped.likelihood import StampedSeries
 
-__all__ = ["predicted_with_noise", "with_noise"]
+__all__ = ["amplitude_errors", "predicted_with_noise"]
 
 Array = NDArray[np.float64]
 
 
-def with_noise(best: FittedNoise) -> tuple[Array, Array]:
-    """Standard errors of the amplitudes, and their degrees of freedom, shape (k,) each."""
-    beside = [
+def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
+    """Standard errors of the amplitudes, with the uncertainty of the noise, and their degrees of freedom, shape (k,)."""
+    neighbors = [
         (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
     ]
-    return _combined(best, beside, best.regressed.covariance.diagonal())
+    return _combined(best, neighbors, best.regressed.covariance.diagonal())
 
 
 def predicted_with_noise(
@@ -38,23 +38,23 @@ def predicted_with_noise(
     Parameters are those of `StampedSeries.predicted`.
     """
     mean, variance = series.predicted(best.noise, best.regressed, times, design)
-    beside = []
+    neighbors = []
     for i, pair in enumerate(best.neighbors):
         for sign, regressed in zip((-1.0, 1.0), pair, strict=True):
-            beside.append(series.predicted(best.noise_at(i, sign), regressed, times, design))
-    std, freedom = _combined(best, beside, variance)
+            neighbors.append(series.predicted(best.noise_at(i, sign), regressed, times, design))
+    std, freedom = _combined(best, neighbors, variance)
     return mean, std, freedom
 
 
 def _combined(
-    best: FittedNoise, beside: list[tuple[Array, Array]], variance: Array
+    best: FittedNoise, neighbors: list[tuple[Array, Array]], variance: Array
 ) -> tuple[Array, Array]:
     """Standard deviations with noise uncertainty, and degrees of freedom.
 
-    `beside` holds (value, variance) one step below and above the fit for each noise parameter in turn.
+    `neighbors` holds (value, variance) one step below and above the fit for each noise parameter in turn.
     """
-    moved = np.array([b[0] - a[0] for a, b in zip(beside[::2], beside[1::2], strict=True)])
-    changed = np.array([b[1] - a[1] for a, b in zip(beside[::2], beside[1::2], strict=True)])
+    moved = np.array([b[0] - a[0] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])
+    changed = np.array([b[1] - a[1] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])
     moved, changed = moved * (0.5 / CURVATURE_STEP), changed * (0.5 / CURVATURE_STEP)
     more = np.einsum("ki,kl,li->i", moved, best.covariance, moved)
     scatter = np.einsum("ki,kl,li->i", changed, best.covariance, changed)

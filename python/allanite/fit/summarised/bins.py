@@ -55,7 +55,7 @@ class SummaryBins(Bins):
 
 
 def _low_bins(bins: SummaryBins) -> Bins:
-    """Only the bins with single ordinates."""
+    """The bins that have single ordinates, without the bins above them."""
     return Bins(
         bins.n,
         bins.edges[: bins.known + 1],

@@ -76,8 +76,8 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
         file.visititems(note_attributes)
         for name, item in every:
             key = name.replace("/", ".")
-            said = attributes[key].get("NAME")
-            if isinstance(said, bytes) and said.startswith(b"This is a netCDF dim"):
+            scale_name = attributes[key].get("NAME")
+            if isinstance(scale_name, bytes) and scale_name.startswith(b"This is a netCDF dim"):
                 continue
             values = numbers(item)
             if values.dtype.names is None:

@@ -86,7 +86,7 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
     n = max(len(a) for a in tall.values())
     names: list[str] = []
     columns: list[NDArray[Any]] = []
-    said: list[str | None] = []
+    column_units: list[str | None] = []
     for name, a in tall.items():
         if len(a) != n:
             continue
@@ -97,8 +97,8 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
         )
         names += [short + suffix for suffix in suffixes]
         columns += columns_of(a)
-        said += [(units or {}).get(name)] * k
-    return Table(tuple(names), tuple(columns), tuple(said), rate=rate)
+        column_units += [(units or {}).get(name)] * k
+    return Table(tuple(names), tuple(columns), tuple(column_units), rate=rate)
 
 
 def _unique(name: str, columns: Mapping[str, Any]) -> bool:

@@ -49,8 +49,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                     offset = float(cells[9].replace("D", "E").replace("d", "e"))
                     when = np.datetime64(date, "us") + np.timedelta64(fraction, "us")
                 except (ValueError, OverflowError, IndexError):
-                    said = line.decode("ascii", "replace").strip()[:60]
-                    raise InputError(f"line {number}: not a clock record: {said!r}") from None
+                    shown_line = line.decode("ascii", "replace").strip()[:60]
+                    raise InputError(f"line {number}: not a clock record: {shown_line!r}") from None
                 epochs, offsets = clocks.setdefault(cells[1], (array("q"), array("d")))
                 epochs.append(int(when.astype(np.int64)))
                 offsets.append(offset)

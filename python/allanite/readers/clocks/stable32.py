@@ -45,12 +45,14 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         with rewritten(path, _commented(path, head[: end.end()].count("\n") + 1)) as target:
             table = text.read(target, text.all_numbers)
     found = _TAU.search("\n".join(line for line in head.splitlines() if not line[:1].isdigit()))
-    said = _TYPE.search(head)
-    phase = path.suffix.lower() == ".phd" if said is None else said[1].lower() == "phase"
+    stated_type = _TYPE.search(head)
+    phase = (
+        path.suffix.lower() == ".phd" if stated_type is None else stated_type[1].lower() == "phase"
+    )
     if len(table.columns) > 2 or table.named:
         return table
     rate = 1.0 / float(found[1]) if found and float(found[1]) > 0 else None
-    if said is None and path.suffix.lower() not in (".phd", ".frd"):
+    if stated_type is None and path.suffix.lower() not in (".phd", ".frd"):
         return replace(table, rate=rate)
     names, units = ["phase" if phase else "frequency"], ["s" if phase else "1"]
     if len(table.columns) == 2:

@@ -70,10 +70,10 @@ def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
     if steps.size == 0 or steps.min() == steps.max():
         return []
     usual = float(np.median(steps))
-    said = (f"{usual:.6g}", f"{steps.min():.6g}", f"{steps.max():.6g}")
-    if len(set(said)) == 1:
+    spacings = (f"{usual:.6g}", f"{steps.min():.6g}", f"{steps.max():.6g}")
+    if len(set(spacings)) == 1:
         return []
-    return [f"lines are {said[0]} s apart, from {said[1]} to {said[2]} s"]
+    return [f"lines are {spacings[0]} s apart, from {spacings[1]} to {spacings[2]} s"]
 
 
 def is_utf16(path: Path) -> bool:

@@ -87,13 +87,13 @@ def _head(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]
     if not ends or ends[-1] + 1 >= len(lines):
         raise InputError(f"no {_END} followed by names and rows")
-    said = dict(
+    header = dict(
         re.split(r"[\t,]", line, maxsplit=1)
         for line in lines[: ends[0]]
         if re.search(r"[\t,]", line)
     )
-    separator = "," if said.get("Separator", "").strip().lower().startswith("comma") else "\t"
-    comma = separator != "," and said.get("Decimal_Separator", ".").strip() == ","
+    separator = "," if header.get("Separator", "").strip().lower().startswith("comma") else "\t"
+    comma = separator != "," and header.get("Decimal_Separator", ".").strip() == ","
     cells = [[cell.strip() for cell in line.split(separator)] for line in lines[: ends[-1]]]
     keys = {row[0]: [cell.replace(",", ".") for cell in row[1:] if cell] for row in cells if row}
     names = [cell.strip() for cell in lines[ends[-1] + 1].split(separator)]

@@ -107,14 +107,15 @@ def _forward(reader: type[Any]) -> type[Any]:
                 raise
 
         def init_arrays_fast(self, progress_callback: Any = None) -> None:
-            # The compiled indexer would write to standard error, bypassing Python.
+            """Index the messages in Python; the compiled indexer would write to standard error directly."""
             self.init_arrays(progress_callback=progress_callback)
 
         def _parse_next(self) -> Any:
-            before = self.offset
+            """The next message; raises an error for a message of length 0."""
+            begin = self.offset
             message = super()._parse_next()
-            if message is not None and self.offset <= before:
-                raise ValueError(f"a message of length 0 at byte {before}")
+            if message is not None and self.offset <= begin:
+                raise ValueError(f"a message of length 0 at byte {begin}")
             return message
 
     return Forward

@@ -66,20 +66,20 @@ def _has_metadata(folder: Path) -> bool:
     return (folder / "metadata.yaml").exists()
 
 
-def _table(bag: Any, asked: Sequence[str]) -> Table:
-    """Table of the topics `asked` of an open bag, or of its first IMU."""
+def _table(bag: Any, requested: Sequence[str]) -> Table:
+    """Table of the topics `requested` of an open bag, or of its first IMU."""
     types = {c.topic: c.msgtype for c in bag.connections}
     listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
     imus = [topic for topic, kind in types.items() if kind == IMU]
-    unknown = [topic for topic in asked if topic not in types]
+    unknown = [topic for topic in requested if topic not in types]
     if unknown:
         raise InputError(f"no topic {unknown[0]} in the bag; its topics: {listed}")
-    if not asked and not imus:
+    if not requested and not imus:
         raise InputError(f"no sensor_msgs/Imu topic in the bag; its topics: {listed}")
     thermal = [topic for topic, kind in types.items() if kind == TEMPERATURE]
-    main = [topic for topic in (asked or imus[:1]) if topic not in thermal]
+    main = [topic for topic in (requested or imus[:1]) if topic not in thermal]
     if not main:
-        main, thermal = list(asked), []
+        main, thermal = list(requested), []
     names: list[str] = []
     columns: list[NDArray[Any]] = []
     units: list[str | None] = []
@@ -102,7 +102,7 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
     assert time is not None
     # RealSense and others publish the accelerometer on a separate topic, usually with another rate.
     apart: list[str] = []
-    if not asked:
+    if not requested:
         for topic in imus[1:]:
             seen = _sensors(names)
             if len(seen) > 1:
@@ -123,7 +123,7 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
             else:
                 apart.append(topic)
                 break
-    for topic in thermal if not asked else [t for t in asked if t in thermal]:
+    for topic in thermal if not requested else [t for t in requested if t in thermal]:
         stamps, found = _topic(bag, topic, TEMPERATURE)
         for name, (values, _) in found.items():
             if name == "temperature":

@@ -140,12 +140,13 @@ class _Start:
     A fit refuses a moving sensor, a watch does not: motion is one of the changes that a watch must report.
     """
 
-    SECONDS = 60.0
+    #: Length of the first part of the samples that is tested for motion, s.
+    TESTED_SECONDS = 60.0
 
     def __init__(self, name: str, rate: float, unit: str, taken: int) -> None:
         self.name, self.rate, self.unit = name, rate, unit
         #: Samples of the first minute that have not arrived yet.
-        self.left = max(round(self.SECONDS * rate) - taken, 0)
+        self.left = max(round(self.TESTED_SECONDS * rate) - taken, 0)
         self.samples: list[Any] = []
 
     def take(self, samples: Any) -> None:
@@ -194,6 +195,7 @@ class _Report:
             self._print()
 
     def _print(self) -> None:
+        """Print the state of the test as a JSON line, and write the state and metrics files."""
         import json
 
         from allanite.common.files import whole_file
