@@ -100,6 +100,8 @@ def free_buffers() -> int:
     int
         Number of bytes of the freed arrays and plans. Spectra of effects are freed too, but not counted.
 
+    Raises nothing.
+
     Examples
     --------
     >>> freed = al.free_buffers()
