@@ -23,7 +23,7 @@ import numpy as np
 import allanite as al
 from allanite.common.units import conversion
 from allanite.plots.axes import log_axis
-from allanite.plots.spec import Figure, Line, Panel, Points
+from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 
 RATE, HOURS, SEED = 10.0, 12.0, 4
 #: Table 2 of the project, in its units; allanite's unit of each coefficient for samples in deg/s.
@@ -61,7 +61,7 @@ def si(name: str, value: float) -> float:
 def term(name: str, hours: float, seed: int) -> Term:
     """Simulate one term alone; read its line; fit it."""
     make, value, unit, own = TABLE_2[name]
-    effect = make(**{name: si(name, value)})
+    effect = make().with_values(**{name: si(name, value)})
     recording = effect.simulate(duration=3600 * hours, rate=RATE, seed=seed, unit="deg/s")
     at, height = READ_AT[name]
     factor = round(at * RATE)
@@ -99,8 +99,11 @@ def grids(recording: al.Recording, slope: float, at: float) -> tuple[float, floa
 
 def figure(terms: dict[str, Term], whole: al.Recording, model: al.Model) -> Figure:
     """Density and Allan deviation of each term and of the sum, simulated (points) and expected (lines)."""
-    psd, allan = [], []
-    everything = {name: (t.effect, t.recording) for name, t in terms.items()}
+    psd: list[Mark] = []
+    allan: list[Mark] = []
+    everything: dict[str, tuple[al.Effect | al.Model, al.Recording]] = {
+        name: (t.effect, t.recording) for name, t in terms.items()
+    }
     for i, (name, (effect, record)) in enumerate({**everything, "sum": (model, whole)}.items()):
         color = "measured" if name == "sum" else f"c{i + 1}"
         width = 2.0 if name == "sum" else 1.2

@@ -15,7 +15,7 @@ import allanite as al
 AVERAGED = 50
 
 
-def main(folder):
+def main(folder: str | Path) -> dict[str, al.Combination]:
     """The combination of each axis."""
     folder = Path(folder)
     paths = [folder / f"adis16405_imu{k}.npz" for k in (1, 2, 3)]

@@ -21,10 +21,8 @@ def main(path: str | None = None) -> al.Trends | None:
         return None
     metres = al.read(file, unit="1", quantity="rate")
     station = metres.with_samples(1000.0 * metres.samples)
-    naive = al.trend(station, unit="mm", model="N")
-    found = al.trend(station, unit="mm")
-    assert isinstance(naive, al.Trends)
-    assert isinstance(found, al.Trends)
+    naive = al.trend_columns(station, unit="mm", model="N")
+    found = al.trend_columns(station, unit="mm")
     for name, one in found.items():
         print(
             f"{name:6} {one.rate} with {one.noise.name}; {naive[name].rate} with white noise alone"

@@ -14,7 +14,7 @@ import allanite as al
 SOURCE = "skdiveMove/tests/data/cats_temperature_calib.nc of the Python package scikit-diveMove"
 
 
-def main(folder):
+def main(folder: str | Path) -> al.ThermalCalibration:
     """Law, residual and parameters of three axes."""
     folder = Path(folder)
     paths = [folder / f"cats_thermal_{log}.npz" for log in "ab"]

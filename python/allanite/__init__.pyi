@@ -16,6 +16,7 @@ from allanite.clocks import Timing as Timing
 from allanite.clocks import Timings as Timings
 from allanite.clocks import three_cornered_hat as three_cornered_hat
 from allanite.clocks import timing as timing
+from allanite.clocks import timing_columns as timing_columns
 from allanite.combination import Combination as Combination
 from allanite.combination import combine as combine
 from allanite.common.errors import AllaniteError as AllaniteError
@@ -101,6 +102,7 @@ from allanite.summary import summarize as summarize
 from allanite.trends import Trend as Trend
 from allanite.trends import Trends as Trends
 from allanite.trends import trend as trend
+from allanite.trends import trend_columns as trend_columns
 
 __version__: str
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from allanite.clocks.hat import ClockDeviation, Clocks, three_cornered_hat
 from allanite.clocks.masks import MASKS, Mask, mask_named
-from allanite.clocks.timing import AFTER, Timing, Timings, timing
+from allanite.clocks.timing import AFTER, Timing, Timings, timing, timing_columns
 
 __all__ = [
     "AFTER",
@@ -22,4 +22,5 @@ __all__ = [
     "mask_named",
     "three_cornered_hat",
     "timing",
+    "timing_columns",
 ]

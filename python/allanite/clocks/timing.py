@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from allanite.clocks.verdicts import Verdict, averages, verdicts
 from allanite.clocks.words import span_text, time_text
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
+from allanite.common.several import Several, by_column, former_use
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.fit.stamped.likelihood import StampedSeries
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.recording import Recording
 
-__all__ = ["Timing", "Timings", "timing"]
+__all__ = ["Timing", "Timings", "timing", "timing_columns"]
 
 Array = NDArray[np.float64]
 #: Fewest samples for a fit of noise and frequency. Chosen by judgment; not measured.
@@ -208,33 +209,17 @@ class Timing:
         return f"<pre>{self}</pre>"
 
 
-class Timings(Mapping[str, Timing]):
+class Timings(Several[Timing]):
     """Several clocks by the name of their column.
 
     Examples
     --------
     >>> x = np.cumsum(np.random.default_rng(1).standard_normal((200, 2)), axis=0) * 1e-9
     >>> log = al.Recording(x, rate=1.0, quantity="angle", columns=["a", "b"])
-    >>> found = al.timing(log)
+    >>> found = al.timing_columns(log)
     >>> list(found), len(found.to_dict()["columns"])
     (['a', 'b'], 2)
     """
-
-    def __init__(self, timings: Sequence[Timing]) -> None:
-        self._timings = {one.column: one for one in timings}
-
-    def __getitem__(self, name: str) -> Timing:
-        return self._timings[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._timings)
-
-    def __len__(self) -> int:
-        return len(self._timings)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form with a document for each clock."""
-        return {"schema": "allanite/timing/1", "columns": [one.to_dict() for one in self.values()]}
 
     def __str__(self) -> str:
         return "\n\n".join(map(str, self.values()))
@@ -247,13 +232,13 @@ def timing(
     after: Sequence[float] = AFTER,
     steering: tuple[str, float] | None = None,
     progress: Callable[[str, int], None] | None = None,
-) -> Timing | Timings:
+) -> Timing:
     """Analyze a clock: time error, masks, jumps, frequency, drift, noise and holdover.
 
     Parameters
     ----------
     recording : Recording
-        Phase in s, with ``quantity="angle"``. Each column is analyzed separately.
+        Phase in s, with ``quantity="angle"``, in one column; `timing_columns` takes several.
     masks : sequence of str or Mask
         Names such as ``G.8272-A``; `allanite.clocks.MASKS` contains all of them.
     after : sequence of float
@@ -267,7 +252,6 @@ def timing(
     Returns
     -------
     Timing
-        For one column; for several columns `Timings`, a mapping by column.
 
     Raises
     ------
@@ -298,16 +282,48 @@ def timing(
         )
     chosen = [mask if isinstance(mask, Mask) else mask_named(mask) for mask in masks]
     times = [positive(t, "after", "s", "give times after the last sample") for t in after]
-    found = []
-    for column in recording:
-        name = column.columns[0]
+    if len(recording.columns) > 1:
+        former_use(recording.columns, "al.timing_columns(recording)")
+        several: Any = timing_columns(
+            recording, masks=chosen, after=times, steering=steering, progress=progress
+        )
+        return several
 
-        def report(done: int, name: str = name) -> None:
-            if progress is not None:
-                progress(name, done)
+    def report(done: int) -> None:
+        if progress is not None:
+            progress(recording.columns[0], done)
 
-        found.append(_timing(column, chosen, times, steering, report))
-    return found[0] if len(found) == 1 else Timings(found)
+    return _timing(recording, chosen, times, steering, report)
+
+
+def timing_columns(recording: Recording, **options: Any) -> Timings:
+    """The analysis of each clock of a recording, by column.
+
+    Parameters
+    ----------
+    recording : Recording
+        Phases in s, one clock for each column, with ``quantity="angle"``.
+    options
+        Those of `allanite.timing`.
+
+    Returns
+    -------
+    Timings
+
+    Raises
+    ------
+    InputError, TooShortError
+        As for `allanite.timing`.
+
+    Examples
+    --------
+    >>> x = np.cumsum(np.random.default_rng(1).standard_normal((200, 2)), axis=0) * 1e-9
+    >>> found = al.timing_columns(al.Recording(x, rate=1.0, quantity="angle", columns=["a", "b"]))
+    >>> list(found)
+    ['a', 'b']
+    """
+    require_recording(recording)
+    return Timings(by_column(recording, lambda column: timing(column, **options)))
 
 
 def _refuse_other_units(recording: Recording) -> None:

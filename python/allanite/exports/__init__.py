@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE
-from allanite.exports._axis import axes_of, sized, used
+from allanite.exports._axis import Axis, axes_of, rate_of, sized, used
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target, Targets
 from allanite.recording.axis_names import AXIS
@@ -21,17 +21,18 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Any
 
-    from allanite.exports._axis import Axis
     from allanite.sources import Source
 
 __all__ = [
     "TARGETS",
+    "Axis",
     "Target",
     "axes_named",
     "axes_of",
     "export",
     "export_files",
     "imus_of",
+    "rate_of",
     "sized",
     "value_lines",
 ]

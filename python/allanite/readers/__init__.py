@@ -18,7 +18,7 @@ from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
 from allanite.readers._isolated import one_line
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.columns import Layout, Request, understand
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from allanite.readers._table import Picker
     from allanite.recording.log_column import LogColumn
     from allanite.recording.timebase import Stamps
 
 __all__ = [
     "FORMATS",
     "LogFormat",
+    "Picker",
     "Table",
     "kind_of_sensor",
     "read",

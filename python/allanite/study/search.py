@@ -69,13 +69,14 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
     from allanite.suggestion import Check, Suggestion
+    from allanite.summary import Summary
 
 __all__ = ["improve", "improve_columns", "is_full", "next_step"]
 
 
 @one_thread()
 def improve(
-    recording: Recording,
+    recording: Recording | Summary,
     model: Model | Effect | str = "N+B+K",
     on_progress: Callable[[int, int], None] | None = None,
     limit: int = MAX_ADDED_EFFECTS,
@@ -86,7 +87,7 @@ def improve(
 
     Parameters
     ----------
-    recording : Recording
+    recording : Recording or Summary
         One column; `improve_columns` improves each of several.
     model : Model, Effect or str
         Where to start.
@@ -206,7 +207,7 @@ class _Search:
 
 
 def improve_columns(
-    recording: Recording,
+    recording: Recording | Summary,
     model: Model | Effect | str = "N+B+K",
     on_progress: Callable[[int, int], None] | None = None,
     limit: int = MAX_ADDED_EFFECTS,
@@ -219,7 +220,7 @@ def improve_columns(
 
     Parameters
     ----------
-    recording : Recording
+    recording : Recording or Summary
         One or more columns.
     model, on_progress, limit, tolerance
         As of `improve`.

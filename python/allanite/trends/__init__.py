@@ -6,6 +6,6 @@ function of time in `design.py`.
 
 from __future__ import annotations
 
-from allanite.trends.trend import Step, Trend, Trends, Wave, trend
+from allanite.trends.trend import Step, Trend, Trends, Wave, trend, trend_columns
 
-__all__ = ["Step", "Trend", "Trends", "Wave", "trend"]
+__all__ = ["Step", "Trend", "Trends", "Wave", "trend", "trend_columns"]

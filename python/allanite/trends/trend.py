@@ -6,7 +6,7 @@ is exact for the actual times of the samples, so that missing days and uneven sp
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
+from allanite.common.several import Several, by_column, former_use
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.effects import (
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["Step", "Trend", "Trends", "Wave", "trend"]
+__all__ = ["Step", "Trend", "Trends", "Wave", "trend", "trend_columns"]
 
 Array = NDArray[np.float64]
 #: Default periods: annual and semi-annual terms, s.
@@ -251,29 +252,20 @@ class Trend:
         return f"<pre>{self}</pre>"
 
 
-class Trends(Mapping[str, Trend]):
+class Trends(Several[Trend]):
     """Trends of several columns by name.
 
     Examples
     --------
     >>> x = np.random.default_rng(1).standard_normal((500, 2))
-    >>> found = al.trend(al.Recording(x, rate=1 / 86400, columns=["north", "up"]), unit="mm")
+    >>> found = al.trend_columns(al.Recording(x, rate=1 / 86400, columns=["north", "up"]), unit="mm")
     >>> list(found), found["up"].column, found.to_dict()["schema"]
     (['north', 'up'], 'up', 'allanite/trend/1')
     """
 
-    def __init__(self, trends: Sequence[Trend], path: str | None = None) -> None:
-        self._trends = {one.column: one for one in trends}
+    def __init__(self, trends: Mapping[str, Trend], path: str | None = None) -> None:
+        super().__init__(trends)
         self.path = path
-
-    def __getitem__(self, name: str) -> Trend:
-        return self._trends[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._trends)
-
-    def __len__(self) -> int:
-        return len(self._trends)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON form, ``allanite/trend/1``."""
@@ -287,9 +279,6 @@ class Trends(Mapping[str, Trend]):
     def __str__(self) -> str:
         return "\n\n".join(map(str, self.values()))
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
-
 
 def trend(
     recording: Recording,
@@ -301,13 +290,13 @@ def trend(
     periods: Sequence[float] | None = None,
     model: str | None = None,
     progress: Callable[[str, int, int], None] | None = None,
-) -> Trend | Trends:
+) -> Trend:
     """Fit the rate of a series together with steps, annual and semi-annual terms, and the noise.
 
     Parameters
     ----------
     recording : Recording
-        One column or several, each fitted separately. Missing samples are NaN.
+        One column; `trend_columns` takes several. Missing samples are NaN.
     unit : str, optional
         Unit of the series, any text; by default that of the recording.
     per : {"year", "day", "hour", "second"}
@@ -327,7 +316,6 @@ def trend(
     Returns
     -------
     Trend
-        For one column; for several columns `Trends`, a mapping by column.
 
     Raises
     ------
@@ -352,19 +340,64 @@ def trend(
     require_recording(recording)
     if per not in PER:
         raise InputError(f"unknown unit of time per = {per!r}; choose one of {', '.join(PER)}")
-    candidates = _candidates(model)
-    found = []
-    for column in recording:
-        name = column.columns[0]
-
-        def report(done: int, total: int, name: str = name) -> None:
-            if progress is not None:
-                progress(name, done, total)
-
-        found.append(
-            _trend(column, unit or column.unit, per, steps, find_steps, periods, candidates, report)
+    if len(recording.columns) > 1:
+        former_use(recording.columns, "al.trend_columns(recording)")
+        several: Any = trend_columns(
+            recording,
+            unit=unit,
+            per=per,
+            steps=steps,
+            find_steps=find_steps,
+            periods=periods,
+            model=model,
+            progress=progress,
         )
-    return found[0] if len(found) == 1 else Trends(found, recording.path)
+        return several
+
+    def report(done: int, total: int) -> None:
+        if progress is not None:
+            progress(recording.columns[0], done, total)
+
+    return _trend(
+        recording,
+        unit or recording.unit,
+        per,
+        steps,
+        find_steps,
+        periods,
+        _candidates(model),
+        report,
+    )
+
+
+def trend_columns(recording: Recording, **options: Any) -> Trends:
+    """The trend of each column of a recording, by column.
+
+    Parameters
+    ----------
+    recording : Recording
+        One column or several, each fitted separately.
+    options
+        Those of `allanite.trend`.
+
+    Returns
+    -------
+    Trends
+
+    Raises
+    ------
+    InputError, TooShortError
+        As for `allanite.trend`.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).standard_normal((500, 2))
+    >>> found = al.trend_columns(al.Recording(x, rate=1 / 86400, columns=["east", "up"]), model="N")
+    >>> list(found)
+    ['east', 'up']
+    """
+    require_recording(recording)
+    return Trends(by_column(recording, lambda column: trend(column, **options)), recording.path)
 
 
 def _candidates(model: str | None) -> tuple[Candidate, ...]:

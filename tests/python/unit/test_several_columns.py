@@ -89,6 +89,7 @@ def test_improve_of_two_columns(log):
         (lambda log: log.oadev(), "al.deviations(recording, 'oadev')"),
         (lambda log: al.fit_model(log, "N"), "al.fit_columns(recording, model)"),
         (lambda log: al.improve(log, "N"), "al.improve_columns(recording, model)"),
+        (lambda log: al.trend(log, model="N"), "al.trend_columns(recording)"),
     ],
 )
 def test_functions_of_one_column_still_take_several_and_name_the_other(log, former, now):

@@ -66,7 +66,7 @@ def command(
     from allanite.cli.options import recording_of
     from allanite.common.errors import InputError, about
     from allanite.readers.texts.hector import offsets_of
-    from allanite.trends import Trends, trend
+    from allanite.trends import trend_columns
     from allanite.trends.design import seconds_of
 
     if options.unit is None:
@@ -87,7 +87,7 @@ def command(
             if bar is not None:
                 bar(done, total)
 
-        found = trend(
+        trends = trend_columns(
             recording,
             unit=unit,
             per=per,
@@ -97,7 +97,6 @@ def command(
             model=noise,
             progress=report,
         )
-    trends = found if isinstance(found, Trends) else Trends([found], recording.path)
     output.notes([recording], options)
     if options.as_json:
         click.echo(output.dumps(trends.to_dict()))

@@ -100,7 +100,9 @@ def test_uneven_times_are_used():
 
 def test_columns_have_a_trend_each():
     x = np.column_stack([series(400), series(400, seed=2)])
-    got = al.trend(al.Recording(x, rate=1 / DAY, columns=["north", "up"]), unit="mm", model="N+B")
+    got = al.trend_columns(
+        al.Recording(x, rate=1 / DAY, columns=["north", "up"]), unit="mm", model="N+B"
+    )
     assert list(got) == ["north", "up"]
     assert len(valid(got.to_dict())["columns"]) == 2
 
