@@ -46,7 +46,7 @@ class Averaged:
     gain: tuple[float, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "columns": list(self.columns),
             "weights": list(self.weights),

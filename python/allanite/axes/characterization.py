@@ -57,7 +57,7 @@ class Sensor:
     cross: tuple[CrossSpectrum, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "sensor": self.name,
             "columns": list(self.columns),

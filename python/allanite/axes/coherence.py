@@ -66,7 +66,7 @@ class CrossBand:
     significant: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "low_hz": self.low,
             "high_hz": self.high,
@@ -93,7 +93,7 @@ class CrossSpectrum:
         return tuple(sorted((b for b in self.bands if b.significant), key=lambda b: -b.coherence))
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {"columns": list(self.columns), "bands": [b.to_dict() for b in self.bands]}
 
 

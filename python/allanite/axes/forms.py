@@ -52,7 +52,7 @@ class Agreement:
     sample_unit: str
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {**self.pooled.to_dict(), "columns": list(self.columns)}
 
 
@@ -81,7 +81,7 @@ class Form:
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "model": self.model,
             "agree": self.agree,

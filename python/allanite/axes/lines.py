@@ -44,7 +44,7 @@ class CommonLine:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "frequency_hz": self.frequency,
             "std_error_hz": self.std_error,
@@ -76,7 +76,7 @@ class CommonEvent:
     kinds: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "time_s": self.time,
             "std_error_s": self.std_error,

@@ -50,7 +50,7 @@ class SharedNoise:
     line: CommonLine | None
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "columns": list(self.columns),
             "low_hz": self.low,

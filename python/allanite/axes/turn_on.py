@@ -70,7 +70,7 @@ class TurnOn:
         return text
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "logs": self.logs,
             "mean": self.mean,

@@ -45,7 +45,7 @@ class NoiseLaw:
     detected: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "percent_per_degree": self.percent,
             "interval": list(self.interval),
@@ -78,7 +78,7 @@ class Loop:
         return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "value": self.value,
             "interval": list(self.interval),
@@ -103,7 +103,7 @@ class Remainder:
     __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "tau_s": self.tau.tolist(),
             "before": self.before.tolist(),

@@ -41,17 +41,18 @@ MAX_SAMPLES = 1 << 20
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
     """Return the mean bias difference between cooling and warming.
 
-    It is fitted together with the same power of the law without memory, with the noise of the fit.
+    The difference is fitted together with a polynomial of the same power, without lag and hysteresis. The noise of the fit
+    weights the samples.
     """
     both = runs.both_ways
     if both is None:
         return None
     data = fit.data
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
-    way = data.seen(data.transform(runs.direction)[j], j)
-    beside = design_of(Form(max(form.power, 1)).effects(runs), data, j).matrix
+    direction = data.seen(data.transform(runs.direction)[j], j)
+    law_columns = design_of(Form(max(form.power, 1)).effects(runs), data, j).matrix
     variance = fit.solution.noise(data).variance(j)
-    found = regress(np.column_stack([way, beside]), data.ordinates[j], variance)
+    found = regress(np.column_stack([direction, law_columns]), data.ordinates[j], variance)
     value, error = float(found.amplitudes[0]), float(np.sqrt(found.covariance[0, 0]))
     return Loop(value, (value - NORMAL * error, value + NORMAL * error), *both)
 

@@ -110,8 +110,8 @@ class Runs:
     @property
     def both_ways(self) -> tuple[float, float] | None:
         """Range of temperatures that were passed both warming and cooling, °C; None if there are none."""
-        way, t = self.direction, self.temperature
-        up, down = t[way <= -0.45], t[way >= 0.45]
+        direction, t = self.direction, self.temperature
+        up, down = t[direction <= -0.45], t[direction >= 0.45]
         if not up.size or not down.size:
             return None
         low, high = max(up.min(), down.min()), min(up.max(), down.max())

@@ -46,7 +46,7 @@ class Holdover:
     high: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as JSON."""
+        """Return the attributes as a dictionary of values that JSON can hold."""
         return {
             "after_s": self.after,
             "expected_s": self.expected,

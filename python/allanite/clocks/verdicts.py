@@ -63,7 +63,7 @@ class Verdict:
     source: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as JSON."""
+        """Return the attributes as a dictionary of values that JSON can hold."""
         return {
             "mask": self.mask,
             "kind": self.kind,

@@ -52,7 +52,7 @@ class DeviatingUnit:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return asdict(self)
 
 

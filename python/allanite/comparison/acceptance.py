@@ -73,7 +73,7 @@ class FigureVerdict:
         return self.figure.unit
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "name": self.figure.name,
             "printed": self.figure.value,

@@ -83,7 +83,7 @@ class Drawn:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         points = [
             {"tau_s": float(t), "deviation": float(d)}
             for t, d in zip(self.tau, self.deviation, strict=True)

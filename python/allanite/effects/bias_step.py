@@ -158,9 +158,11 @@ def best_excursion(
         score, own, waves, np.ascontiguousarray(others), least, floor
     )
     known = np.sqrt(np.maximum(own, 0.0))
-    beside = 0.5 * (waves[1] - waves[2 * m[:-1] + 1]) - (others[1:] * others[:-1]).sum(axis=1)
+    neighbor_product = 0.5 * (waves[1] - waves[2 * m[:-1] + 1]) - (others[1:] * others[:-1]).sum(
+        axis=1
+    )
     seen = (known[1:] > 0.0) & (known[:-1] > 0.0)
-    turn = np.clip(beside[seen] / (known[1:] * known[:-1])[seen], -1.0, 1.0)
+    turn = np.clip(neighbor_product[seen] / (known[1:] * known[:-1])[seen], -1.0, 1.0)
     times = m * (n / rate / places)
     return (
         Excursion(start=float(times[first]), end=float(times[last])),

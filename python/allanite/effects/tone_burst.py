@@ -83,8 +83,8 @@ class ToneBurst(Tone):
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
         """Frequency range that contains nearly all power of the burst, Hz."""
         f, when = self.frequency or 0.0, self.when or (start, end)
-        beside = LOBE_HALF_WIDTH / max(when[1] - when[0], 1e-12)
-        return max(0.0, f - beside), f + beside
+        lobe_half_width = LOBE_HALF_WIDTH / max(when[1] - when[0], 1e-12)
+        return max(0.0, f - lobe_half_width), f + lobe_half_width
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
         """Standard error of start or end, s, from the variance 2S/length of an amplitude; None for the frequency."""

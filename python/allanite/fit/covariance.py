@@ -144,9 +144,11 @@ def logl_scale(solution: Solution, own: Process, data: Data) -> float:
     """Variance of a coefficient from the likelihood over its sandwich variance; 1 without missing samples."""
     if data.gain is None:
         return 1.0
-    beside = [other.column for other in solution.processes if other.theta > 0.0 and other != own]
+    other_columns = [
+        other.column for other in solution.processes if other.theta > 0.0 and other != own
+    ]
     # Slopes by θ itself, since ln θ has no slope at 0.
-    slopes = np.column_stack([own.column, *beside]) / solution.spectrum[:, None]
+    slopes = np.column_stack([own.column, *other_columns]) / solution.spectrum[:, None]
     slopes /= np.maximum(np.abs(slopes).max(axis=0), 1e-300)
     real = float(_covariance(solution, data, slopes)[0, 0])
     claimed = float(_independent_covariance(solution, slopes)[0, 0])

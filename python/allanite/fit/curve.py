@@ -154,7 +154,7 @@ class ChanceBand:
     inside: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         names = ("low", "high", "low_everywhere", "high_everywhere", "edf")
         points = [
             {"tau_s": float(t), **{name: float(getattr(self, name)[k]) for name in names}}

@@ -45,7 +45,7 @@ class Correlations:
         self.matrix.flags.writeable = False
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {"names": list(self.names), "matrix": self.matrix.tolist()}
 
 

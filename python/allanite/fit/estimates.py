@@ -411,12 +411,12 @@ def _deterministic_shape_error(
     if target is None:
         return None
     root = 1.0 / np.sqrt(solution.noise(data).variance(here.ordinates))
-    beside = [here.matrix * root[:, None]]
+    directions = [here.matrix * root[:, None]]
     for other in () if effect.low else effect.free_shapes:
         slope = shape_slope(effect, other, here.ordinates, data) if other != name else None
         if slope is not None and slope.any():
-            beside.append((slope * root / np.linalg.norm(slope * root))[:, None])
-    white, target = np.hstack(beside), target * root
+            directions.append((slope * root / np.linalg.norm(slope * root))[:, None])
+    white, target = np.hstack(directions), target * root
     coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
     rest = target - white @ coefficients
     size = float(rest @ rest)

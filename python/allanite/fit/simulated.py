@@ -70,7 +70,7 @@ class SimulatedCheck:
         return float(error.mean()), float(error.std()), float(np.sqrt(np.mean(error**2)))
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         rows = {}
         for name, values in self.simulated.items():
             bias, deviation, _ = self.spread(name)

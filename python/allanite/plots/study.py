@@ -69,11 +69,12 @@ def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
     """Text of each step, with values if they fit between the texts above and below."""
     full, short = ([_step_text(step, numbers) for step in ladder] for numbers in (True, False))
     lines = [text.count("\n") + 1 for text in full]
-    beside = [
+    neighbor_lines = [
         max(lines[max(0, i - 1) : i] + lines[i + 1 : i + 2], default=0) for i in range(len(lines))
     ]
     fits = [
-        own + other <= 2 * LINES // len(lines) for own, other in zip(lines, beside, strict=True)
+        own + other <= 2 * LINES // len(lines)
+        for own, other in zip(lines, neighbor_lines, strict=True)
     ]
     return tuple(a if fit else b for a, b, fit in zip(full, short, fits, strict=True))
 

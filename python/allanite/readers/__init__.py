@@ -193,8 +193,8 @@ def read_sensors(path: Any, **options: Any) -> list[Recording]:
     """
     request = request_of(**options)
     recording, others = _read(path, request)
-    beside = (_read(path, replace(request, topics=(topic,)))[0] for topic in others)
-    return [recording, *beside]
+    other_recordings = (_read(path, replace(request, topics=(topic,)))[0] for topic in others)
+    return [recording, *other_recordings]
 
 
 def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:

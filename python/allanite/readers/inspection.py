@@ -89,7 +89,7 @@ class Column:
     reason: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         shown = {name: getattr(self, name) for name in self.__slots__ if name != "source"}
         lists = {"first": list(self.first), "doubts": list(self.doubts)}
         return {**shown, **lists, "from": self.source, "sources": dict(self.sources)}

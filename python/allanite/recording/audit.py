@@ -365,8 +365,8 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     events = 1 + int(np.count_nonzero(np.diff(rows) > 2))
     usual = float(np.nanmedian(c.spread))
     # Neighbors too, since the first and last sample are not the middle of a second difference.
-    beside = np.unique(np.clip(rows[:, None] + np.array([-1, 0, 1]), 0, c.n - 1))
-    worst = int(beside[np.nanargmax(np.abs(c.x[beside].astype(np.float64) - usual))])
+    neighbors = np.unique(np.clip(rows[:, None] + np.array([-1, 0, 1]), 0, c.n - 1))
+    worst = int(neighbors[np.nanargmax(np.abs(c.x[neighbors].astype(np.float64) - usual))])
     yield c.finding(
         "outliers",
         "warning" if events > 1e-4 * c.n else "info",

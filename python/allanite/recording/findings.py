@@ -56,7 +56,7 @@ class Finding:
         return self.found + worded(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "kind": self.kind,
             "severity": self.severity,

@@ -53,7 +53,7 @@ class LogColumn:
         return max(known, key=SOURCES.index, default="guess")
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "name": self.name,
             "role": self.role,

@@ -51,7 +51,7 @@ def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
     if damaged:
         what = "is" if len(damaged) == 1 else f"and {len(damaged) - 1} more are"
         on_note(
-            f"{path}: line {damaged[0]} {what} cut off, damaged or of another version, and skipped: its log is done again"
+            f"{path}: line {damaged[0]} {what} truncated, damaged or of another version: their logs are computed again"
         )
     return found
 

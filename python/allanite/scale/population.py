@@ -61,7 +61,7 @@ class Population:
     maximum: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return asdict(self)
 
 
@@ -87,7 +87,7 @@ class Deviating:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return asdict(self)
 
 

@@ -73,7 +73,7 @@ class Alarm:
     e_value: float
 
     def to_dict(self) -> dict[str, float]:
-        """JSON record."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return asdict(self)
 
     def __str__(self) -> str:

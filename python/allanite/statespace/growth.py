@@ -174,7 +174,7 @@ class Measured:
     segments: NDArray[np.int64]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {
             "tau_s": self.tau.tolist(),
             "rms": _numbers(self.rms),
@@ -213,7 +213,7 @@ def error_growth(
         Times since the fix, s; by default eleven times from a hundredth of `aided` to ten times `aided`.
     duration : float, optional
         Length of the record over which a changing noise level is averaged, s; by default that of a fit's recording.
-        Without it the usual level counts and its changes are omitted.
+        Without a duration, the usual level is used and the level changes are omitted.
 
     Returns
     -------

@@ -301,14 +301,14 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
     for filtering in model.filters[1:]:
         section = filtered_section([section], filtering, rate)
     owner = "+".join(e.short for e in model.filters)
-    beside = line_space.sections if line_space else ()
+    line_sections = line_space.sections if line_space else ()
     return StateSpace(
-        (section, *beside),
+        (section, *line_sections),
         (owner, *(line_space.owners if line_space else ())),
         rate,
         inner.samples,
         known,
-        (*model.terms(rate), *(t for s in beside for t in s.terms)),
+        (*model.terms(rate), *(t for s in line_sections for t in s.terms)),
     )
 
 

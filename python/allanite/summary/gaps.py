@@ -105,10 +105,10 @@ def _neighbor_places(size: int) -> Places:
 
 def _conditional_law(lags: Array, size: int) -> tuple[Array, Array]:
     """Weights of the neighbors of a run in its conditional mean, and a root of the conditional covariance."""
-    beside, own = _neighbor_places(size), np.arange(size)
-    among = lags[np.abs(beside[:, None] - beside)]
+    neighbors, own = _neighbor_places(size), np.arange(size)
+    among = lags[np.abs(neighbors[:, None] - neighbors)]
     among[np.diag_indices_from(among)] *= 1.0 + 1e-9
-    across = lags[np.abs(beside[:, None] - own)]
+    across = lags[np.abs(neighbors[:, None] - own)]
     weights = np.linalg.lstsq(among, across, rcond=1e-10)[0]
     scale, turn = np.linalg.eigh(lags[np.abs(own[:, None] - own)] - across.T @ weights)
     return weights, turn * np.sqrt(np.maximum(scale, 0.0))

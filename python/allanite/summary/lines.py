@@ -68,9 +68,9 @@ def without_lines(
             break
         low, high = max(0, top - LINE_REACH), min(power.size, top + LINE_REACH + 1)
         excess = power - middle
-        beside = [*excess[max(0, low - LINE_REACH) : low], *excess[high : high + LINE_REACH]]
+        neighbors = [*excess[max(0, low - LINE_REACH) : low], *excess[high : high + LINE_REACH]]
         whole = float(excess[low:high].sum())
-        if abs(sum(beside)) > MAX_POWER_BESIDE * whole:
+        if abs(sum(neighbors)) > MAX_POWER_BESIDE * whole:
             break
         place = np.arange(low, high)
         center = float(

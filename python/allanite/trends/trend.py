@@ -184,7 +184,7 @@ class Trend:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as JSON."""
+        """Return the attributes as a dictionary of values that JSON can hold."""
         return {
             "column": self.column,
             "unit": self.unit,

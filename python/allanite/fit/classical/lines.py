@@ -82,7 +82,7 @@ class LineReading:
     reason: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return asdict(self)
 
 

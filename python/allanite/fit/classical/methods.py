@@ -47,7 +47,7 @@ class MethodRow:
     remark: str
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         line = self.line
         return {
             "name": self.name,
@@ -142,7 +142,7 @@ def compare_methods(fit: Fit) -> MethodTable:
         gls = None
     readings = read_lines(oadev(base.data.samples, rate=base.data.rate, taus=8))
     rows = []
-    taken = set()
+    modeled = set()
     for place, effect in enumerate(base.model.effects):
         kind = None if effect.standard is None else effect.standard.name
         own = effect.coefficient if isinstance(effect, Stochastic) else kind
@@ -151,7 +151,7 @@ def compare_methods(fit: Fit) -> MethodTable:
         whittle = base.estimates[place][own]
         least = gls.estimates[place][own] if gls and isinstance(effect, Stochastic) else None
         line = readings[kind] if kind is not None else None
-        taken.add(kind)
+        modeled.add(kind)
         rows.append(
             MethodRow(
                 own if kind is not None else f"{effect.short}.{own}",
@@ -162,18 +162,18 @@ def compare_methods(fit: Fit) -> MethodTable:
                 "" if line is None else _remark(whittle, line),
             )
         )
-    return MethodTable(base, (*rows, *_lines_without_effect(readings, base, taken)))
+    return MethodTable(base, (*rows, *_lines_without_effect(readings, base, modeled)))
 
 
 def _lines_without_effect(
-    readings: LineReadings, fit: Fit, taken: set[str | None]
+    readings: LineReadings, fit: Fit, modeled: set[str | None]
 ) -> list[MethodRow]:
-    """Rows for lines on the curve for which the model has no effect."""
+    """Rows for lines on the curve for which the model has no effect; `modeled` holds the names of the other lines."""
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)
     out = []
     for line in readings.lines:
-        if line.name in taken:
+        if line.name in modeled:
             continue
         refused = line.value is None and "lies below its line" in line.reason
         if line.value is None and not refused:

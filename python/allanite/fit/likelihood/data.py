@@ -259,7 +259,7 @@ class Data:
         """Cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
 
         def made() -> NDArray[np.float64]:
-            """The ordinates, computed."""
+            """Ordinates of the regressors, computed because the cache does not contain them."""
             series = effect.regressors(self.time, self.covariates).T
             return np.array([self.transform(s) for s in series])
 

@@ -66,7 +66,7 @@ class Pooled:
     agree: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
+        """Attributes as a dictionary of values that JSON can hold."""
         return {**asdict(self), "interval": list(self.interval)}
 
 

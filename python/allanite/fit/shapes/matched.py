@@ -54,7 +54,7 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
     """The first `CACHED_ORDINATES` ordinates of every regressor of an effect; cached."""
 
     def made() -> NDArray[np.float64]:
-        """The ordinates, computed."""
+        """Ordinates of the regressors, computed because the cache does not contain them."""
         series = effect.regressors(data.time, data.covariates).T
         if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
             return np.array([_ordinates_of_means(s, data)[:CACHED_ORDINATES] for s in series])

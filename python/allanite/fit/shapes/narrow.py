@@ -357,8 +357,8 @@ def _overlap(one: Effect, other: Effect, data: Data) -> bool:
     """True if the peaks of two effects overlap, or if their fits use common bins."""
     if any(a[0] <= b[1] and b[0] <= a[1] for a in one.peaks for b in other.peaks):
         return True
-    near, beside = (bins_near(e, data.bins, data.rate) for e in (one, other))
-    return bool(np.isin(near, beside).any())
+    near, near_other = (bins_near(e, data.bins, data.rate) for e in (one, other))
+    return bool(np.isin(near, near_other).any())
 
 
 def fit_narrow_bands(

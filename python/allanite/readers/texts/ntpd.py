@@ -65,9 +65,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                     f"row {number} is not a row of ntpd's statistics: {plain(text, 60)}"
                 )
             seconds = 86400.0 * (int(found["day"]) - MJD_OF_1970) + float(found["second"])
-            beside = float(found["frequency" if form is _LOOP else "delay"])
+            second_value = float(found["frequency" if form is _LOOP else "delay"])
             peer = "" if form is _LOOP else found["peer"]
-            rows.setdefault(peer, []).append((seconds, float(found["offset"]), beside))
+            rows.setdefault(peer, []).append((seconds, float(found["offset"]), second_value))
     counts = Counter({peer: len(samples) for peer, samples in rows.items()})
     chosen = counts.most_common(1)[0][0]
     of = f" of {plain(chosen)}" if chosen else ""
@@ -75,12 +75,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     others = [f"{plain(peer)} ({n} rows)" for peer, n in counts.items() if peer != chosen]
     if others:
         notes.append(f"peers not read: {', '.join(others)}; cut the file to read one")
-    time, offset, beside_it = np.array(rows[chosen]).T
+    time, offset, second_values = np.array(rows[chosen]).T
     notes += spacing_notes(time)
     name, unit = ("frequency", "ppm") if form is _LOOP else ("delay", "s")
     return Table(
         ("offset", name),
-        (offset, beside_it),
+        (offset, second_values),
         ("s", unit),
         time=date_times(time),
         notes=tuple(notes),

@@ -78,7 +78,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
                 remedy="; choose one with {topic}",
             )
         chosen = [topics[0]]
-    own, *beside = chosen
+    own, *other_tags = chosen
 
     def rows() -> Iterator[str]:
         with path.open(encoding="utf-8-sig", errors="replace") as stream:
@@ -90,11 +90,11 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
     with rewritten(path, rows()) as target:
         table = text.read(target, text.all_numbers)
-    others = [tag for tag in found if tag not in (own, *beside)]
+    others = [tag for tag in found if tag not in (own, *other_tags)]
     note = f"rows of {own}" + (
         f"; not read: rows of {plain(', '.join(others), 80)}" if others else ""
     )
-    return replace(table, notes=(*table.notes, note), others=tuple(beside))
+    return replace(table, notes=(*table.notes, note), others=tuple(other_tags))
 
 
 FORMAT = LogFormat(

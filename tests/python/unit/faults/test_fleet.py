@@ -251,7 +251,7 @@ def test_modules_beside_the_logs_are_never_imported(tmp_path):
     assert not marker.exists(), marker.read_text()
     assert b"2 logs, 2 axes, 0 failed" in done.stdout, done.stderr
     assert done.stderr.count(b"\n") == 1
-    assert b"t.parquet.journal: line 1 is cut off, damaged" in done.stderr
+    assert b"t.parquet.journal: line 1 is truncated, damaged" in done.stderr
     pytest.importorskip("dask")
     summarize = """
 import dask, sys
