@@ -34,6 +34,8 @@ COMPLETED = (
     "only complete samples."
 )
 
+#: Maximum number of effects that one sentence names: with their values, four effects have about 30 words.
+EFFECTS_PER_SENTENCE = 4
 #: Numbers below this are written with a power of ten.
 SMALL = 1e-4
 
@@ -143,19 +145,28 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
                 "The unexplained misfit is listed below."
             ),
         )
-    what = added[0] if len(added) == 1 else f"{', '.join(added[:-1])} and {added[-1]}"
     # An effect may be missing although no averaging time, frequency or time stands out.
     fails = f"{start} does not describe this record"
     if not check.left:
         fails = f"{start} fails at no single τ, frequency or time" + (
             ", but an effect is significantly missing" if check.significant else ""
         )
-    words = f"{fails}. Added: {what}. {_removed(study)}{_fall(first, last)}"
+    words = f"{fails}. {_sentences_on(added)} {_removed(study)}{_fall(first, last)}"
     if study.adequate:
         return "good", f"{words} No significant misfit remains."
     if study.verdict == "within tolerance":
         return "good", f"{words} The model is {study.ending}."
     return "bad", f"{words} A misfit remains that no effect of the catalog explains."
+
+
+def _sentences_on(added: list[str]) -> str:
+    """Sentences that name the added effects, at most `EFFECTS_PER_SENTENCE` in each."""
+    sentences = []
+    for at in range(0, len(added), EFFECTS_PER_SENTENCE):
+        *others, last = added[at : at + EFFECTS_PER_SENTENCE]
+        names = f"{', '.join(others)} and {last}" if others else last
+        sentences.append(f"{'Also added' if at else 'Added'}: {names}.")
+    return " ".join(sentences)
 
 
 def _missing(study: Any) -> str:

@@ -79,14 +79,14 @@ def command(
 ) -> None:
     """Write the parameters of a model as the file of a filter or simulator.
 
-    MODEL is a file written with --save by fit, improve or characterize. No log is needed if MODEL is one of these: a data
-    sheet (TOML, see allanite compare --help), a YAML file of Kalibr or imu_utils, a MATLAB script with gyroparams, a
-    table of Allan deviations, or a model string with units such as "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)". Give one MODEL
-    per axis, or one file with all axes.
+    MODEL is a file written with --save by fit, improve or characterize. Give one MODEL per axis, or one file with all
+    axes. Without a log, MODEL may also be a data sheet (TOML, see allanite compare --help) or a table of Allan
+    deviations. A YAML file of Kalibr or imu_utils, or a MATLAB script with gyroparams, works too. A model string needs
+    units, as in "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)".
 
-    Most filters only know white noise N and a random walk K. By default, N and K also cover the other slow noise of the
-    sensor, such as B and Gauss-Markov processes, so that a filter is not overconfident up to the horizon. The comments
-    in the file say what its format cannot hold.
+    Most filters only know white noise N and a random walk K. By default, N and K also cover other slow noise of the
+    sensor, such as B and Gauss-Markov processes. A filter is then not overconfident up to the horizon. The comments in
+    the file say what its format cannot hold.
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     "--tell",
     metavar="A,B",
     help="Two effects to distinguish, e.g. GM,K. MODEL has one of them with values, preferably the more specific one (here"
-    " GM): a GM with a long T looks like K, so a K in MODEL can never be told from GM.",
+    " GM). A GM with a long T looks like K, so a K in MODEL can never be distinguished from GM.",
 )
 @click.option(
     "--to",
