@@ -10,7 +10,7 @@ export ALLANITE_DATA ?= $(abspath ../shared/data)
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-# A stamp a step, so that nothing is built or installed twice.
+# Each step writes a stamp file, so that nothing is built or installed twice.
 $(VENV)/.made:
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1' 'maturin>=1.14,<2'
@@ -84,7 +84,7 @@ fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests, 
 	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),25) --seed $(or $(SEED),0)
 	$(BIN)/python tests/python/fuzz/structured.py --mutants $(or $(MUTANTS),20000) --seed $(or $(SEED),0)
 
-fuzz-core: ## the text reader of the core by libFuzzer, a minute each of its targets (needs nightly and cargo-fuzz)
+fuzz-core: ## fuzz the text reader of the core with libFuzzer, one minute for each target (needs nightly and cargo-fuzz)
 	for target in text dialect pipes; do \
 	  mkdir -p target/fuzz/$$target; \
 	  cargo +nightly fuzz run $$target target/fuzz/$$target fuzz/corpus/$$target -- \

@@ -16,7 +16,7 @@ MIN_BLOCKED_TIMES = 1 << 14
 BLOCK_TIMES = 1 << 10
 #: Number of times tested at once for even spacing; they fit into the processor cache. Chosen by judgment; not measured.
 CACHED_TIMES = 1 << 13
-#: Maximum deviation of a time from even spacing, in parts of the step. Chosen by judgment; not measured.
+#: Maximum deviation of a time from even spacing, as a fraction of the step. Chosen by judgment; not measured.
 MAX_UNEVENNESS = 1e-7
 
 

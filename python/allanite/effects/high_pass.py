@@ -20,8 +20,8 @@ ORDERS = (1, 2)
 #: Maximum ratio of the density far below the cutoff to that above it for the filter to be visible. With a higher ratio the
 #: spectrum is that of a lag. Chosen by judgment; not measured.
 MAX_DENSITY_RATIO = 0.5
-#: Maximum visible cutoff, in parts of the sampling rate. With a higher one the density rises up to Nyquist, like white PM
-#: and quantization noise. Chosen by judgment; not measured.
+#: Maximum visible cutoff, as a fraction of the sampling rate. With a higher cutoff the density rises up to Nyquist, like
+#: white PM and quantization noise. Chosen by judgment; not measured.
 MAX_VISIBLE_CUTOFF = 0.125
 
 

@@ -19,7 +19,7 @@ BAND_DAMPING = 0.3
 BANDS_PER_OCTAVE = 3.0
 #: Lowest center frequency, in periods per record. Chosen by judgment; not measured.
 MIN_PERIODS = 16.0
-#: Highest center frequency, in parts of the sampling rate. Chosen by judgment; not measured.
+#: Highest center frequency, as a fraction of the sampling rate. Chosen by judgment; not measured.
 MAX_BAND_FREQUENCY = 0.45
 
 

@@ -21,8 +21,8 @@ __all__ = ["Correlations", "correlations", "degeneracies"]
 #: Correlation above which two parameters cannot be distinguished: their standard errors are then five times (1/√(1 −
 #: 0.98²)) those with the other parameter given.
 MAX_CORRELATION = 0.98
-#: Maximum correlation time, in parts of the record, that can be distinguished from a random walk. Chosen by judgment; not
-#: measured.
+#: Maximum correlation time, as a fraction of the record, that can be distinguished from a random walk. Chosen by judgment;
+#: not measured.
 MAX_CORRELATION_TIME_FRACTION = 0.25
 
 

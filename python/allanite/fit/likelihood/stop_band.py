@@ -22,7 +22,7 @@ __all__ = [
 #: A bin is empty if its power is below this fraction of the pass-band power. So deep are only the lobes of the stop
 #: band, the rounding of the filter's arithmetic and the leakage from the ends. Chosen by judgment; not measured.
 MAX_EMPTY_POWER_RATIO = 1e-4
-#: Frequency, in parts of the sampling rate, above which stop bands are detected. Chosen by judgment; not measured.
+#: Frequency, as a fraction of the sampling rate, above which stop bands are detected. Chosen by judgment; not measured.
 MIN_STOP_BAND_FREQUENCY = 1 / 32
 #: Maximum distance of the pass band from an empty bin, octaves. Chosen by judgment; not measured.
 PASS_BAND_OCTAVES = 2.0

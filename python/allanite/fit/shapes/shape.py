@@ -61,7 +61,7 @@ MAX_OPTIMIZED_LINES = 12
 #: Number of lines of a comb above which each line is evaluated separately, if they do not overlap.
 #: Chosen by judgment; not measured.
 MAX_JOINT_LINES = 3
-#: Tolerance of a shape of a slow function, in parts of the distance between its neighbors on the grid.
+#: Tolerance of a shape of a slow function, as a fraction of the distance between its neighbors on the grid.
 #: Chosen by judgment; not measured.
 SHAPE_TOLERANCE = 1e-3
 

@@ -30,7 +30,7 @@ MIN_BURST_VALUES = 16
 LENGTH_RATIO = 2.0**0.5
 #: Window positions per window length. Chosen by judgment; not measured.
 POSITIONS_PER_LENGTH = 4
-#: Maximum length of a burst, in parts of the record; a longer one is a steady line. Chosen by judgment; not measured.
+#: Maximum length of a burst, as a fraction of the record; a longer one is a steady line. Chosen by judgment; not measured.
 MAX_BURST_FRACTION = 0.9
 #: Minimum number of values of the series with which the edges are optimized. Chosen by judgment; not measured.
 MIN_FINE_VALUES = 1 << 14
