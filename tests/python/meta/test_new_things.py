@@ -53,7 +53,7 @@ def test_every_reader_declares_a_format_and_has_a_log_that_is_read():
 
 def test_every_export_has_a_name_a_consumer_and_a_place_on_the_page():
     loose = [
-        m.__name__ for m in _modules("export") if _own(m, "render") and not hasattr(m, "TARGETS")
+        m.__name__ for m in _modules("exports") if _own(m, "render") and not hasattr(m, "TARGETS")
     ]
     assert not loose, f"declare TARGETS in {loose}"
     # test_export.py covers the readers of MATLAB and JSON.

@@ -8,7 +8,6 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.exports import TARGETS
 from six_axes import six_axes, write_csv
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -45,13 +44,6 @@ def test_the_contract_names_every_effect_and_command(capsys):
     listed = capsys.readouterr().out.split("Commands:")[1]
     commands = re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)
     assert set(commands) == set(re.findall(r"`allanite ([a-z]+)", text))
-
-
-def test_the_first_page_says_which_number_goes_where():
-    text = (DOCS / "start.md").read_text(encoding="utf-8")
-    table = text.split("## Which number goes where")[1].split("## Next")[0]
-    missing = [name for name in TARGETS if f"`{name}`" not in table]
-    assert not missing, f"docs/start.md, a row of that table each: {missing}"
 
 
 def test_links_of_the_readme_lead_somewhere():

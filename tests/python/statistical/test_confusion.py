@@ -1,0 +1,45 @@
+"""Confusion matrix of the catalog: one record of each effect, and the effect that the check names first.
+
+The records are those of benches/decisions, where the true model gains a log-likelihood of more than 30. The benchmark
+searches them with many seeds; here the first suggestion for one record of each effect is tested.
+"""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+import allanite as al
+
+RECORDS = runpy.run_path(
+    str(Path(__file__).parents[3] / "benches" / "decisions" / "records.py"), run_name="records"
+)
+HIDDEN = RECORDS["HIDDEN"]
+#: Hidden effect → the effect that the check names instead. All other effects are named themselves.
+OFF_DIAGONAL = {
+    # Without flicker noise in the model, a slow ramp is first a steep power law.
+    "rate_ramp": "power_law",
+    # A band before its modulation or its drift is found.
+    "modulated_vibration": "resonance",
+    "drifting_resonance": "drifting_line",
+    "band_level_change": "resonance",
+    # The first of several.
+    "excursions": "excursion",
+    # A disturbance of six seconds is noise of another level.
+    "disturbance": "noise_level_change",
+    # The filter of this record is not in the catalog.
+    "unexplained": "resonance",
+}
+
+
+def test_every_effect_has_a_record():
+    assert set(HIDDEN) == {effect.kind for effect in al.CATALOGUE} - {"flicker_phase"}
+    assert set(OFF_DIAGONAL) < set(HIDDEN)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", HIDDEN)
+def test_the_check_names_the_hidden_effect_first(kind):
+    check = al.fit_model(RECORDS["record"](kind, 0), HIDDEN[kind].start).check()
+    assert check.suggestions, kind
+    assert check.suggestions[0].kind in {kind, OFF_DIAGONAL.get(kind)}
