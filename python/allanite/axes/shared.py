@@ -110,8 +110,8 @@ def shared_noise(
 def _source_of(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
-    # Few ordinates have a larger coherence by chance.
     """Shared noise of some pairs, represented by the pair with the clearest coherence."""
+    # Few ordinates have a larger coherence by chance.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
     low, high = min(b.low for _, b in pairs), max(b.high for _, b in pairs)
     return SharedNoise(columns, low, high, pair, band, line)

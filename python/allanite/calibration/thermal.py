@@ -207,7 +207,7 @@ def _searched(
     noise: Model,
     report: Callable[[int, int], None] | None,
 ) -> tuple[Runs, tuple[Tried, ...]]:
-    """Join the logs of one axis and fit all forms to their averages."""
+    """Return the joined logs of one axis, and the fits of all forms to averages of these logs."""
     runs = join(columns, thermometer)
     return runs, tried_forms(runs.averaged(MAX_SEARCH_SAMPLES), noise, report)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,9 +102,16 @@ class Accumulator:
         return self._core.samples()
 
     @property
-    def gaps(self) -> int:
+    def missing(self) -> int:
         """Number of missing samples so far."""
         return self._core.gaps()
+
+    @property
+    def gaps(self) -> int:
+        """The number `missing` under its former name, with a warning."""
+        message = "Accumulator.gaps is now Accumulator.missing"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return self.missing
 
     def update(self, chunk: ArrayLike) -> None:
         """Add the next samples.
@@ -172,9 +180,9 @@ class Accumulator:
             variance = total / (2.0 * m.astype(np.float64) ** 2 * n)
         alpha = _power_laws(m, variance, self.n)
         notes = ["stream: terms every 2^l samples, m/32 < 2^l ≤ m/16, for m ≥ 32"]
-        if self.gaps:
+        if self.missing:
             share = lost / (n + lost)
-            notes.extend(gap_notes(self.gaps, self.n, m / self.rate, share))
+            notes.extend(gap_notes(self.missing, self.n, m / self.rate, share))
 
         def freedom() -> NDArray[np.float64]:
             """Degrees of freedom at each averaging time."""

@@ -67,8 +67,8 @@ def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def _published(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
-    # The published line is for long τ; at short τ, reflection adds no terms.
     """Degrees of freedom b T/τ − c, at most those of all overlapping terms."""
+    # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
     return max(1.0, min(b * (points - 1) / m - c, most))
 

@@ -137,8 +137,8 @@ class Deviation:
         return replace(self, level=float(level), _bands={})
 
     def _interval_array(self, name: str) -> NDArray[np.float64]:
-        # Computed on first use, since it takes longer than the deviation of a short record.
         """One of `low`, `high` and `edf`, which are computed on first use."""
+        # Computed on first use, since it takes longer than the deviation of a short record.
         if not self._bands:
             edf = np.full(self.tau.shape, np.nan) if self._freedom is None else self._freedom()
             low, high = interval(self.deviation, edf, self.level)

@@ -65,8 +65,8 @@ def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
 
 
 def _without_repeats(recording: Recording) -> Recording:
-    # Increments and angles of a held rate do not repeat, so they are not changed.
     """Recording without repeated rows, at the rate of the sensor."""
+    # Increments and angles of a held rate do not repeat, so they are not changed.
     if recording.quantity != "rate":
         return recording
     polling = polling_of(recording.samples)

@@ -71,8 +71,8 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
 
 def _logs_among(paths: Iterator[Path]) -> list[Path]:
-    # A pipe, a device or a broken link stays: its row says what it is.
     """Paths that may be logs."""
+    # A pipe, a device or a broken link stays: its row says what it is.
     return [
         path
         for path in paths

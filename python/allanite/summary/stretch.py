@@ -228,8 +228,8 @@ class Stretch:
 def _update_column(
     curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: NDArray[np.float64]
 ) -> None:
-    # Integers are passed as they are, since their curve is exact.
     """Add samples to the Allan curve and the extremes of a column, a few at a time."""
+    # Integers are passed as they are, since their curve is exact.
     whole = given if given.dtype.kind in "iu" else x
     for first in range(0, x.size, SAMPLES_AT_ONCE):
         curve.update(whole[first : first + SAMPLES_AT_ONCE])

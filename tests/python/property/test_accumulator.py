@@ -99,7 +99,7 @@ def test_gaps_and_copies():
     stream.update(x[:3000])
     twin = copy.deepcopy(stream)
     stream.update(x[3000:])
-    assert (stream.n, stream.gaps, twin.n) == (5000, 3, 3000)
+    assert (stream.n, stream.missing, twin.n) == (5000, 3, 3000)
     np.testing.assert_allclose(stream.oadev().deviation[:4], oadev(x).deviation[:4], rtol=1e-11)
     assert "3 of 5000 samples are missing" in stream.oadev().diagnostics
 
@@ -123,3 +123,11 @@ def test_what_does_not_fit():
     with pytest.raises(InputError, match="positive"):
         Accumulator(0.0)
     assert repr(stream) == "Accumulator(3 samples at 10 Hz from sample 0)"
+
+
+def test_missing_samples_are_counted_also_under_the_former_name():
+    accumulator = Accumulator(1.0)
+    accumulator.update(np.array([1.0, np.nan, np.nan, 2.0, np.nan, 1.0]))
+    assert (accumulator.n, accumulator.missing) == (6, 3)
+    with pytest.warns(DeprecationWarning, match=r"Accumulator\.missing"):
+        assert accumulator.gaps == 3

@@ -180,7 +180,7 @@ def test_a_small_number_without_a_unit_is_read_whole(tmp_path):
 def test_compare_draws_one_log_with_its_sheet(tmp_path, sheet, capsys):
     figure = tmp_path / "figure.svg"
     log = part(tmp_path, 0.2)
-    code, _, err = run(capsys, "compare", log, "--datasheet", sheet, "--plot", figure)
+    code, _, err = run(capsys, "compare", log, "--sheet", sheet, "--plot", figure)
     assert code == 0, err
     assert "Part" in figure.read_text(encoding="utf-8") or "part.toml" in figure.read_text(
         encoding="utf-8"

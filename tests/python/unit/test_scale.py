@@ -460,3 +460,8 @@ def test_logs_in_motion_have_a_row_with_the_reason(tmp_path):
     assert reasons["still.csv"][0] == "done"
     assert reasons["moving.csv"][0] == "failed"
     assert "not at rest" in reasons["moving.csv"][1]
+
+
+def test_the_former_spelling_of_summarize_warns():
+    with pytest.warns(DeprecationWarning, match=r"al\.scale\.summarize"):
+        assert al.scale.summarise is al.scale.summarize
