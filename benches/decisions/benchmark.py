@@ -49,7 +49,7 @@ def one_effect(kind: str, seed: int) -> dict[str, Any]:
         "hidden": kind,
         "seed": seed,
         "added": sorted((found - start).elements()),
-        "exact": found - start == Counter([kind]) if kind != "unexplained" else not study.adequate,
+        "exact": found - start == Counter([kind]),
         "alternative": kind in _alternatives(study.fit),
         "rise": _rise(log, hidden),
         "verdict": study.verdict,

@@ -70,12 +70,9 @@ def switching(start, end, factor):
 
 
 def louder_band(rng):
-    """Return noise whose level from 20 to 30 Hz is three times as high for 100 s."""
-    x = white(rng)
-    taps = signal.firwin(801, [20.0, 30.0], pass_zero=False, fs=RATE)
-    band = signal.fftconvolve(x, taps, mode="same")
-    during = (TIME > 100.0) & (TIME < 200.0)
-    return x + np.where(during, 2.0 * band, 0.0) + g.flicker(rng, LENGTH, RATE, B)
+    """Return noise with a resonance that is three times as strong for 100 s."""
+    band = g.resonance(rng, LENGTH, RATE, 12.0, 0.02, 1e-2)
+    return base(rng) + g.louder(band, RATE, 100.0, 200.0, 3.0)
 
 
 def bursts(rng, f=7.0):
@@ -85,16 +82,16 @@ def bursts(rng, f=7.0):
 
 
 def modulated(rng):
-    """Return noise with a vibration of periodic amplitude."""
-    swing = 1.0 + 0.9 * np.sin(2 * np.pi * 0.05 * TIME + 0.7)
+    """Return noise with a vibration of periodic amplitude; its side bands are twelve half-widths from the carrier."""
+    swing = 1.0 + 0.9 * np.sin(2 * np.pi * 1.5 * TIME + 0.7)
     return base(rng) + swing * g.resonance(rng, LENGTH, RATE, 12.0, 0.01, 2e-2)
 
 
 def shaken(rng):
-    """Return noise with a disturbance of 6 s."""
-    x = base(rng)
+    """Return noise with a disturbance of 6 s: a hand moves the sensor, which is slower than the noise of the sensor."""
+    moved = signal.sosfilt(signal.butter(2, 4.0, output="sos", fs=RATE), rng.standard_normal(LENGTH))
     during = (TIME > 140.0) & (TIME < 146.0)
-    return x + np.where(during, 0.6 * rng.standard_normal(LENGTH), 0.0)
+    return base(rng) + np.where(during, 0.6 / moved.std() * moved, 0.0)
 
 
 def of_column(effect):
@@ -135,7 +132,7 @@ HIDDEN = {
     "high_pass": Hidden("N", f"N(N={N})+HP(cutoff=0.5,order=1)", lambda r: filtered(r, *signal.butter(1, 0.5, "high", fs=RATE))),
     "notch": Hidden("N", f"N(N={N})+NOTCH(f=20,quality=4,left=0.01)", lambda r: filtered(r, *signal.iirnotch(20.0, 4.0, fs=RATE))),
     "resonance": Hidden("N+B", f"{NB}+RES(f=5,damping=0.05,rms=1.8e-2)", lambda r: base(r) + g.resonance(r, LENGTH, RATE, 5.0, 0.05, 1.8e-2)),
-    "modulated_vibration": Hidden("N+B", f"{NB}+MOD(f=12,damping=0.01,rms=2e-2,modulation=0.05,depth=0.9)", modulated, comparable=False),
+    "modulated_vibration": Hidden("N+B", f"{NB}+MOD(f=12,damping=0.01,rms=2.4e-2,modulation=1.5,depth=0.9)", modulated, comparable=False),
     "drifting_resonance": Hidden("N+B", NB, lambda r: base(r) + g.moving_band(r, LENGTH, RATE, 8.0 + 6.0 * TIME / T, 0.1, 1.5e-2), comparable=False),
     "power_law": Hidden("N", f"N(N={N})+PL(exponent=-0.6,level=6e-3)", lambda r: white(r) + g.power_law(r, LENGTH, RATE, -0.6, 1e-2)),
     "unexplained": Hidden("N", f"N(N={N})", lambda r: filtered(r, *peaking(15.0, 1.35, 1.5)), comparable=False),
@@ -145,7 +142,7 @@ HIDDEN = {
     "rate_of_change": Hidden("N+B", f"{NB}+DOT(column=temperature,coefficient=8e-2,lag=0.1)", of_column(lambda: 8e-2 * np.gradient(COLUMN, 1.0 / RATE)), True),
     "bias_step": Hidden("N+B", f"{NB}+STEP(time=130,height=3e-2)", lambda r: base(r) + g.step(LENGTH, RATE, 130.0, 3e-2)),
     "excursion": Hidden("N+B", f"{NB}+EXC(start=100,end=140,height=3.5e-2)", lambda r: base(r) + g.step(LENGTH, RATE, 100.0, 3.5e-2) - g.step(LENGTH, RATE, 140.0, 3.5e-2)),
-    "excursions": Hidden("N+B", NB, lambda r: base(r) + sum(g.step(LENGTH, RATE, t, 2.5e-2) - g.step(LENGTH, RATE, t + 6.0, 2.5e-2) for t in (30.0, 95.0, 170.0, 241.0)), comparable=False),
+    "excursions": Hidden("N+B", NB, lambda r: base(r) + sum(g.step(LENGTH, RATE, t, 3e-2) - g.step(LENGTH, RATE, t + 6.0, 3e-2) for t in (30.0, 95.0, 170.0, 241.0)), comparable=False),
     "transient": Hidden("N+B", f"{NB}+PULSE(time=120,time_constant=8,height=9e-2)", lambda r: base(r) + np.where(TIME >= 120.0, 9e-2 * np.exp(-(TIME - 120.0) / 8.0), 0.0)),
     "transition": Hidden("N+B", f"{NB}+RISE(begin=100,end=150,height=4e-2)", lambda r: base(r) + 4e-2 * np.clip((TIME - 100.0) / 50.0, 0.0, 1.0)),
     "warm_up": Hidden("N+B", f"{NB}+WARM(time_constant=40,amplitude=9e-2)", lambda r: base(r) + g.settling(LENGTH, RATE, 40.0, 9e-2)),
@@ -154,7 +151,7 @@ HIDDEN = {
     "noise_levels": Hidden("N+B", NB, lambda r: np.select([TIME < 70, TIME < 140, TIME < 220], [1.0, 1.3, 1.8], 1.15) * white(r) + g.flicker(r, LENGTH, RATE, B), comparable=False),
     "periodic_noise_level": Hidden("N+B", f"{NB}+CYCLE(period=20,start=3,share=0.3,factor=1.5)", cycle, comparable=False),
     "noise_of_column": Hidden("N+B", f"{NB}+NCOL(column=temperature,coefficient=0.04,reference=20)", noise_of_column, True, False),
-    "band_level_change": Hidden("N+B", f"{NB}+BLEVEL(low=20,high=30,start=100,end=200,factor=3)", louder_band, comparable=False),
+    "band_level_change": Hidden("N+B+RES", f"{NB}+RES(f=12,damping=0.02,rms=1.9e-2)+BLEVEL(low=11.5,high=12.5,start=100,end=200,factor=3)", louder_band, comparable=False),
     "disturbance": Hidden("N+B", NB, shaken, comparable=False),
     "outliers": Hidden("N+B", NB, lambda r: base(r) + g.spikes(r, LENGTH, 20, 1.0), comparable=False),
 }  # fmt: skip

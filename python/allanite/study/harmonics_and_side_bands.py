@@ -11,20 +11,23 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
+from allanite.fit.likelihood.peaks import has_ordinates_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence
 from allanite.study.ladder import Rung
 from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
     MAX_BAND_HARMONIC,
     MAX_SIDE_BAND_FRACTION,
     MIN_BAND_EXCESS,
     MIN_SIDE_BAND_HALF_WIDTHS,
     MIN_SIDE_BAND_SHARE,
 )
+from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
 
 __all__ = ["with_harmonics_or_side_bands"]
@@ -33,17 +36,22 @@ __all__ = ["with_harmonics_or_side_bands"]
 def with_harmonics_or_side_bands(before: Fit, rung: Rung) -> Rung:
     """Step with the harmonics of a narrow band that it added to the fit `before`, or with a modulated band instead.
 
-    If the new band is a side band of a present band, the present band is modulated, and others may be too. Each change
-    needs a score higher by `MAX_RIVAL_LOG_EVIDENCE`.
+    If the new band has side bands, it is modulated. If it is a side band of a present band, the present band is modulated,
+    and others may be too. Each change needs a score higher by `MAX_RIVAL_LOG_EVIDENCE`.
     """
     place = len(rung.fit.model) - 1
     band = rung.fit.model.effects[place]
-    if (
-        rung.added is None
-        or band.kind != rung.added.kind
-        or not is_fitted_to_ordinates(band, before.data)
-    ):
+    if rung.added is None or band.kind != rung.added.kind or not _is_band(band, before.data):
         return rung
+    modulated = _with_side_bands(rung.fit, place)
+    if modulated is not rung.fit and not _moves(rung.fit, band):
+        rose = modulated.solution.log_likelihood - rung.fit.solution.log_likelihood
+        return replace(
+            rung,
+            fit=modulated,
+            added=modulated.model.effects[place],
+            risen=None if rung.risen is None else rung.risen + rose,
+        )
     fit = _with_modulated_band(before, band)
     if (
         fit is not None
@@ -72,6 +80,21 @@ def with_harmonics_or_side_bands(before: Fit, rung: Rung) -> Rung:
     )
 
 
+def _is_band(effect: Effect, data: Data) -> bool:
+    """True if the effect is a band with free shapes, and the record keeps the single ordinates near it."""
+    if not isinstance(effect, Stochastic) or effect.occupies is None:
+        return False
+    free = len(effect.free_shapes) == sum(p.role == "shape" for p in effect.parameters)
+    return free and effect.banded(1.0, 1.001) is not None and has_ordinates_near(effect, data)
+
+
+def _moves(fit: Fit, band: Effect) -> bool:
+    """True if the frequency of a band changes over the record: its course is wide, like side bands."""
+    bands = [b for b in bands_that_may_move(fit.solution, fit.data) if b.effect is band]
+    found = screen_drifting_bands(bands, fit.solution, fit.data)
+    return any((c.log_p_value or 0.0) < np.log(FALSE_ALARM_PROBABILITY) for c in found)
+
+
 def _with_modulated_band(fit: Fit, band: Effect) -> Fit | None:
     """Best fit with a present band modulated at the distance of another `band`; or None.
 
@@ -80,7 +103,7 @@ def _with_modulated_band(fit: Fit, band: Effect) -> Fit | None:
     found: Fit | None = None
     at = None
     for place, effect in enumerate(fit.model.effects):
-        made = _modulated_by(effect, band) if is_fitted_to_ordinates(effect, fit.data) else None
+        made = _modulated_by(effect, band) if _is_band(effect, fit.data) else None
         if made is None:
             continue
         rest = [e for e in fit.model.effects[place + 1 :] if not _is_side_band(e, made)]
@@ -184,8 +207,9 @@ def _with_side_bands(fit: Fit, place: int) -> Fit:
     power on both sides stands out most. The score must be higher by `MAX_RIVAL_LOG_EVIDENCE`.
     """
     effect, data = fit.model.effects[place], fit.data
-    if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, data):
+    if not _is_band(effect, data):
         return fit
+    assert isinstance(effect, Stochastic)
     if not effect.values[effect.coefficient]:
         return fit
     assert effect.occupies is not None

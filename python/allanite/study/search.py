@@ -314,24 +314,21 @@ def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
         rung = _step_of(ladder, suggestion, check)
         if rung is not None:
             return _with_harmonics(ladder[-1].fit, rung)
-    shape = nameless_shape_step(ladder)
-    if shape is not None and no_error_rises(ladder[-1].fit, shape.fit):
-        return shape
-    return best_replacement(ladder)
+    return nameless_shape_step(ladder) or best_replacement(ladder)
 
 
 def _final_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
     """Last step after an adequate check that adds no effect, or None.
 
-    A moving band may replace a band, one effect may replace all excursions, or an alternative with a higher score an
-    effect.
+    A moving band may replace a band, one effect may replace all excursions, a nameless shape a stack of effects, or an
+    alternative with a higher score an effect.
     """
     for suggestion in check.significant:
         if suggestion.gives_way or isinstance(suggestion.effect, Away):
             rung = _step_of(ladder, suggestion, check)
             if rung is not None and len(rung.new) <= len(rung.removed):
                 return rung
-    return best_replacement(ladder)
+    return nameless_shape_step(ladder) or best_replacement(ladder)
 
 
 def _with_harmonics(before: Fit, rung: Rung) -> Rung:

@@ -29,6 +29,7 @@ __all__ = [
     "best_interval",
     "interval_trials",
     "line_trials",
+    "log_chi2_tail",
     "log_p_value",
     "may_become_significant",
     "refine",
@@ -73,6 +74,20 @@ def log_p_value(family: Family, x: float) -> float:
         if arc > 0.0:
             total = np.logaddexp(total, np.log(arc / (2.0 * np.pi)) - x)
     return float(min(0.0, total + np.log(family.sides)))
+
+
+def log_chi2_tail(gain: float, count: int) -> float:
+    """Ln of an upper bound of the probability that `count` fitted amplitudes raise logL by `gain` by chance.
+
+    This is Γ(a, x) ≤ xᵃ⁻¹e⁻ˣ/(1 − (a − 1)/x) for x > a − 1, with a = count/2.
+    """
+    from scipy.special import gammaln
+
+    a = 0.5 * count
+    if gain <= max(a - 1.0, 0.0):
+        return 0.0
+    beyond = float(np.log1p((1.0 - a) / gain)) if gain > 0.0 else 0.0
+    return min(0.0, (a - 1.0) * float(np.log(gain)) - gain - float(gammaln(a)) - beyond)
 
 
 def may_become_significant(family: Family, promised: float) -> bool:

@@ -58,6 +58,9 @@ DRIFT_STEP = 2.0
 MIN_RELATIVE_HEIGHT = 0.6
 #: Maximum number of drift rates that are evaluated exactly. Chosen by judgment; not measured.
 MAX_EXACT_DRIFTS = 128
+#: Number of frequencies to each side of a line at which the noise along its course is measured. Twice as many values as the
+#: shortest interval of the search for lines; their median has a standard error of 13 %.
+FREQUENCIES_BESIDE_COURSE = 64
 #: Minimum ΔlogL of changed shapes; smaller changes are not made. It is a change by √(2·0.001) = 0.045 standard errors.
 MIN_SHAPE_DELTA_LOGL = 1e-3
 
@@ -149,6 +152,19 @@ class Band:
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
         return float(abs(turn @ self.series) ** 2)
+
+    def relative_noise(self, frequency: float, drift: float) -> float:
+        """Power of the noise along the course of a line, without the line, relative to the expected noise; at least 1.
+
+        A band that moves with the line is noise there. It is weaker in the mean spectrum, which does not move.
+        """
+        u = np.arange(self.series.size) / self.series.size
+        turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
+        line = turn @ self.series
+        beside = np.fft.fft(turn * self.series - line / self.series.size)
+        places = np.arange(1, min(FREQUENCIES_BESIDE_COURSE, (self.series.size - 1) // 2) + 1)
+        power = np.abs(beside[np.concatenate([places, -places])]) ** 2
+        return max(1.0, float(np.median(power)) / np.log(2.0))
 
     def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:
         """Local maximum of the gain near a line, by the simplex method: frequency, drift and ΔlogL."""

@@ -41,9 +41,12 @@ PLACES_PER_HALF_WIDTH = 4
 WIDTH_RATIOS = (1.0, 0.5, 0.25)
 #: Strengths, over the mean strength, that a steady band may have in a section: a band that is quiet has not moved.
 STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: Searches for a course: numbers of sections × widths (and twice that of the fit) × reaches. They multiply the p-value.
+#: Numbers of straight parts of a course that drifts steadily.
+STRAIGHT_PARTS = (1, 2, 4, 8)
+#: Searches for a course: numbers of sections or straight parts × widths (and twice that of the fit) × reaches. They
+#: multiply the p-value.
 SEARCHES = (
-    (1 + int(np.log2(MAX_BAND_SECTIONS / MIN_BAND_SECTIONS)))
+    (1 + int(np.log2(MAX_BAND_SECTIONS / MIN_BAND_SECTIONS)) + len(STRAIGHT_PARTS))
     * (len(WIDTH_RATIOS) + 2)
     * len(REACHES)
 )
@@ -215,7 +218,10 @@ class _Sections:
     def _course(
         self, width: float, theta: float, within: tuple[float, float], replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Course of one half-width between two frequencies, with the number of sections that gives the largest ΔlogL."""
+        """Course of one half-width between two frequencies, with the form that gives the largest ΔlogL.
+
+        A form is a number of sections, each with a frequency of its own, or a number of straight parts.
+        """
         step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
         effect = self.own.effect
@@ -238,6 +244,12 @@ class _Sections:
         rest = self._rest(replaced, cells)
         rows = np.stack([gains(rest, band, theta) - known for band in bands], axis=1)
         best: _Course | None = None
+        for parts in STRAIGHT_PARTS:
+            # Half of the places suffice for the corners: one is at most a quarter of a half-width away.
+            path, risen = likeliest_polygon(rows[:, ::2], parts)
+            if best is None or risen > best.risen:
+                course = _thinned(places[0] + 2.0 * step * path, _half(bands[0]))
+                best = _Course(bands[0], course, risen, replaced)
         while rows.shape[0] >= MIN_BAND_SECTIONS:
             path, risen = likeliest(rows)
             if best is None or risen > best.risen:
@@ -286,6 +298,39 @@ def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
     for k in range(sections - 1, 0, -1):
         path[k - 1] = came[k, path[k]]
     return path, float(score.max())
+
+
+def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
+    """Most likely course of straight parts of equal length: place in each section, and its gain less its cost.
+
+    `gains` has shape (sections, places). At its begin and at the end of each part the course is at any place with equal
+    probability. The sum s occurs by chance with a probability of at most e⁻ˢ, as for `likeliest`.
+    """
+    sections, places = gains.shape
+    size, at = sections // parts, np.arange(places)
+    passed = (np.arange(size) + 0.5) / size
+    score, came = np.full(places, -np.log(places)), []
+    for k in range(parts):
+        ways = np.repeat(score[:, None] - np.log(places), places, axis=1)
+        for row, share in zip(gains[k * size : (k + 1) * size], passed, strict=True):
+            ways += row[np.rint(at[:, None] + share * (at - at[:, None])).astype(np.int64)]
+        came.append(ways.argmax(axis=0))
+        score = ways.max(axis=0)
+    corners = [int(score.argmax())]
+    for before in reversed(came):
+        corners.insert(0, int(before[corners[0]]))
+    middles = (np.arange(sections) + 0.5) / size
+    return np.interp(middles, np.arange(parts + 1), corners), float(score.max())
+
+
+def _thinned(course: Array, half: float) -> Array:
+    """Course with as few sections as have their frequencies within a `half`-width of their neighbors'."""
+    while course.size >= 2 * MIN_BAND_SECTIONS:
+        fewer = course.reshape(-1, 2).mean(axis=1)
+        if float(np.abs(np.diff(fewer)).max()) > half:
+            break
+        course = fewer
+    return course
 
 
 def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:

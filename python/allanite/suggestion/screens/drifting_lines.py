@@ -160,6 +160,9 @@ def _best(
     tried = [(band, band.search()) for band in bands]
     band, (middle, drift, _) = max(tried, key=lambda one: one[1][2])
     middle, drift, hope = band.polished(middle, drift)
+    # In a band that moves, chance lines are as strong as the band.
+    loud = band.relative_noise(middle, drift)
+    hope /= loud
     if hope < steady + MIN_DELTA_LOGL_OVER_SIMPLER or abs(drift) < MIN_DRIFT_CYCLES:
         return None
     frequency = (middle - drift * (0.5 + data.start / T)) / T
@@ -170,6 +173,7 @@ def _best(
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
     effect = polish_drifting(effect, solution.ordinates, noise, data)
     refitted, last, gain = solved_with(effect, solution, data)
+    gain /= loud
     if gain < steady + MIN_DELTA_LOGL_OVER_SIMPLER:
         return None
     return Candidate(last, gain, "line", refitted, 4, log_p_value=log_p_value(family, gain))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic
+from allanite.effects import Away, Deterministic
 from allanite.fit.engine import Solution, solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
@@ -34,11 +34,12 @@ from allanite.suggestion.constants import (
     MIN_INNER_CHANGE_FRACTION,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import Family, arc_length, log_p_value
+from allanite.suggestion.p_values import Family, arc_length, log_chi2_tail, log_p_value
+from allanite.suggestion.screens.several_excursions import several_excursions
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
@@ -96,6 +97,7 @@ def screen_slow(
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
         forms = _richer_forms(type(blank), simple, starts, solution, data)
         found += _significant_richer_forms(named, forms, solution, data, rival, whitened)
+        found += _several_excursions(type(blank), found, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
@@ -172,6 +174,40 @@ def _significant_richer_forms(
     return found
 
 
+def _several_excursions(
+    kind: type[Deterministic],
+    singly: Sequence[Candidate],
+    forms: Mapping[Deterministic, tuple[float, float, Noise]],
+    solution: Solution,
+    data: Data,
+    rival: Solution | None,
+    whitened: Callable[[], Whitened],
+) -> list[Candidate]:
+    """Candidate of several excursions, refitted, if none of those found `singly` is significant; else empty."""
+    alone = [
+        (_gain(effect, solution, noise, data), arc * starts, effect)
+        for effect, (arc, starts, noise) in forms.items()
+        if isinstance(effect, Away)
+    ]
+    if not alone or any(isinstance(effect, Away) for effect in solution.model):
+        return []
+    _, arc, first = max(alone, key=lambda one: one[0])
+    judged = [c.judged or 0.0 for c in singly if isinstance(c.effect, Away)]
+    chance = log_p_value(Family(first.family, (arc,)), max(judged, default=0.0))
+    # A check makes fewer than 1/p searches, so such a single one is significant after all of them.
+    if chance < 2.0 * np.log(FALSE_ALARM_PROBABILITY):
+        return []
+    places = arc / (2.0 * np.pi)
+    several = several_excursions(kind, first, places, solution, data)
+    if several is None:
+        return []
+    effect, choices = several
+    found = _refit(effect, solution, data, rival, whitened)
+    if found is None or found.judged is None:
+        return []
+    return [replace(found, judged=max(0.0, found.judged - choices))]
+
+
 def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
     """True if two candidates are one event, refitted from two starts."""
     a, b = one.effect.when, other.effect.when
@@ -227,10 +263,12 @@ def _refit(
     judged = _equivalent_single_gain(judged, effect.amplitudes().size)
     found = refitted.model.effects[-1]
     assert isinstance(found, Deterministic)
-    if found.happens_once and not found.lasting and found.when is not None:
-        if _rests_on_few_samples(found, base, data):
+    if found.happens_once and not found.lasting:
+        events = found.singly if isinstance(found, Away) else (found,)
+        short = [event for event in events if event.when is not None]
+        if any(_rests_on_few_samples(event, base, data) for event in short):
             return None
-        judged *= _share_with_normal_tails(found, data, whitened)
+        judged *= min((_share_with_normal_tails(e, data, whitened) for e in short), default=1.0)
     return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
 
 
@@ -284,14 +322,12 @@ def _relative_noise_power(solution: Solution, data: Data) -> float:
 
 
 def _equivalent_single_gain(gain: float, amplitudes: int) -> float:
-    """Gain of one amplitude with the same p-value as this gain of one, two or three amplitudes (half a χ²)."""
-    from scipy.special import erfcx, ndtri_exp
+    """Gain of one amplitude with the same p-value as this gain of several amplitudes (half a χ²)."""
+    from scipy.special import ndtri_exp
 
     if amplitudes == 1 or gain <= 0.0:
         return gain
-    log_p = -gain
-    if amplitudes == 3:
-        log_p += np.log(2.0 * np.sqrt(gain / np.pi) + erfcx(np.sqrt(gain)))
+    log_p = log_chi2_tail(gain, amplitudes)
     return float(0.5 * ndtri_exp(log_p - np.log(2.0)) ** 2)
 
 

@@ -1,0 +1,114 @@
+"""Search of several weak excursions, none of which is significant alone.
+
+While excursions are missing, the fitted noise is too high for each of them. They are therefore added one by one, with the
+noise refitted, and judged together.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import CATALOGUE, Away
+from allanite.fit.engine import solve
+from allanite.fit.shapes.matched import best_spans
+from allanite.suggestion.constants import MAX_EXCURSIONS
+from allanite.suggestion.p_values import log_chi2_tail
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects import Deterministic
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.solution import Solution
+
+__all__ = ["merged_excursions", "overlap", "several_excursions"]
+
+
+def merged_excursions(events: Sequence[Away]) -> Away | None:
+    """Effect of the catalogue that has all the excursions; None if there is none."""
+    kinds = (cls for cls in CATALOGUE if issubclass(cls, Away))
+    return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
+
+
+def overlap(one: Away, event: Away) -> bool:
+    """True if two excursions overlap in time."""
+    (start, end), *_ = _times(one)
+    return any(start < last and end > first for first, last in _times(event))
+
+
+def _times(event: Away) -> list[tuple[float, float]]:
+    """Times of each single excursion of an effect, s."""
+    return [e.when for e in event.singly if e.when is not None]
+
+
+def several_excursions(
+    kind: type[Deterministic], first: Away, places: float, solution: Solution, data: Data
+) -> tuple[Away, float] | None:
+    """Effect with the excursions that are least likely by chance together, and what their number costs in ln p; or None.
+
+    Parameters
+    ----------
+    kind : type
+        Effect whose `best_spans` finds an excursion.
+    first : Away
+        The best single excursion.
+    places : float
+        Number of independent excursions that the search for one tries.
+    """
+    events, fitted = [_of_height_one(first)], _fitted([first], solution, data)
+    chance = _log_p(1, places, fitted, solution)
+    while chance < 0.0 and len(events) < MAX_EXCURSIONS:
+        further = _best_beside(kind, fitted, data)
+        if further is None or any(overlap(further, e) for e in events):
+            break
+        more = _fitted([*events, further], solution, data)
+        risen = _log_p(len(events) + 1, places, more, solution)
+        if risen >= chance:
+            break
+        events, fitted, chance = [*events, further], more, risen
+    if len(events) < 2:
+        return None
+    for place in range(len(events)):
+        # The first ones were found while the noise was too high.
+        others = events[:place] + events[place + 1 :]
+        moved = _best_beside(kind, _fitted(others, solution, data), data)
+        if moved is not None and not any(overlap(moved, e) for e in others):
+            events[place] = moved
+    whole = merged_excursions(events)
+    return None if whole is None else (whole, _choices(len(events), places))
+
+
+def _best_beside(kind: type[Deterministic], solution: Solution, data: Data) -> Away | None:
+    """Best excursion beside a model that has others already."""
+    spans = best_spans(
+        kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
+    )
+    return next((_of_height_one(effect) for effect, _ in spans if isinstance(effect, Away)), None)
+
+
+def _of_height_one(event: Away) -> Away:
+    """The excursion with a height, which several excursions need before they are fitted."""
+    return event.with_amplitudes(np.ones(1))
+
+
+def _fitted(events: Sequence[Away], solution: Solution, data: Data) -> Solution:
+    """Solution with some excursions as one effect."""
+    effect = merged_excursions(events) if len(events) > 1 else events[0]
+    assert effect is not None
+    model = solution.model
+    return solve(data, model + effect, like=solution, polish=False, settled=len(model), rounds=4)
+
+
+def _log_p(count: int, places: float, fitted: Solution, solution: Solution) -> float:
+    """Ln of the probability that the best `count` of all excursions raise logL by as much by chance, at most 0."""
+    gain = fitted.log_likelihood - solution.log_likelihood
+    return min(0.0, log_chi2_tail(gain, count) + _choices(count, places) + float(np.log(places)))
+
+
+def _choices(count: int, places: float) -> float:
+    """Ln of the number of sets of `count` among all `places`, over the number of single ones."""
+    from scipy.special import gammaln
+
+    return (count - 1) * float(np.log(places)) - float(gammaln(count + 1.0))
