@@ -246,9 +246,9 @@ class _Sections:
         best: _Course | None = None
         for parts in STRAIGHT_PARTS:
             # Half of the places suffice for the corners: one is at most a quarter of a half-width away.
-            path, risen = likeliest_polygon(rows[:, ::2], parts)
+            corners, risen = likeliest_polygon(rows[:, ::2], parts)
             if best is None or risen > best.risen:
-                course = _thinned(places[0] + 2.0 * step * path, _half(bands[0]))
+                course = _thinned(places[0] + 2.0 * step * corners, _half(bands[0]))
                 best = _Course(bands[0], course, risen, replaced)
         while rows.shape[0] >= MIN_BAND_SECTIONS:
             path, risen = likeliest(rows)

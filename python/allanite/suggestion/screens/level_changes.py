@@ -33,6 +33,7 @@ from allanite.suggestion.screens.level_borders import (
 )
 from allanite.suggestion.screens.level_forms import (
     Series,
+    refined_gate,
     screen_columns,
     screen_cycle,
     screen_several,
@@ -193,6 +194,8 @@ def _with_refined_times(
     Loud samples outside of coarse times would be outliers. A summary has no samples; its cells of power refine the times.
     """
     effect = candidate.effect
+    if isinstance(effect, Level) and "period" in effect.values:
+        return _with_refined_gate(candidate, solution, data, whitened)
     if not isinstance(effect, Level) or not effect.switches[0]:
         return candidate
     times, factors = effect.switches
@@ -213,11 +216,7 @@ def _with_refined_times(
         return replace(
             candidate, effect=effect.switching_at(tuple(map(cells.time, borders)), factors)
         )
-    square = with_normal_tails(whitened).samples ** 2
-    # The whitened ends have no values; assume the power beside them.
-    ends = end_samples(data.n)
-    square[:ends] = square[ends : 5 * ends].mean()
-    square[data.n - ends :] = square[data.n - 5 * ends : data.n - ends].mean()
+    square = _square_with_ends(whitened)
     places = np.round((np.array(times) - data.start) * data.rate).astype(np.int64)
     places = borders_between_values(square, places, factors, max(1, data.n // LEVEL_CELLS))
     moments = tuple((data.start + places / data.rate).tolist())
@@ -226,6 +225,46 @@ def _with_refined_times(
     white = np.array([series.white(float(level)) for level in levels])
     factors = tuple(np.sqrt(white[1:] / white[0]).tolist())
     return replace(candidate, effect=effect.switching_at(moments, factors))
+
+
+def _with_refined_gate(
+    candidate: Candidate, solution: Solution, data: Data, whitened: Whitened
+) -> Candidate:
+    """Candidate of a periodic level with period, begin and share refined by single samples, and with its factor there."""
+    effect = candidate.effect
+    assert isinstance(effect, Level)
+    if whitened.samples.size != data.n:
+        return candidate
+    square, values = _square_with_ends(whitened), effect.values
+    first = (values["start"] - data.start) * data.rate
+    period, first, share = refined_gate(
+        square, values["period"] * data.rate, first, values["share"]
+    )
+    inside = (np.arange(data.n) - first) / period % 1.0 < share
+    if inside.all() or not inside.any():
+        return candidate
+    # Octaves ring beyond an edge and would attenuate the change, so the samples themselves are compared.
+    power = whitened.without_single.samples**2
+    ratio = float(power[inside].mean() / power[~inside].mean())
+    factor = float(np.sqrt(max(1e-6, 1.0 + (ratio - 1.0) / _white_fraction(solution))))
+    start = data.start + first / data.rate
+    gated = type(effect).gated(period / data.rate, start, share, factor)
+    return candidate if gated is None else replace(candidate, effect=gated)
+
+
+def _white_fraction(solution: Solution) -> float:
+    """Fraction of the power of the whitened record that is white noise."""
+    white = next(own for own in solution.processes if own.effect.white)
+    return float(solution.count @ (white.power / solution.spectrum) / solution.count.sum())
+
+
+def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
+    """Squares of the whitened samples with normal tails; the ends, which have no values, have the power beside them."""
+    square = with_normal_tails(whitened).samples ** 2
+    n, ends = square.size, end_samples(square.size)
+    square[:ends] = square[ends : 5 * ends].mean()
+    square[n - ends :] = square[n - 5 * ends : n - ends].mean()
+    return square
 
 
 def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate:

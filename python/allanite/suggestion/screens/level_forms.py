@@ -19,6 +19,7 @@ from allanite.suggestion.constants import (
     MIN_LEVEL_DELTA_LOGL,
     MIN_LEVEL_PERIODS,
 )
+from allanite.suggestion.p_values import two_levels
 from allanite.suggestion.screens.level_borders import most_likely_borders
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Series",
     "log_slope",
+    "refined_gate",
     "screen_columns",
     "screen_cycle",
     "screen_several",
@@ -42,6 +44,8 @@ PERIOD_CELLS = 65_536
 HARMONICS = 6
 #: Phases of a period at which a gate may begin and end.
 PHASES = 64
+#: Steps between two neighboring phases, and between two neighboring periods, when a gate is refined by single samples.
+FINE_PHASES = 8
 #: Periods tried around the best one.
 REFINED_PERIODS = 33
 #: Slope of the logarithm of the chance of H (de Jager & Büsching 2010, A&A 517).
@@ -323,6 +327,39 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         log_ndtr(-np.sqrt(2.0 * gain))
     )
     return Candidate(effect, gain, "level", None, 4, min(0.0, max(chance, gates)))
+
+
+def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
+    """Period, begin and share of the gate that explains the squares of samples best, near a coarse gate.
+
+    Period and begin are in samples. The coarse gate is known to 1/`PHASES` of a period at both ends of the record.
+    """
+    n, reach = square.size, 2 * FINE_PHASES
+    phases = PHASES * FINE_PHASES
+    cycles, best = n / period, (-np.inf, period, first, share)
+    for width in (1.0 / FINE_PHASES, 1.0 / FINE_PHASES**2):
+        for tried in cycles + np.linspace(-width, width, 2 * FINE_PHASES + 1):
+            length = n / tried
+            which = ((np.arange(n) - first) / length % 1.0 * phases).astype(np.int64)
+            sums = np.bincount(which, weights=square, minlength=phases)
+            count = np.bincount(which, minlength=phases).astype(float)
+            # Edges from `reach` phases before to `reach` phases after the coarse ones.
+            total, size = (
+                np.concatenate([[0.0], np.cumsum(np.roll(v, reach))]) for v in (sums, count)
+            )
+            begin = np.arange(2 * reach + 1)[:, None]
+            end = begin.T + round(share * phases)
+            usable = (end > begin) & (end - begin < phases) & (end <= phases)
+            end = np.where(usable, end, begin)
+            inside = np.maximum(size[end] - size[begin], 1e-12)
+            gain = two_levels(total[end] - total[begin], inside, float(total[-1]), float(n), 1.0)
+            gain[~usable | (inside < 1.0)] = -np.inf
+            i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
+            if gain[i, j] > best[0]:
+                moved = first + (int(i) - reach) / phases * length
+                best = float(gain[i, j]), length, moved, float(end[i, j] - begin[i, 0]) / phases
+        cycles = n / best[1]
+    return best[1:]
 
 
 def _gate(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
