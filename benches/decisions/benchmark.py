@@ -215,6 +215,10 @@ def shares(result: dict[str, Any]) -> dict[str, tuple[int, int]]:
             rows.setdefault("effects, exact", []).append(one["exact"])
             named = one["exact"] or one["alternative"]
             rows.setdefault("effects, exact or declared", []).append(named)
+            if one["exact"] or not one["alternative"]:
+                rows.setdefault("effects without declared alternative, exact", []).append(
+                    one["exact"]
+                )
     for one in result.get("sets", ()):
         rows.setdefault(f"set of {one['set']}, exact", []).append(one["exact"])
         rows.setdefault(f"set of {one['set']}, named", []).append(one["named"])

@@ -89,7 +89,9 @@ def modulated(rng):
 
 def shaken(rng):
     """Return noise with a disturbance of 6 s: a hand moves the sensor, which is slower than the noise of the sensor."""
-    moved = signal.sosfilt(signal.butter(2, 4.0, output="sos", fs=RATE), rng.standard_normal(LENGTH))
+    moved = signal.sosfilt(
+        signal.butter(2, 4.0, output="sos", fs=RATE), rng.standard_normal(LENGTH)
+    )
     during = (TIME > 140.0) & (TIME < 146.0)
     return base(rng) + np.where(during, 0.6 / moved.std() * moved, 0.0)
 

@@ -204,7 +204,8 @@ def _with_side_bands(fit: Fit, place: int) -> Fit:
     """Fit with the narrow band at a `place` of the model modulated, if the record shows side bands; else the same fit.
 
     Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
-    power on both sides stands out most. The score must be higher by `MAX_RIVAL_LOG_EVIDENCE`.
+    power on both sides stands out most. The score must be higher by `MAX_RIVAL_LOG_EVIDENCE` and ln of the number of
+    distances.
     """
     effect, data = fit.model.effects[place], fit.data
     if not _is_band(effect, data):
@@ -252,11 +253,9 @@ def _with_side_bands(fit: Fit, place: int) -> Fit:
     effects = list(fit.model.effects)
     effects[place] = made
     better = refitted(fit, Model(tuple(effects)))
-    return (
-        better
-        if evidence(better.solution) > evidence(fit.solution) + MAX_RIVAL_LOG_EVIDENCE
-        else fit
-    )
+    # The best of many distances leads by chance, so it pays for their number.
+    least = MAX_RIVAL_LOG_EVIDENCE + float(np.log((last - first) / half))
+    return better if evidence(better.solution) > evidence(fit.solution) + least else fit
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:

@@ -77,9 +77,9 @@ def log_p_value(family: Family, x: float) -> float:
 
 
 def log_chi2_tail(gain: float, count: int) -> float:
-    """Ln of an upper bound of the probability that `count` fitted amplitudes raise logL by `gain` by chance.
+    """Ln of the probability that `count` fitted amplitudes raise logL by `gain` by chance.
 
-    This is Γ(a, x) ≤ xᵃ⁻¹e⁻ˣ/(1 − (a − 1)/x) for x > a − 1, with a = count/2.
+    This is Γ(a, x) ≈ xᵃ⁻¹e⁻ˣ/(1 − (a − 1)/x) for x > a − 1, with a = count/2; the error of ln is of the order of (a/x)².
     """
     from scipy.special import gammaln
 

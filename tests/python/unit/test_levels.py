@@ -8,6 +8,7 @@ import generators as g
 from allanite.common.errors import InputError
 from allanite.suggestion.p_values import best_interval
 from allanite.suggestion.screens.level_forms import (
+    refined_gate,
     screen_columns,
     screen_cycle,
     screen_several,
@@ -177,3 +178,32 @@ def test_a_level_that_wanders_is_one_effect(seed):
     # The steps follow the level: what is left of its logarithm is less than half of what there was.
     left, there = np.std(np.log(found / level)), np.std(np.log(level))
     assert left < 0.5 * there, (left, there)
+
+
+@pytest.mark.parametrize(("period", "share"), [(400.0, 0.4), (373.3, 0.37), (52.4, 0.13)])
+def test_a_gate_is_refined_beyond_the_phases_of_its_search(period, share):
+    """A gate of 1.5 times the noise in 20 000 samples, searched at 64 phases and at periods of 1/32 cycle."""
+    n, rng = 20_000, np.random.default_rng(int(period))
+    phase = (np.arange(n) - 11.0) / period % 1.0
+    square = (np.where(phase < share, 1.5, 1.0) * rng.standard_normal(n)) ** 2
+    coarse = n / (np.round(32.0 * n / period) / 32.0)
+    found, first, width = refined_gate(square, coarse, 11.0, np.ceil(64.0 * share) / 64.0)
+    # Each edge is passed n/period times, and by 5.5/4D samples of each side it is known with 95 %; four edges in all.
+    apart = 0.5 * np.log((1.0 + 1.5**2) / (2.0 * 1.5))
+    edge = 2.0 * (5.5 / (4.0 * apart)) / (n / period) + period / 512.0
+    assert abs(found - period) * n / period < 2.0 * edge
+    assert abs((first - 11.0 + 0.5 * period) % period - 0.5 * period) < 2.0 * edge
+    assert abs(width - share) * period < 2.0 * edge
+
+
+def test_a_periodic_level_has_its_factor():
+    """The ends of the loud intervals are not mixed with the quiet ones: 1.5 within three errors of 1/√n."""
+    n, rate = 20_000, 10.0
+    time = np.arange(n) / rate
+    x = g.white(np.random.default_rng(3), n, rate, 0.01)
+    x *= np.where((time / 37.3 + 0.21) % 1.0 < 0.37, 1.5, 1.0)
+    study = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N")
+    assert [e.kind for e in study.fit.model][1:] == ["periodic_noise_level"], study
+    error = np.sqrt(0.5 / (0.37 * n) + 0.5 / (0.63 * n))
+    assert study.fit["CYCLE.factor"].value == pytest.approx(1.5, rel=3.0 * error)
+    assert study.fit["N"].value == pytest.approx(0.01, rel=3.0 * np.sqrt(0.5 / (0.63 * n)))

@@ -42,6 +42,18 @@ def test_a_load_that_comes_and_goes_is_one_effect(seed):
 
 
 @pytest.mark.long
+def test_a_band_wider_than_a_bin_has_side_bands_too():
+    """A damping of 1 %: bins are 1.2 % wide, side bands of 0.2 of the power are twelve half-widths away."""
+    rng, rate, n = np.random.default_rng(11), 100.0, 30_000
+    swing = 1.0 + 0.9 * np.sin(2.0 * np.pi * 1.5 * np.arange(n) / rate)
+    x = g.white(rng, n, rate, 0.01) + swing * g.resonance(rng, n, rate, 12.0, 0.01, 0.02)
+    study = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N")
+    assert [e.kind for e in study.fit.model][1:] == ["modulated_vibration"], study
+    # A band of 0.24 Hz has 72 independent values in 300 s: the middle of two side bands is known to 0.12/√72.
+    assert study.fit["MOD.modulation"].value == pytest.approx(1.5, abs=3.0 * 0.12 / np.sqrt(72))
+
+
+@pytest.mark.long
 def test_a_speed_that_swings_is_one_effect():
     rng = np.random.default_rng(3)
     wander = np.cumsum(rng.standard_normal(LENGTH)) * np.sqrt(4.0 * np.pi * 2e-3 / RATE)

@@ -13,7 +13,11 @@ import generators as g
 from allanite.axes.lines import common_lines
 from allanite.effects import weights
 from allanite.effects.resonance import Resonance
-from allanite.suggestion.screens.drifting_bands import PLACES_PER_HALF_WIDTH, likeliest
+from allanite.suggestion.screens.drifting_bands import (
+    PLACES_PER_HALF_WIDTH,
+    likeliest,
+    likeliest_polygon,
+)
 
 RATE, LENGTH = 100.0, 200_000
 TIME = np.arange(LENGTH) / RATE
@@ -40,6 +44,19 @@ def test_a_machine_whose_speed_falls_is_one_effect(seed):
     assert np.abs(np.array(band.course) - [p.mean() for p in parts]).max() < 0.3
     assert study.fit["DRES.rms"].value == pytest.approx(0.05, rel=0.05)
     assert study.fit["N"].value == pytest.approx(0.0126, rel=0.02)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_weak_band_that_drifts_by_sixty_half_widths_is_no_line(seed):
+    """At any time it is five times as strong as the noise, in the mean spectrum a sixth: chance lines in it are strong."""
+    rng, n = np.random.default_rng([seed, 5]), 30_000
+    x = g.white(rng, n, RATE, 0.01) + g.flicker(rng, n, RATE, 2e-3)
+    x += g.moving_band(rng, n, RATE, 8.0 + 6.0 * np.arange(n) / n, 0.1, 1.8e-2)
+    study = al.improve(al.Recording(x, rate=RATE, unit="deg/s"), "N+B")
+    kinds = {e.kind for e in study.fit.model}
+    assert "drifting_resonance" in kinds, study
+    assert not kinds & {"drifting_line", "resonance", "sinusoid"}, study
 
 
 @pytest.mark.slow
@@ -101,12 +118,27 @@ def test_the_likeliest_course_is_the_best_of_all(sections, places, seed):
     assert total(course) == pytest.approx(best)
 
 
-def test_a_course_is_met_by_chance_as_seldom_as_said():
+@given(st.integers(1, 2), st.integers(1, 3), st.integers(2, 4), st.integers(0, 2**32 - 1))
+def test_the_likeliest_polygon_is_the_best_of_all(parts, size, places, seed):
+    gains = 2.0 * np.random.default_rng(seed).standard_normal((parts * size, places))
+    middles = (np.arange(parts * size) + 0.5) / size
+
+    def total(corners):
+        course = np.rint(np.interp(middles, range(parts + 1), corners)).astype(int)
+        return gains[range(parts * size), course].sum() - (parts + 1) * np.log(places)
+
+    course, risen = likeliest_polygon(gains, parts)
+    assert risen == pytest.approx(max(map(total, product(range(places), repeat=parts + 1))))
+    assert course.shape == (parts * size,)
+
+
+@pytest.mark.parametrize("search", [likeliest, lambda gains: likeliest_polygon(gains, 4)])
+def test_a_course_is_met_by_chance_as_seldom_as_said(search):
     """Ratios of normal densities of which the mean is 1: a sum of 2 in at most e⁻² of them, whatever the course is."""
     rng = np.random.default_rng(1)
     shift = 1.5
     risen = np.array(
-        [likeliest(shift * rng.standard_normal((16, 20)) - 0.5 * shift**2)[1] for _ in range(2000)]
+        [search(shift * rng.standard_normal((16, 20)) - 0.5 * shift**2)[1] for _ in range(2000)]
     )
     for s in (1.0, 2.0, 4.0):
         # Three standard errors of a share of 2000.

@@ -157,3 +157,20 @@ def test_what_is_said_where_no_view_fails_follows_from_the_verdict():
     assert "significantly missing" in check.nowhere
     bare = replace(check, suggestions=())
     assert bare.adequate or "whole curve" in bare.nowhere
+
+
+@pytest.mark.long
+def test_a_stack_does_not_stand_for_the_white_noise():
+    """A peaking equalizer: resonances and a power law describe it, and leave no white noise."""
+    w, gain = 2.0 * np.pi * 15.0 / RATE, 1.35
+    alpha = 0.75 * np.sin(w)
+    b = [1.0 + alpha * gain, -2.0 * np.cos(w), 1.0 - alpha * gain]
+    a = [1.0 + alpha / gain, -2.0 * np.cos(w), 1.0 - alpha / gain]
+    z = np.exp(-2j * np.pi * FREQUENCY[: N // 4 + 1] * 2.0 / RATE)
+    shape = np.abs(np.polyval(b[::-1], z) / np.polyval(a[::-1], z)) ** 2
+    half = N // 2
+    drawn = np.fft.rfft(np.random.default_rng(8).standard_normal(half)) * np.sqrt(shape)
+    x = LEVEL * np.sqrt(RATE) * np.fft.irfft(drawn, half)
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    assert study.fit["N"].detected, study
+    assert "unexplained" in [e.kind for e in study.fit.model], study

@@ -38,7 +38,7 @@ MARGIN = 3.0
 #: Frequencies tried in a half-width.
 PLACES_PER_HALF_WIDTH = 4
 #: Widths of the band that moves, over its width in the mean spectrum: at no time is it wider.
-WIDTH_RATIOS = (1.0, 0.5, 0.25)
+WIDTH_RATIOS = (1.0, 0.5, 0.25, 0.125, 0.0625)
 #: Strengths, over the mean strength, that a steady band may have in a section: a band that is quiet has not moved.
 STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 #: Numbers of straight parts of a course that drifts steadily.
@@ -202,8 +202,12 @@ class _Sections:
             lowest, highest = self.sections.limits
             first = max(middle - reach * half, lowest + half, 2.0 * half)
             last = min(middle + reach * half, highest - half)
-            courses = [self._course(w, theta, (first, last), replaced) for w in widths]
-            found = max(filter(None, courses), key=lambda course: course.risen, default=None)
+            found = None
+            for width in widths:
+                course = self._course(width, theta, (first, last), replaced)
+                if found is not None and (course is None or course.risen <= found.risen):
+                    break  # a narrower one explains less
+                found = course or found
             if found is None:
                 break
             ends = found.places.min() - half, found.places.max() + half
