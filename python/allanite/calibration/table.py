@@ -77,7 +77,11 @@ def _deviations(axis: AxisLaw, unit: str) -> str:
         f"{number(r.tau[k], 2)} s {number(r.before[k], 2)} → {number(r.after[k], 2)}"
         for k in list(places)[-3:]
     )
-    return f"  Allan deviation before → after correction: {', '.join(shown)} {unit}"
+    line = f"  Allan deviation before → after correction: {', '.join(shown)} {unit}"
+    worse = r.tau[r.after > r.before]
+    if worse.size and axis.form.numbers:
+        line += f"\n  ! correcting raises the Allan deviation from {number(worse[0], 2)} s on: other noise hides the law"
+    return line
 
 
 def _growth(before: Growth, after: Growth) -> str:

@@ -1,7 +1,8 @@
-"""Choose the column to watch from the first lines of a source."""
+"""Choose the column to watch, and the unit of its numbers, from the first lines of a source."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -12,10 +13,13 @@ from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import BinaryIO
 
+    from allanite.cli.models import NamedModel
     from allanite.readers._table import Table
+    from allanite.readers.columns import Roles
 
-__all__ = ["FIRST_ROWS", "cells_of", "column_index", "has_numbers"]
+__all__ = ["FIRST_ROWS", "WatchedColumn", "cells_of", "has_numbers", "rows_in", "watched_column"]
 
 #: Rows of numbers from which the columns are recognized. Without a header, this many rows show which column is time.
 #: Chosen by judgment; not measured.
@@ -37,8 +41,45 @@ def has_numbers(line: str) -> bool:
     return bool(cells) and 2 * sum(not np.isnan(_number(cell)) for cell in cells) >= len(cells)
 
 
-def column_index(lines: Sequence[str], column: str | None, model_column: str, source: str) -> int:
-    """Index of the column to watch.
+@dataclass(frozen=True, slots=True)
+class WatchedColumn:
+    """A column of a source.
+
+    Attributes
+    ----------
+    index : int
+        Index of the column.
+    factor : float
+        Factor that converts its numbers to the unit of the model.
+    """
+
+    index: int
+    factor: float = 1.0
+
+
+def rows_in(file: BinaryIO, end: int) -> bytes:
+    """The first lines of a file before a position: the header, and at most `FIRST_ROWS` rows of numbers."""
+    file.seek(0)
+    lines, rows = [], 0
+    while rows < FIRST_ROWS and file.tell() < end:
+        line = file.readline(end - file.tell())
+        lines.append(line)
+        rows += has_numbers(line.decode("utf-8", "replace"))
+    return b"".join(lines)
+
+
+def watched_column(
+    lines: Sequence[str],
+    column: str | None,
+    model: NamedModel,
+    unit: str | None,
+    quantity: str,
+    source: str,
+) -> WatchedColumn:
+    """The column to watch, with the factor that converts its numbers to the unit of the model.
+
+    The unit of the numbers is that in the header, otherwise the given one, otherwise that of the log to which the model
+    was fitted.
 
     Parameters
     ----------
@@ -46,18 +87,21 @@ def column_index(lines: Sequence[str], column: str | None, model_column: str, so
         The first lines, with the header if there is one.
     column : str or None
         Name or number that the user gave.
-    model_column : str
-        Name of the column in the model file. Used if the source has a column of this name.
+    model : NamedModel
+        The column of its file is watched if the source has a column of this name.
+    unit : str or None
+        Unit that the user gave.
+    quantity : str
+        Meaning of the samples: ``rate``, ``increment`` or ``angle``.
     source : str
         Name of the source, for messages.
 
     Raises
     ------
     InputError
-        The column is unknown or holds time stamps, or the data are binary.
+        The column is unknown or holds time stamps, its unit contradicts the given one, or the data are binary.
     """
-    from allanite.readers.columns import Request, choose, roles_of
-    from allanite.recording import find_column
+    from allanite.readers.columns import Request, roles_of
 
     if any("\0" in line for line in lines):
         raise InputError(
@@ -65,10 +109,37 @@ def column_index(lines: Sequence[str], column: str | None, model_column: str, so
         )
     table = _table(lines)
     if table is None:
-        return 0
+        return WatchedColumn(0)
+    roles = roles_of(table, Request())
+    at = _column_index(table, roles, column, model.column, source)
+    if table.units[at] is None and unit is None:
+        unit = model.log_unit or model.unit
+    return WatchedColumn(at, _factor(table, roles, at, model, unit, quantity))
+
+
+def _factor(
+    table: Table, roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
+) -> float:
+    """Factor that converts the numbers of a column to the unit of a model."""
+    from allanite.common.units import conversion, is_frequency, rate_unit
+    from allanite.readers.columns import Request, choose
+
+    layout = choose(table, roles, Request(columns=(at,), unit=unit, quantity=quantity))
+    factor, own = layout.columns[at].scale, rate_unit(layout.units[0], quantity).name
+    # The unit 1 also stands for an unknown unit.
+    if model.unit is None or (model.unit == "1" and not is_frequency(own)):
+        return factor
+    return factor * conversion(own, model.unit)
+
+
+def _column_index(
+    table: Table, roles: Roles, column: str | None, model_column: str, source: str
+) -> int:
+    """Index of the column to watch."""
+    from allanite.readers.columns import Request, choose
+    from allanite.recording import find_column
+
     names = table.names
-    request = Request()
-    roles = roles_of(table, request)
     if column is not None or model_column in names:
         at = find_column(model_column if column is None else column, names)
         if at in roles.clocks or roles.roles[at] == "time":
@@ -77,7 +148,7 @@ def column_index(lines: Sequence[str], column: str | None, model_column: str, so
                 f" ({', '.join(names)})"
             )
         return at
-    samples = choose(table, roles, request).samples
+    samples = choose(table, roles, Request()).samples
     sensors = [i for i in samples if _may_be_sensor(table, i)] or [samples[0]]
     if len(sensors) > 1:
         others = ", ".join(names[i] for i in sensors[1:])
@@ -102,7 +173,9 @@ def _table(lines: Sequence[str]) -> Table | None:
     rows = [cells_of(line) for line in lines[first:] if has_numbers(line)]
     width = len(rows[0])
     numbers = np.array([[_number(cell) for cell in row] for row in rows if len(row) == width])
-    heads = [cells_of(line.strip().lstrip("#%")) for line in lines[:first] if line.strip()]
+    above = [line.strip().lstrip("#%").strip() for line in lines[:first] if line.strip()]
+    # The blank before a unit separates no columns.
+    heads = [[line] if width == 1 else cells_of(line) for line in above]
     header = next((cells for cells in reversed(heads) if len(cells) == width and any(cells)), None)
     columns = tuple(numbers.T)
     if header is None:

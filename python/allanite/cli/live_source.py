@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from allanite.cli.first_rows import FIRST_ROWS, cells_of, has_numbers
+from allanite.cli.first_rows import FIRST_ROWS, cells_of, has_numbers, rows_in
 from allanite.cli.pipe import NAME, PIPE
 from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError, about
 from allanite.common.plain import plain
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
+
+    from allanite.cli.first_rows import WatchedColumn
 
 __all__ = ["Rows", "Stop", "is_file", "rows_of"]
 
@@ -109,11 +111,14 @@ class _Block:
         Position in the file at which reading begins anew; None if the block continues the previous block.
     follows : bool
         Whether the rows directly follow the previous rows.
+    head : bytes
+        First lines of the file, if reading begins behind them.
     """
 
     data: bytes
     begins_at: int | None = None
     follows: bool = True
+    head: bytes = b""
 
 
 def is_file(source: str) -> bool:
@@ -123,7 +128,7 @@ def is_file(source: str) -> bool:
 
 def rows_of(
     source: str,
-    place_of: Callable[[list[str]], int],
+    column_of: Callable[[list[str]], WatchedColumn],
     stop: Stop,
     *,
     position: dict[str, Any] | None = None,
@@ -135,8 +140,8 @@ def rows_of(
     ----------
     source : str
         Path, ``-``, or ``udp://127.0.0.1:PORT``.
-    place_of : callable
-        Returns the index of the column from the first lines.
+    column_of : callable
+        Returns the column to watch from the first lines.
     stop : Stop
         Event that ends the reading. Rows that have already arrived are still yielded.
     position : dict or None
@@ -158,7 +163,7 @@ def rows_of(
         blocks = _of_file(Path(source), position, stop, follow=follow)
     else:
         blocks = _of_datagrams(source, stop)
-    reader = _Lines(NAME if source == PIPE else source, place_of, keeps_position=is_file(source))
+    reader = _Lines(NAME if source == PIPE else source, column_of, keeps_position=is_file(source))
     return reader.rows(blocks, stop)
 
 
@@ -166,14 +171,18 @@ class _Lines:
     """Splits blocks into lines and extracts the sample of each row."""
 
     def __init__(
-        self, name: str, place_of: Callable[[list[str]], int], *, keeps_position: bool
+        self,
+        name: str,
+        column_of: Callable[[list[str]], WatchedColumn],
+        *,
+        keeps_position: bool,
     ) -> None:
-        self.name, self.place_of, self.keeps_position = name, place_of, keeps_position
+        self.name, self.column_of, self.keeps_position = name, column_of, keeps_position
         self.offset, self.tail = 0, b""
         self.rest = b""
         self.first: list[str] = []
         self.first_rows = self.first_bytes = 0
-        self.place: int | None = None
+        self.column: WatchedColumn | None = None
         self.samples: list[float] = []
         self.follows = True
 
@@ -199,7 +208,7 @@ class _Lines:
             self._know_the_column()
         except InputError:
             # The rows before a bad row count.
-            if self.place is not None:
+            if self.column is not None:
                 yield from self._flush()
             raise
         yield from self._flush()
@@ -210,7 +219,9 @@ class _Lines:
             _notice(f"{self.name}: the last row is incomplete and is skipped")
         self.offset, self.tail, self.rest = block.begins_at or 0, b"", b""
         self.first, self.first_rows, self.first_bytes = [], 0, 0
-        self.place = None
+        self.column = None
+        if block.head:
+            self.column = self.column_of(block.head.decode("utf-8", "replace").splitlines())
         self.follows = self.follows and block.follows
 
     def _flush(self) -> Iterator[Rows]:
@@ -244,7 +255,7 @@ class _Lines:
 
     def _line(self, line: str) -> None:
         """Extract the sample of a line, or keep the line until the column is known."""
-        if self.place is not None:
+        if self.column is not None:
             self._sample(line)
             return
         if not line:
@@ -262,19 +273,19 @@ class _Lines:
 
     def _know_the_column(self) -> None:
         """Choose the column from the first lines, and extract the samples of these lines."""
-        if self.place is None:
-            self.place = self.place_of(self.first)
+        if self.column is None:
+            self.column = self.column_of(self.first)
             lines, self.first = self.first, []
             for line in lines:
                 self._sample(line)
 
     def _sample(self, line: str) -> None:
         """Append the sample of a line, unless the line has no number in the column."""
-        assert self.place is not None
+        assert self.column is not None
         with about(self.name):
-            value = sample_of(line, self.place)
+            value = sample_of(line, self.column.index)
         if value is not None:
-            self.samples.append(value)
+            self.samples.append(self.column.factor * value)
 
 
 def sample_of(line: str, place: int) -> float | None:
@@ -322,8 +333,9 @@ def _of_file(
                     f"{path}: not the file from which the state was saved; reading from the first row"
                 )
                 at, tail = 0, b""
+        head = rows_in(file, at)
         file.seek(at)
-        yield _Block(b"", at, follows=position is None or at > 0)
+        yield _Block(b"", at, follows=position is None or at > 0, head=head)
         while not stop.is_set():
             data = file.read(BLOCK)
             if data:

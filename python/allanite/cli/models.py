@@ -18,7 +18,10 @@ __all__ = ["NamedModel", "for_column", "models_of"]
 
 @dataclass(frozen=True, slots=True)
 class NamedModel:
-    """A model, with the column, unit and rate of the recording to which it was fitted, if its file states them."""
+    """A model, with the column, unit and rate of the recording to which it was fitted, if its file states them.
+
+    `log_unit` is the unit of the numbers in the log, if it is not `unit`.
+    """
 
     name: str
     model: Model
@@ -26,6 +29,7 @@ class NamedModel:
     rate: float | None = None
     column: str = ""
     document: Mapping[str, Any] = field(default_factory=dict)
+    log_unit: str | None = None
 
     def in_unit(self, unit: str) -> Model:
         """The model with its coefficients converted to samples in `unit`; unchanged if its own unit is unknown.
@@ -73,7 +77,7 @@ def models_of(
         name = text if len(documents) == 1 else f"{text} {column}"
         model = model_from_dict(document, text)
         own = recording.get("unit"), recording.get("rate_hz")
-        found.append(NamedModel(name, model, *own, column, document))
+        found.append(NamedModel(name, model, *own, column, document, recording.get("log_unit")))
     return found
 
 

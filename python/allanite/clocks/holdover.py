@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.clocks.words import time_text
-from allanite.fit.stamped.uncertainty import predicted_with_noise
+from allanite.fit.stamped.posterior import posterior_points
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.fit.stamped.likelihood import StampedSeries
+    from allanite.fit.stamped.noise import StampedNoise
 
-__all__ = ["Holdover", "holdover_of"]
+__all__ = ["Holdover", "holdovers_of"]
 
 Array = NDArray[np.float64]
 
@@ -65,47 +66,67 @@ class Holdover:
 MIN_WEIGHT = 0.02
 
 
-def holdover_of(
-    fits: Sequence[FittedNoise], series: StampedSeries, after: float, design: Array
-) -> Holdover:
-    """Return the prediction for one time, averaged over noise models.
+def holdovers_of(
+    fits: Sequence[FittedNoise], series: StampedSeries, after: Sequence[float], design: Array
+) -> list[Holdover]:
+    """Return the predictions, averaged over noise models and over the coefficients of each.
 
-    The error in holdover depends on slow noise that is hardly visible in the record, so that one model is not enough.
-    The weight of a model is exp(log-likelihood − number of coefficients) (Akaike 1978), which measures how well it
-    predicts.
+    The error in holdover depends on slow noise that is hardly visible in the record, so that neither one model nor one
+    set of coefficients is enough. The weight of a model is exp(log-likelihood − number of coefficients) (Akaike 1978),
+    which measures how well it predicts. Within a model, the prediction is averaged over the posterior of the coefficients.
 
     Parameters
     ----------
     fits : sequence of FittedNoise
     series : StampedSeries
         The phase that was fitted; its times are relative to the last sample, s.
-    after : float
-        Time after the last sample, s.
-    design : ndarray, shape (k, 1)
-        Known functions (offset, frequency, drift, …) at that time.
+    after : sequence of float, shape (m,)
+        Ascending times after the last sample, s.
+    design : ndarray, shape (k, m)
+        Known functions (offset, frequency, drift, …) at these times.
     """
-    from scipy.optimize import brentq
-    from scipy.special import stdtr
-
     heights = np.array([f.regressed.log_likelihood - f.candidate.numbers for f in fits])
-    weights = np.exp(heights - heights.max())
-    weights = np.where(weights < MIN_WEIGHT * weights.sum(), 0.0, weights)
-    weights /= weights.sum()
-    at = np.array([float(series.times[-1]) + after])
-    rows = [
-        (weight, *(float(part[0]) for part in predicted_with_noise(fit, series, at, design)))
-        for weight, fit in zip(weights.tolist(), fits, strict=True)
-        if weight > 0.0
+    shares = np.exp(heights - heights.max())
+    shares = np.where(shares < MIN_WEIGHT * shares.sum(), 0.0, shares)
+    times = float(series.times[-1]) + np.asarray(after, dtype=float)
+
+    def predicted(noise: StampedNoise) -> tuple[float, tuple[Array, Array]]:
+        log_likelihood, mean, variance = series.predicted(noise, times, design)
+        return log_likelihood, (mean, variance)
+
+    weights: list[Array] = []
+    rows: list[tuple[Array, Array]] = []
+    for share, fit in zip((shares / shares.sum()).tolist(), fits, strict=True):
+        if share > 0.0:
+            own, values = posterior_points(fit, predicted)
+            weights.append(share * own)
+            rows += values
+    means, variances = (np.array(part).T for part in zip(*rows, strict=True))
+    weight = np.concatenate(weights)
+    return [
+        _holdover(time, weight, mean, np.sqrt(variance))
+        for time, mean, variance in zip(after, means, variances, strict=True)
     ]
-    weight, mean, std, freedom = np.array(rows).T
+
+
+def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:
+    """Mean, standard deviation and interval of a weighted sum of normal distributions."""
+    from scipy.optimize import brentq
+    from scipy.special import ndtr
+
     middle = float(weight @ mean)
     spread = float(np.sqrt(weight @ (std**2 + (mean - middle) ** 2)))
-    far = float((np.abs(mean - middle) + 1e3 * std).max())
+    # No part has more than 2.5 % outside of its own ±10 standard deviations.
+    low, high = float((mean - 10.0 * std).min()), float((mean + 10.0 * std).max())
 
     def end(share: float) -> float:
-        def beyond(x: float) -> float:
-            return float(weight @ stdtr(freedom, (x - mean) / std)) - share
-
-        return float(brentq(beyond, middle - far, middle + far, xtol=1e-6 * spread))
+        return float(
+            brentq(
+                lambda x: float(weight @ ndtr((x - mean) / std)) - share,
+                low,
+                high,
+                xtol=1e-6 * spread,
+            )
+        )
 
     return Holdover(after, middle, spread, end(0.025), end(0.975))

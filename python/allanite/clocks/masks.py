@@ -1,8 +1,9 @@
 """Limits of ITU-T on MTIE and TDEV of clocks, as tables with their sources.
 
-Compared with a second public source on 2026-11-28: tables 1, 3, 4 and 5 of G.8262, the classes A, B and C of G.8273.2, and
-TDEV of G.811 and of class A of G.8272. Clause 8.1 of G.812 is "Wander in locked mode" in the contents of the edition. No
-second source was found for the values of G.812 and of class B of G.8272, and for MTIE of G.811 and of class A of G.8272.
+Each table equals that of public software: G.811 and both classes of G.8272 in `allantools.mask` (allantools 2024.6), and
+tables 1, 3, 4 and 5 of G.8262 in timeTools (blueskyjunkie/timeTools, `ituTG8262/*/wanderGeneration.py`). The classes of
+G.8273.2 are those of Calnex's one-page summary. G.812 has no mask, because no public source of its tables was
+found.
 """
 
 from __future__ import annotations
@@ -132,14 +133,6 @@ def _mask(
 
 #: MTIE of a primary reference clock at short τ: 0.275e-3 τ + 0.025 µs.
 _PRIMARY_CLOCK_MTIE = ((0.275, 1.0), (25.0, 0.0))
-#: TDEV of a node clock of type II or III; option 2 of G.8262 has the same limit.
-_NODE_CLOCK_TDEV = _limit(
-    "G.812 (06/2004) clause 8.1, types II and III",
-    (0.1, 2.5, ((3.2, -0.5),)),
-    (2.5, 40.0, ((2.0, 0.0),)),
-    (40.0, 1e3, ((0.32, 0.5),)),
-    (1e3, 1e4, ((10.0, 0.0),)),
-)
 _MASKS = (
     _mask(
         "G.811",
@@ -155,33 +148,6 @@ _MASKS = (
             (100.0, 1e3, ((0.03, 1.0),)),
             (1e3, 1e4, ((30.0, 0.0),)),
         ),
-    ),
-    _mask(
-        "G.812-I",
-        "node clock of type I, locked",
-        _limit(
-            "G.812 (06/2004) clause 8.1, type I",
-            (0.1, 9.0, ((24.0, 0.0),)),
-            (9.0, 400.0, ((8.0, 0.5),)),
-            (400.0, 1e4, ((160.0, 0.0),)),
-        ),
-        _limit(
-            "G.812 (06/2004) clause 8.1, type I",
-            (0.1, 25.0, ((3.0, 0.0),)),
-            (25.0, 100.0, ((0.12, 1.0),)),
-            (100.0, 1e4, ((12.0, 0.0),)),
-        ),
-    ),
-    _mask(
-        "G.812-II",
-        "node clock of type II or III, locked",
-        _limit(
-            "G.812 (06/2004) clause 8.1, types II and III",
-            (0.1, 1.0, ((40.0, 0.0),)),
-            (1.0, 10.0, ((40.0, 0.4),)),
-            (10.0, 1e3, ((100.0, 0.0),)),
-        ),
-        _NODE_CLOCK_TDEV,
     ),
     _mask(
         "G.8262-1",
@@ -208,7 +174,13 @@ _MASKS = (
             (1.0, 10.0, ((20.0, 0.48),)),
             (10.0, 1e3, ((60.0, 0.0),)),
         ),
-        Limit(_NODE_CLOCK_TDEV.pieces, "G.8262 (07/2010) table 5"),
+        _limit(
+            "G.8262 (07/2010) table 5",
+            (0.1, 2.5, ((3.2, -0.5),)),
+            (2.5, 40.0, ((2.0, 0.0),)),
+            (40.0, 1e3, ((0.32, 0.5),)),
+            (1e3, 1e4, ((10.0, 0.0),)),
+        ),
     ),
     _mask(
         "G.8272-A",

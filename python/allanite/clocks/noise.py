@@ -60,8 +60,8 @@ def clock_noise(
 ) -> list[FittedNoise]:
     """Return fits of sums of the five noises, best first.
 
-    The search starts with the best single noise. Each step adds or removes the one noise that raises the evidence most,
-    until no step raises it.
+    The search starts with the best single noise. Each step adds, removes or replaces the one noise that raises the
+    evidence most, until no step raises it.
     """
     fits: dict[tuple[int, ...], FittedNoise] = {}
 
@@ -78,9 +78,13 @@ def clock_noise(
     while True:
         more = [tuple(sorted((*best, i))) for i in every if i not in best]
         fewer = [tuple(p for p in best if p != i) for i in best if len(best) > 1]
-        around = [*more, *fewer]
-        if not around:
-            break
+        others = [
+            tuple(sorted((*(p for p in best if p != i), j)))
+            for i in best
+            for j in every
+            if j not in best
+        ]
+        around = [*more, *fewer, *others]
         better = max(around, key=lambda one: fit(one, fits[best]).evidence)
         if fits[better].evidence <= fits[best].evidence:
             break

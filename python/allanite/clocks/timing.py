@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels, deviation
-from allanite.clocks.holdover import Holdover, holdover_of
+from allanite.clocks.holdover import Holdover, holdovers_of
 from allanite.clocks.jumps import Jump, jumps_of
 from allanite.clocks.masks import Mask, mask_named
 from allanite.clocks.noise import clock_noise, thinned
@@ -400,7 +400,7 @@ def _timing(
         deviations=curves,
         verdicts=tuple(v for mask in masks for v in verdicts(mask, phase, column.rate)),
         jumps=tuple(jumps),
-        holdover=tuple(fitted.holdover(t) for t in after),
+        holdover=tuple(fitted.holdover(after)),
         temperature=fitted.temperature(),
         steered=None if steering is None else steering[0],
     )
@@ -530,13 +530,17 @@ class _Fitted:
         alone = StampedSeries(self.series.times, self.series.values, self.series.design[:1])
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
 
-    def holdover(self, after: float) -> Holdover:
-        """Predict the phase at a time after the last sample, at the mean temperature of the last tenth of the record."""
-        design = np.zeros((len(self.names), 1))
-        for i, name in enumerate(self.names):
-            known = {"offset": 1.0, "frequency": after, "drift": 0.5 * after**2, "temperature": 0.0}
-            design[i, 0] = known.get(name, 1.0)
-        return holdover_of(self.fits, self.series, after, design)
+    def holdover(self, after: Sequence[float]) -> list[Holdover]:
+        """Predict the phase at times after the last sample, at the mean temperature of the last tenth of the record."""
+        if not after:
+            return []
+        # The likelihood filter takes the times in ascending order.
+        times, places = np.unique(np.asarray(after, dtype=float), return_inverse=True)
+        one = np.ones(times.size)
+        known = {"frequency": times, "drift": 0.5 * times**2, "temperature": 0.0 * times}
+        design = np.array([known.get(name, one) for name in self.names])
+        found = holdovers_of(self.fits, self.series, times.tolist(), design)
+        return [found[i] for i in places.tolist()]
 
 
 def _series(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:

@@ -117,6 +117,15 @@ class Axis:
     inflate: float = 1.0
     turn_on: Mapping[str, Any] | None = None
 
+    def origin(self) -> dict[str, object]:
+        """JSON entries on where the numbers come from: source, warning, notes and assumptions."""
+        return {
+            "source": self.source,
+            "warning": self.warning or None,
+            "notes": list(self.notes),
+            "assumptions": list(self.assumptions),
+        }
+
     @property
     def sampling(self) -> float:
         """Rate of the curves, Hz."""

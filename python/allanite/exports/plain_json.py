@@ -34,9 +34,7 @@ def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, objec
         "kind": axis.kind,
         "unit": axis.unit,
         "rate_hz": rate or axis.rate,
-        "source": axis.source,
-        "warning": axis.warning or None,
-        "notes": list(axis.notes),
+        **axis.origin(),
         "density": "two-sided",
         "coefficients": {n: e.to_dict() for n, e in axis.coefficients.items()},
         "left_out": [

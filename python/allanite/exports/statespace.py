@@ -40,7 +40,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         document = space.to_dict()
         for name in ("Q", "R", "P0"):
             document[name] = (axis.scale**2 * np.array(document[name])).tolist()
-        about = {"name": axis.name, "unit": axis.unit, "source": axis.source}
+        about = {"name": axis.name, "unit": axis.unit, **axis.origin()}
         initial = initial_bias(axis, overbound=overbound)
         document["turn_on_variance"] = None if initial is None else initial**2
         kinds = document["known"]
@@ -49,9 +49,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         document["offset"] = None if mean is None else mean * axis.scale / axis.inflate
         document["references"] = dict(axis.document["samples"].get("references") or {})
         document["functions_unit_si"] = axis.scale / axis.inflate
-        out.append(
-            {**about, "warning": axis.warning or None, "notes": list(axis.notes), **document}
-        )
+        out.append({**about, **document})
     whole = {"schema": "allanite/state_spaces/1", "version": _kernels.version(), "axes": out}
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 

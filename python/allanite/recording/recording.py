@@ -469,7 +469,9 @@ class Recording:
         return psd(self)
 
     def describe(self) -> dict[str, Any]:
-        """JSON record: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
+        """JSON record: path, column, n, rate_hz, duration_s, unit, gaps, audit; log_unit if the log has another unit."""
+        units = {column.unit for column in self.log_columns if column.name in self.columns}
+        log_unit = units.pop() if len(units) == 1 else None
         return {
             "path": self.path,
             "column": ", ".join(self.columns),
@@ -477,6 +479,7 @@ class Recording:
             "rate_hz": self.rate,
             "duration_s": self.duration,
             "unit": self.unit,
+            **({} if log_unit in (None, self.unit) else {"log_unit": log_unit}),
             "gaps": self.gaps,
             "audit": [finding.to_dict() for finding in self.audit],
         }

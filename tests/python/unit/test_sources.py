@@ -61,7 +61,10 @@ def test_a_data_sheet_is_written_for_every_target(name, target, tmp_path):
     axes = axes_of(documents_of(path), None, str(path))
     text = export(axes, target, 200.0)
     assert text
-    if target not in ("json", "statespace"):
+    if target in ("json", "statespace"):
+        listed = [one["assumptions"] for one in json.loads(text)["axes"]]
+        assert listed == [document["assumptions"] for document in documents_of(path)]
+    else:
         assert "assumed" in text
         assert "temperature" in text
         if "Hz" in SHEETS[name][0][0]:

@@ -57,7 +57,8 @@ def test_likelihood_and_regression_equal_those_of_the_dense_covariance():
 
     later = np.array([t[-1] + 2.0, t[-1] + 30.0])
     there = np.array([np.ones(2), later, np.ones(2)])
-    mean, variance = series.predicted(noise, found, later, there)
+    likelihood, mean, variance = series.predicted(noise, later, there)
+    assert likelihood == pytest.approx(found.log_likelihood, rel=1e-12)
     every = covariance(noise, np.concatenate([t, later]))
     gain = every[60:, :60] @ inverse
     assert mean == pytest.approx(amplitudes @ there + gain @ left, rel=1e-8)

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     "--mask",
     multiple=True,
     metavar="NAME",
-    help="ITU-T mask to test: G.811 G.812-I G.812-II G.8262-1 G.8262-2 G.8272-A G.8272-B G.8273.2-A G.8273.2-B"
-    " G.8273.2-C; repeatable.",
+    help="ITU-T mask to test: G.811 G.8262-1 G.8262-2 G.8272-A G.8272-B G.8273.2-A G.8273.2-B G.8273.2-C; repeatable.",
 )
 @click.option(
     "--after",

@@ -100,6 +100,17 @@ class FittedNoise:
         """Log-evidence: restricted log-likelihood minus `price`."""
         return self.regressed.log_likelihood - self.price
 
+    @property
+    def coefficients(self) -> Array:
+        """Fitted coefficients, each in units of the one whose noise scatters by 1 over the record."""
+        return np.asarray(np.exp(0.5 * self._place[: len(self.candidate.effects)]))
+
+    def noise_of(self, coefficients: Array) -> StampedNoise:
+        """Noise with other `coefficients`; a fitted exponent is kept."""
+        place = self._place.copy()
+        place[: coefficients.size] = 2.0 * np.log(np.maximum(coefficients, 1e-300))
+        return self._at(place)
+
     def noise_at(self, number: int, sign: float) -> StampedNoise:
         """Noise with one parameter (log-variance or exponent) changed by `sign` times `CURVATURE_STEP` from the fit."""
         place = self._place.copy()

@@ -1,4 +1,4 @@
-"""Standard errors of amplitudes and predictions that include the uncertainty of the noise model.
+"""Standard errors of amplitudes that include the uncertainty of the noise model.
 
 The variance is that under the fitted noise, plus twice the variance of the value over the uncertain noise parameters
 (Kenward & Roger 1997). Degrees of freedom follow from the variance of the variance (Satterthwaite 1946).
@@ -15,9 +15,8 @@ from allanite.fit.stamped.candidates import CURVATURE_STEP
 
 if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
-    from allanite.fit.stamped.likelihood import StampedSeries
 
-__all__ = ["amplitude_errors", "predicted_with_noise"]
+__all__ = ["amplitude_errors"]
 
 Array = NDArray[np.float64]
 
@@ -28,22 +27,6 @@ def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
         (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
     ]
     return _combined(best, neighbors, best.regressed.covariance.diagonal())
-
-
-def predicted_with_noise(
-    best: FittedNoise, series: StampedSeries, times: Array, design: Array
-) -> tuple[Array, Array, Array]:
-    """Predicted mean, standard deviation and degrees of freedom at later times, shape (m,) each.
-
-    Parameters are those of `StampedSeries.predicted`.
-    """
-    mean, variance = series.predicted(best.noise, best.regressed, times, design)
-    neighbors = []
-    for i, pair in enumerate(best.neighbors):
-        for sign, regressed in zip((-1.0, 1.0), pair, strict=True):
-            neighbors.append(series.predicted(best.noise_at(i, sign), regressed, times, design))
-    std, freedom = _combined(best, neighbors, variance)
-    return mean, std, freedom
 
 
 def _combined(

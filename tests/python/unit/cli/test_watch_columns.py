@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from documents import valid
 
 N, RATE = 0.01, 100.0
 RNG = np.random.default_rng(5)
@@ -109,6 +110,55 @@ def test_the_unit_is_that_of_the_model_file(run, tmp_path, model):
     assert run("watch", log, "--model", model, "--state", state)[0] == 0
     assert al.Summary.load(tmp_path / "a.state.summary").units == ("deg/s",)
     assert "unit" in run("watch", log, "--model", model, "--unit", "furlong")[2]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("header", "factor", "options", "holds"),
+    [
+        ("gy [mdeg/s]", 1e3, (), True),
+        ("gyro_x_mdps", 1e3, (), True),
+        ("gy", 1e3, ("--unit", "mdeg/s"), True),
+        ("gy", 1e3, (), False),
+    ],
+)
+def test_samples_are_converted_to_the_unit_of_the_model(
+    run, tmp_path, model, header, factor, options, holds
+):
+    log = written(tmp_path / "log.csv", header, factor * noise())
+    code, out, err = run("watch", log, "--model", model, *options)
+    assert (code, last(out)["holds"]) == (0, holds), err
+
+
+@pytest.mark.slow
+def test_a_phase_in_ns_is_watched_as_it_was_fitted(run, tmp_path):
+    clock = al.parse_model("Q(Q=2e-9)+N(N=1e-11)").simulate(n=8000, rate=1.0, seed=1, unit="1")
+    phase = 1e9 * np.cumsum(clock.samples)
+    first = written(tmp_path / "first.csv", "phase", phase[:4000])
+    model = tmp_path / "clock.json"
+    code, _, err = run(
+        "fit", first, "--unit", "ns", "--quantity", "angle", "--rate", "1", "--save", model,
+        "--model", "Q+N",
+    )  # fmt: skip
+    assert code == 0, err
+    assert valid(json.loads(model.read_text()))["recording"]["log_unit"] == "ns"
+    for header in ("phase", "phase_ns", "phase [ns]"):
+        log = written(tmp_path / "log.csv", header, phase[4000:])
+        code, out, err = run("watch", log, "--model", model, "--quantity", "angle")
+        assert (code, last(out)["samples"], last(out)["holds"]) == (0, 3999, True), err
+
+
+@pytest.mark.slow
+def test_a_restart_knows_the_header(run, tmp_path, model):
+    log = written(tmp_path / "log.csv", "time [s],gx,gy [mdeg/s]", times(), noise(), 1e3 * noise())
+    options = ("watch", log, "--model", model, "--column", "gy", "--state", tmp_path / "a.state")
+    assert run(*options)[0] == 0
+    with log.open("a") as stream:
+        stream.writelines(
+            f"{t:.2f},9,{1e3 * x:.9g}\n" for t, x in zip(times(), noise(), strict=True)
+        )
+    code, out, err = run(*options)
+    assert (code, last(out)["samples"], last(out)["holds"]) == (0, 6000, True), err
 
 
 def test_a_row_of_many_cells_is_said_in_one_line(run, tmp_path, model):

@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 @click.option(
     "--rate", type=float, metavar="HZ", help="Sampling rate. Default: from the model file."
 )
-@click.option("--unit", metavar="UNIT", help="Unit of the samples. Default: from the model file.")
+@click.option(
+    "--unit",
+    metavar="UNIT",
+    help="Unit of the samples. Default: from the header, otherwise that of the log to which the model was fitted.",
+)
 @click.option(
     "--quantity",
     type=click.Choice(["rate", "increment", "angle"]),
@@ -81,7 +85,7 @@ def command(
     """
     from pathlib import Path
 
-    from allanite.cli.first_rows import column_index
+    from allanite.cli.first_rows import WatchedColumn, watched_column
     from allanite.cli.live_source import Stop, is_file, rows_of
     from allanite.cli.models import models_of
     from allanite.cli.pipe import NAME, PIPE
@@ -99,11 +103,10 @@ def command(
     if rate is None:
         raise InputError("no sampling rate in --model: add --rate HZ")
     with about("--unit"):
-        # The unit in a model file is that of the rate, whatever --quantity is.
-        unit = (
-            rate_unit(chosen.unit or "1", "rate") if unit is None else rate_unit(unit, quantity)
-        ).name
-    watch = Watch(chosen.model, rate, unit, quantity=quantity)
+        given = None if unit is None else rate_unit(unit, quantity).name
+    # The unit in a model file is that of the rate, whatever --quantity is. The samples are converted to it.
+    own = chosen.unit or given or "1"
+    watch = Watch(chosen.model, rate, own, quantity=quantity)
     if state is not None and Path(state).is_file():
         watch.restore(state)
         if not is_file(source):
@@ -111,11 +114,11 @@ def command(
             watch.interrupt()
     name = NAME if source == PIPE else source
 
-    def column_of(first: list[str]) -> int:
+    def column_of(first: list[str]) -> WatchedColumn:
         with about(name):
-            return column_index(first, column, chosen.column, name)
+            return watched_column(first, column, chosen, unit, quantity, name)
 
-    start = _Start(name, rate, unit, watch.taken)
+    start = _Start(name, rate, own, watch.taken)
     report = _Report(watch, state, prometheus, every * rate)
     stop = Stop()
     with stop.listening():
