@@ -18,7 +18,8 @@ import numpy as np
 from side_by_side import save
 
 from allanite import parse_model
-from allanite.page.server import Sessions, make_app
+from allanite.page.server import make_app
+from allanite.page.sessions import Sessions
 from allanite.page.source import Source
 
 with warnings.catch_warnings():

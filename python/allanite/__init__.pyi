@@ -27,10 +27,7 @@ from allanite.comparison import Acceptance as Acceptance
 from allanite.comparison import Curves as Curves
 from allanite.comparison import accept as accept
 from allanite.comparison import compare as compare
-from allanite.comparison.datasheet import DataSheet as DataSheet
-from allanite.comparison.datasheet import Quoted as Quoted
 from allanite.comparison.datasheet import compare_datasheet as compare_datasheet
-from allanite.comparison.datasheet import read_datasheet as read_datasheet
 from allanite.deviation import Deviation as Deviation
 from allanite.deviation import Deviations as Deviations
 from allanite.deviation import adev as adev
@@ -84,6 +81,9 @@ from allanite.report import make_report as make_report
 from allanite.scale import Fleet as Fleet
 from allanite.scale import Watch as Watch
 from allanite.scale import fleet as fleet
+from allanite.sources.datasheet import DataSheet as DataSheet
+from allanite.sources.datasheet import Quoted as Quoted
+from allanite.sources.datasheet import read_datasheet as read_datasheet
 from allanite.spectrum import Spectrum as Spectrum
 from allanite.spectrum import psd as psd
 from allanite.statespace import Innovations as Innovations

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 
-__all__ = ["main"]
-
 
 def main() -> None:
     """Import and run the command line."""

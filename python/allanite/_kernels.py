@@ -13,46 +13,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "Accumulator",
-    "Lapped",
-    "Likelihood",
-    "Ordinates",
-    "Simulator",
-    "TextReader",
-    "add_rows",
-    "adjacent_allan",
-    "allan_covariance",
-    "allan_law",
-    "allan_variances",
-    "averaging_factors",
-    "best_courses",
-    "best_pair",
-    "chirp_heights",
-    "cosine_transform",
-    "end_with_line",
-    "envelope",
-    "family_variance",
-    "few_arenas",
-    "free_buffers",
-    "gls_nonnegative",
-    "in_order",
-    "inverse_cosine_transform",
-    "kalman_filter",
-    "kalman_smooth",
-    "order",
-    "overlapping_allan",
-    "padded_periodogram",
-    "power_law_bank",
-    "read_text",
-    "simulate",
-    "squares",
-    "stamped_filter",
-    "steps",
-    "trim",
-    "version",
-]
-
 version = _core.version
 
 # -- spectrum

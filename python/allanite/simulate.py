@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     Gain = Callable[..., Array]
 
-__all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
-
 #: Maximum number of samples. A double represents all indices up to this number; no memory holds so many samples.
 SAMPLES = 2**53
 #: Samples that are simulated at a time before the record begins, while filters settle.

@@ -28,19 +28,10 @@ from allanite.effects import (
     parse_model,
     white_noise,
 )
-from allanite.effects._base import SCREENS
+from allanite.effects._declared import SCREENS
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.simulate import simulate
 from allanite.spectrum import bins_of
-
-__all__ = [
-    "check_amplitudes",
-    "check_declaration",
-    "check_density",
-    "check_effect",
-    "check_round_trip",
-    "check_simulation",
-]
 
 Array = NDArray[np.float64]
 Columns = Mapping[str, Array]

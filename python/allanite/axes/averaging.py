@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from allanite.study import Study
 
-__all__ = ["Averaged", "averaged"]
-
 #: Averages in a record at the longest averaging time that is compared: a ratio of two deviations is then known to 10 %.
 MIN_AVERAGES = 50
 #: Names that readers give to columns without one. Their number is a position, not the number of a sensor.

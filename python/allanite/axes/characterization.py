@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from allanite.report import Report
     from allanite.study import Study
 
-__all__ = ["Characterization", "Common", "Sensor", "common_of"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensor:

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from allanite.fit.result import Fit
 
-__all__ = ["CrossBand", "CrossSpectrum", "cross_spectra"]
-
 #: Fewest ordinates of a band; bands are octaves from half of the rate down. Chosen by judgment; not measured.
 MIN_BAND_ORDINATES = 16
 #: False-alarm probability of all bands of all pairs together.

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.several.many import Pooled
 
-__all__ = ["Agreement", "Form", "common_form", "labels_of"]
-
 #: p-value, divided by the number of parameters, below which axes differ.
 DIFFERENCE_LEVEL = 0.05
 

@@ -18,8 +18,6 @@ from allanite.common.showing import html_list, html_table
 if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization
 
-__all__ = ["html"]
-
 
 def html(found: Characterization) -> str:
     """HTML of a characterization: a table for each sensor, and sentences below."""

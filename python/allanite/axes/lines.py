@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.fit.result import Fit
 
-__all__ = ["CommonEvent", "CommonLine", "common_events", "common_lines"]
-
 #: Largest difference of two equal frequencies or times, in standard errors of the difference: about 1 % false separations
 #: over ten pairs.
 MAX_DIFFERENCE = 3.3

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.study import Study
 
-__all__ = ["Row", "convention", "legend", "rows"]
-
 #: SI unit of the samples of each kind of sensor.
 SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
 #: Further units that data sheets use.

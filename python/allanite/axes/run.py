@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     Start = Model | Effect | str
 
-__all__ = ["characterize", "improve_columns"]
-
 #: Suggestions of an adequate model that are kept for display.
 KEPT_SUGGESTIONS = 2
 #: Time limit, s, of a column that begins after the common limit: only its first model is fitted.

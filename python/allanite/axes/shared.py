@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from allanite.axes.lines import CommonLine
     from allanite.fit.result import Fit
 
-__all__ = ["SharedNoise", "shared_noise"]
-
 T = TypeVar("T")
 
 #: Smallest ratio of the coherence that a common line would cause to the measured one, from which the line explains it.

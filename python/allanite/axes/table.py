@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Sensor
     from allanite.study import Study
 
-__all__ = ["table"]
-
 #: Text between two columns.
 GAP = "  "
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["NAMES", "columns_by_sensor"]
-
 #: Name of the sensor for each kind of unit.
 NAMES = {ANGULAR_RATE: "gyroscope", ACCELERATION: "accelerometer", FREQUENCY: "clock"}
 

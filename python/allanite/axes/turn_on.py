@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["TurnOn", "column_means", "turn_on_bias", "turn_on_biases"]
-
 #: Fewest logs for a fit of temperature: a straight line leaves two degrees of freedom.
 MIN_LOGS_FOR_TEMPERATURE = 4
 #: p-value, divided by the number of columns, below which a temperature explains the bias.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from allanite.study import Study
 
-__all__ = ["Twin", "samples_of", "twin"]
-
 #: Largest share of rounding in the variance of the white noise. Above it the samples take few values, and the rounding
 #: is not simulated separately. Chosen by judgment; not measured.
 MAX_ROUNDING_SHARE = 0.5

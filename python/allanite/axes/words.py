@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Common, Sensor
     from allanite.axes.forms import Agreement, Form
 
-__all__ = ["at_work", "in_common", "remarks", "seen_by_several", "title", "turn_on_sentences"]
-
 
 def title(found: Characterization) -> str:
     """``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · covariate temperature``."""

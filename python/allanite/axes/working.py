@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study import Study
 
-__all__ = ["Line", "Working", "check_working", "working_states"]
-
 Array = NDArray[np.float64]
 
 #: Highest frequency of motion, Hz: attitude loops of small multicopters cross over at 2 to 8 Hz, other vehicles are slower.

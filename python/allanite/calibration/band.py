@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from allanite.calibration.forms import Tried
     from allanite.fit import Fit
 
-__all__ = ["Curve", "curve_of"]
-
 #: Laws that are drawn at random for the band. The width of the band then has a standard error of 2 %.
 DRAWS = 4000
 #: Number of temperatures of the curve, evenly spaced over the range of the logs.

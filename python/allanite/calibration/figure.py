@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.calibration.law import AxisLaw
     from allanite.calibration.thermal import ThermalCalibration
 
-__all__ = ["plot_thermal"]
-
 
 def plot_thermal(
     found: ThermalCalibration, path: str | Path | None = None, theme: str = "light"

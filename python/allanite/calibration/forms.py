@@ -26,18 +26,6 @@ if TYPE_CHECKING:
     from allanite.calibration.runs import Runs
     from allanite.effects import Deterministic
 
-__all__ = [
-    "Form",
-    "Tried",
-    "chosen",
-    "design",
-    "fitted",
-    "law_of",
-    "memory_of",
-    "near_the_best",
-    "tried_forms",
-]
-
 POWERS = ("constant", "linear", "quadratic", "cubic")
 #: Highest power of the temperature: PX4 and ArduPilot evaluate polynomials up to the third power.
 MAX_POWER = 3

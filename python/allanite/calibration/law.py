@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.statespace.growth import Growth
 
-__all__ = ["AxisLaw", "Loop", "NoiseLaw", "Remainder"]
-
 
 @dataclass(frozen=True, slots=True)
 class NoiseLaw:

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.statespace.growth import Growth
 
-__all__ = ["growths", "loop_of", "noise_law", "offsets_of", "remainder", "walk_of_steps"]
-
 #: Fewest averages of the longest run at the longest averaging time. With fewer, the deviation is too uncertain.
 MIN_AVERAGES = 4
 #: Times after the last fix for which the error is stated, s; only times shorter than the longest log are used.

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Runs", "join", "thermometers"]
-
 #: Largest relative difference of two sampling rates that count as equal. Clocks of sensors differ by less than 1 %.
 SAME_RATE = 0.01
 #: A change of direction counts if the temperature changes by more than twice this fraction of its range. Chosen by

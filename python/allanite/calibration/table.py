@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from allanite.calibration.thermal import ThermalCalibration
     from allanite.statespace.growth import Growth
 
-__all__ = ["thermal_table"]
-
 
 def thermal_table(found: ThermalCalibration) -> str:
     """Return for each axis a headline, and below it the details and the noise after correction."""

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.calibration.law import AxisLaw
     from allanite.calibration.thermal import ThermalCalibration
 
-__all__ = ["TARGETS", "render"]
-
 #: Fixed reference temperature of ArduPilot, °C, and the factor by which its coefficients are multiplied
 #: (AP_InertialSensor_tempcal.cpp).
 ARDUPILOT_REFERENCE, ARDUPILOT_SCALE = 35.0, 1e6

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
     from allanite.recording import Recording
 
-__all__ = ["ThermalCalibration", "thermal"]
-
 #: Most samples, after averaging, on which the forms are compared. The dependence on temperature is slow, so that averages
 #: suffice, and the fit of one form takes about forty Fourier transforms.
 MAX_SEARCH_SAMPLES = 8192

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Clock"]
-
 #: Rows at the end of a chunk that wait for the next chunk. Later stamps may show that a late stamp is no gap, or that
 #: diverging stamps return (`allanite.recording.steps.MAX_DISORDER_ROWS`).
 HELD_BACK_ROWS = MAX_DISORDER_ROWS + 1

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.readers._table import Table
     from allanite.readers.columns import Roles
 
-__all__ = ["FIRST_ROWS", "WatchedColumn", "cells_of", "has_numbers", "rows_in", "watched_column"]
-
 #: Rows of numbers from which the columns are recognized. Without a header, this many rows show which column is time.
 #: Chosen by judgment; not measured.
 FIRST_ROWS = 100

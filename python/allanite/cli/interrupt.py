@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-__all__ = ["keep_interrupts"]
-
 #: Time until an interrupt that had no effect is raised again, s. Chosen by judgment; not measured.
 REPEAT_S = 0.05
 #: File name of the frames of Python's import system.

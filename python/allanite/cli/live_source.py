@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
     from allanite.cli.first_rows import WatchedColumn
 
-__all__ = ["Rows", "Stop", "is_file", "rows_of"]
-
 #: Number of bytes per read.
 BLOCK = 1 << 16
 #: Maximum length of a line, bytes. Rows of known loggers are a thousand times shorter.

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.effects import Effect, Model
 
-__all__ = ["NamedModel", "for_column", "models_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class NamedModel:

@@ -22,24 +22,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
 
-__all__ = [
-    "DEFAULT_MODEL",
-    "INFLATE",
-    "SEED",
-    "LogCommand",
-    "LogOptions",
-    "RateType",
-    "columns_of",
-    "is_points_per_decade",
-    "is_shown_early",
-    "json_option",
-    "log_options",
-    "model_option",
-    "recording_of",
-    "recordings_of",
-    "time_option",
-]
-
 DEFAULT_MODEL = "N+B+K"
 #: Minimum number of samples of a recording, for every command. Chosen by judgment; not measured.
 MIN_SAMPLES = 16

@@ -30,22 +30,6 @@ if TYPE_CHECKING:
     from allanite.plots.spec import Figure
     from allanite.recording import Recording
 
-__all__ = [
-    "check_targets",
-    "dumps",
-    "notes",
-    "phase",
-    "plot",
-    "progress",
-    "progress_of_axes",
-    "save_figure",
-    "save_fits",
-    "show",
-    "width",
-    "wrapped",
-    "write_csv",
-]
-
 #: Time of a whole stepwise search divided by the time of its first step. Measured: 1 without additions, 2.5 after two
 #: additions, 5 after five.
 MAX_TIME_RATIO = 5.0

@@ -15,8 +15,6 @@ from allanite.readers import FORMATS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["NAME", "PIPE", "log_file", "named"]
-
 PIPE = "-"
 NAME = "standard input"
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study import Study
 
-__all__ = ["RunFolder"]
-
 MODEL, TABLE, MODELS = "model.json", "table.txt", "models.json"
 #: File with the digest of the samples and options of an axis. A run continues from a saved model only if they are equal.
 INPUT = "input.sha256"

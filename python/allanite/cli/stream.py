@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     _Rows = Callable[[list[int]], Iterator[NDArray[Any]]]
 
-__all__ = ["Stream", "deviations", "too_large"]
-
 #: Number of rows per chunk.
 CHUNK_ROWS = 1 << 16
 #: Maximum number of averaging times per octave (limit of `Accumulator`).
@@ -112,7 +110,7 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
 def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
     """Description and deviation of each column; errors do not name the log yet."""
     from allanite.cli.clock import Clock
-    from allanite.deviation.averaging import positive_rate
+    from allanite.common.validation import positive_rate
     from allanite.readers import contradicted, request_of
     from allanite.readers.columns import understand
     from allanite.readers.unit_names import unitless

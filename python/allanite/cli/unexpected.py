@@ -11,8 +11,6 @@ from pathlib import Path
 
 from allanite.common.memory import address_space
 
-__all__ = ["internal_error_message"]
-
 
 def internal_error_message(error: BaseException) -> str:
     """Message about an internal error; the traceback is written to a temporary file, which the message names."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["WORDS", "words_of"]
-
 WORDS = {
     "rate": "--rate HZ",
     "this_rate": "--rate {}!",

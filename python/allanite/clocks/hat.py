@@ -28,8 +28,6 @@ from allanite.deviation import oadev
 if TYPE_CHECKING:
     from allanite.recording import Recording
 
-__all__ = ["ClockDeviation", "Clocks", "three_cornered_hat"]
-
 Array = NDArray[np.float64]
 #: Chains of the sampler, discarded first steps, and used steps. Errors of the quantiles are then 1 % of the interval.
 CHAINS, WARMUP_STEPS, STEPS = 64, 200, 400

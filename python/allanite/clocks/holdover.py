@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.likelihood import StampedSeries
     from allanite.fit.stamped.noise import StampedNoise
 
-__all__ = ["Holdover", "holdovers_of"]
-
 Array = NDArray[np.float64]
 
 

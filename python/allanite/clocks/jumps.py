@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Jump", "jumps_of"]
-
 Array = NDArray[np.float64]
 #: Probability that a record with normal increments and without jumps has a false jump.
 FALSE_ALARM = 0.01

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 
-__all__ = ["MASKS", "Limit", "Mask", "Piece", "mask_named"]
-
 Array = NDArray[np.float64]
 #: 1 ns in s. The recommendations state limits in ns.
 NS = 1e-9

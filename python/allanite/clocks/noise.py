@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from allanite.fit.stamped.likelihood import StampedSeries
 
-__all__ = ["EFFECTS", "clock_noise", "thinned"]
-
 #: White PM, flicker PM, white FM, flicker FM, random-walk FM: in order of the slope of their frequency densities.
 EFFECTS: tuple[Stochastic, ...] = (
     Quantization(),

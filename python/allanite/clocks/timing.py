@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.recording import Recording
 
-__all__ = ["Timing", "Timings", "timing", "timing_columns"]
-
 Array = NDArray[np.float64]
 #: Fewest samples for a fit of noise and frequency. Chosen by judgment; not measured.
 MIN_SAMPLES = 32

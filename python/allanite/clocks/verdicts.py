@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from allanite.clocks.masks import Limit, Mask
     from allanite.deviation import Deviation
 
-__all__ = ["Verdict", "averages", "low_passed", "verdicts"]
-
 Array = NDArray[np.float64]
 #: Smallest ratio of the length of a record to τ: for a time deviation (ITU-T O.172), and for a time interval error.
 MIN_LENGTH_OVER_TAU = {"tdev": 12.0, "mtie": 1.0}

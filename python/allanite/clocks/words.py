@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["span_text", "time_text"]
-
 
 def time_text(seconds: float) -> str:
     """Return a time error with three digits, in s, ms, µs, ns or ps."""

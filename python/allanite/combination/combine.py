@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
     from allanite.recording import Recording
 
-__all__ = ["Combination", "combine", "units_of"]
-
 #: Fewest averages of the shortest record at the longest averaging time: the deviation then has an error of 10 %.
 MIN_AVERAGES = 50
 

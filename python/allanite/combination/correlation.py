@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.axes.coherence import CrossBand
     from allanite.fit import Fit
 
-__all__ = ["Correlation", "allan_covariance", "correlations"]
-
 #: Frequencies per octave of the integral over an Allan variance, and decades below 1/τ at which it begins. Chosen by
 #: judgment; not measured.
 POINTS_PER_OCTAVE, DECADES_BELOW = 48, 2.0

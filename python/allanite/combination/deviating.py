@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.fit import Fit
 
-__all__ = ["DeviatingUnit", "deviating_units"]
-
 #: Probability of reporting a healthy unit, as a fraction of units; half of the promised 1 %.
 FALSE_ALARM = 0.005
 #: Fewest units for the comparison. If two units differ, either of them may be the unusual one.

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from allanite.combination.combine import Combination
 
-__all__ = ["plot_combination"]
-
 
 def plot_combination(
     found: Combination, path: str | Path | None = None, theme: str = "light"

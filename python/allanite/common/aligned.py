@@ -6,8 +6,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-__all__ = ["aligned", "aligned_when_unpickled"]
-
 C = TypeVar("C", bound=type[Any])
 
 

@@ -12,8 +12,6 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
-__all__ = ["one_thread"]
-
 
 class _Users:
     """Counts the computations that need one thread, and restores the other threads after the last one."""

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["child_environment", "python_command", "safe_path"]
-
 
 def python_command(*arguments: str) -> list[str]:
     """Command line of a Python child process that ignores modules in the working directory.

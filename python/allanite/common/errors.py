@@ -12,16 +12,6 @@ from contextlib import contextmanager
 
 from allanite.common.plain import plain
 
-__all__ = [
-    "CALL",
-    "AllaniteError",
-    "InputError",
-    "InternalError",
-    "TooShortError",
-    "about",
-    "worded",
-]
-
 #: Parameter → its name in a remedy for callers of the Python library. ``{}`` stands for a value.
 CALL: Mapping[str, str] = {
     "rate": "rate=",

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["add_installed", "declared_in"]
-
 
 def declared_in(name: str, *packages: str) -> Iterator[Any]:
     """Values of the variable `name` in the public modules of some packages that define it, by module name."""

@@ -19,8 +19,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["OwnedFolder", "check_target", "exists", "is_file", "whole_file"]
-
 
 def is_file(text: str | Path) -> bool:
     """True if a text names a file. False also if the text is too long for a path or contains a null character."""

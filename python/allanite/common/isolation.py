@@ -28,8 +28,6 @@ from allanite.common.plain import plain
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-__all__ = ["POLL_S", "Limits", "call_isolated", "serve_order"]
-
 #: Time between two checks of a child, s.
 POLL_S = 0.02
 #: Time after the deadline of a child until its parent kills the child, s. A child may be unable to end itself.

@@ -12,19 +12,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from functools import _lru_cache_wrapper
 
-__all__ = [
-    "VARIABLE",
-    "address_space",
-    "budget",
-    "clear_caches",
-    "cleared_by_free_buffers",
-    "free_memory",
-    "over_budget",
-    "require_memory",
-    "shown_bytes",
-    "source_of_budget",
-]
-
 Kept = TypeVar("Kept", bound="_lru_cache_wrapper[Any]")
 
 #: Environment variable that sets the budget: a number of bytes, also with K, M, G or T.

@@ -7,17 +7,6 @@ import math
 import re
 from collections.abc import Iterable
 
-__all__ = [
-    "chance_text",
-    "figures_for_interval",
-    "harmonics_text",
-    "number",
-    "numbers_text",
-    "tidy",
-    "trials_text",
-    "with_interval",
-]
-
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")

@@ -7,8 +7,6 @@ from typing import Any
 
 from allanite.common.units import conversion
 
-__all__ = ["NORMAL", "Estimate"]
-
 #: 97.5 % quantile of the normal distribution: half width of a 95 % interval in standard errors.
 NORMAL = 1.959964
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["file_name", "plain"]
-
 
 def plain(text: object, most: int | None = None) -> str:
     r"""The text with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).

@@ -16,17 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.common.parameters import Estimate
 
-__all__ = [
-    "REQUESTED_UNITS",
-    "column_unit",
-    "in_sheet",
-    "in_table",
-    "printed",
-    "relative_unit",
-    "sample_unit",
-    "table_unit",
-]
-
 #: Units that the user requested, by kind of sensor. Each is a unit of samples or of a coefficient.
 REQUESTED_UNITS: ContextVar[Mapping[str, str]] = ContextVar(
     "requested_units", default=MappingProxyType({})

@@ -9,8 +9,6 @@ from typing import Any, Generic, TypeVar
 
 from allanite.common.errors import InputError
 
-__all__ = ["NoColumnError", "Several", "by_column", "former_use"]
-
 T = TypeVar("T")
 
 

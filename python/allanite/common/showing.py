@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["brief", "html_list", "html_table", "numbers", "recording_html"]
-
 #: Maximum length of a nested value that is shown in full, characters.
 MAX_VALUE_LENGTH = 60
 

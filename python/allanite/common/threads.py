@@ -22,19 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from types import TracebackType
 
-__all__ = [
-    "Ended",
-    "Pool",
-    "has_running_jobs",
-    "parallel_columns",
-    "processors",
-    "results_or_raise",
-    "side_by_side",
-    "stop_if_unwanted",
-    "while_wanted",
-    "with_deadline",
-]
-
 T = TypeVar("T")
 
 #: Maximum number of columns that are computed at a time. Each needs the working memory of a whole column.

@@ -13,8 +13,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["read_value", "write_value"]
-
 MAGIC = b"allanite"
 #: Last bytes of the file: length of the JSON text before them, and the magic bytes.
 TRAILER = struct.Struct("<Q8s")

@@ -16,18 +16,6 @@ from functools import lru_cache
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 
-__all__ = [
-    "SAMPLE_UNITS",
-    "Unit",
-    "coefficient_unit",
-    "conversion",
-    "is_frequency",
-    "normalized",
-    "parse_unit",
-    "rate_unit",
-    "units_by_kind",
-]
-
 STANDARD_GRAVITY = 9.80665  # m/s², CODATA
 
 ANGULAR_RATE = "angular rate"

@@ -14,19 +14,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = [
-    "MAX_NUMBER",
-    "SEEDS",
-    "check_size",
-    "floats",
-    "positive",
-    "positive_rate",
-    "require_frequencies",
-    "require_recording",
-    "sample_index",
-    "whole",
-]
-
 #: Largest seed: the generator takes 64 bits.
 SEEDS = 2**64 - 1
 #: Largest number whose square is still a double.

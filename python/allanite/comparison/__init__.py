@@ -8,12 +8,8 @@ from __future__ import annotations
 
 from allanite.comparison.acceptance import Acceptance, accept, accept_study, limit_line
 from allanite.comparison.curves import Curves, Drawn, compare
-from allanite.comparison.datasheet import (
-    DataSheet,
-    Quoted,
-    compare_datasheet,
-    read_datasheet,
-)
+from allanite.comparison.datasheet import compare_datasheet
+from allanite.sources.datasheet import DataSheet, Quoted, read_datasheet
 
 __all__ = [
     "Acceptance",

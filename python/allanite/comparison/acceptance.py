@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from allanite.sources.datasheet import DataSheet, Quoted
     from allanite.study import Study
 
-__all__ = ["Acceptance", "FigureVerdict", "accept", "accept_study", "limit_line"]
-
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
 #: Fewest degrees of freedom of the point of the Allan curve that is used as its minimum. The upper end of the 95 %
 #: interval is then 1.23 times the deviation (chi-squared with 40 degrees of freedom).

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study import Study
 
-__all__ = ["Curves", "Drawn", "compare", "of_deviations", "of_studies"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:

@@ -11,18 +11,8 @@ import numpy as np
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 from allanite.effects import Model, Stochastic, find
-from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted, read_datasheet
+from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
 from allanite.sources.slips import slip
-
-__all__ = [
-    "Comparison",
-    "DataSheet",
-    "Quoted",
-    "compare_datasheet",
-    "minimum_of",
-    "read_datasheet",
-    "with_figures",
-]
 
 #: Fewest degrees of freedom of a point of the Allan curve that is used as its minimum. Chosen by judgment; not measured.
 MIN_EDF = 10

@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
-__all__ = ["rows", "worst"]
-
 #: Smallest |Σz|/√k of an interval of k bins that is a failure, standard deviations. About 0.2 % of true models exceed
 #: it: the largest such sum over all intervals of some 500 independent scores.
 MIN_INTERVAL_SCORE = 5.2

@@ -11,8 +11,6 @@ from allanite.fit.curve import MIN_FAILING_SCORE
 if TYPE_CHECKING:
     from allanite.fit.curve import Curve
 
-__all__ = ["rows", "worst"]
-
 
 def rows(curve: Curve) -> list[dict[str, Any]]:
     """JSON records of the averaging times: measured and model deviation, their ratio, standard normal score."""

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
 
-__all__ = ["TimeMap", "overdispersion", "time_map"]
-
 #: Segments of the record: a change that lasts 3 % of it fills one, and the slow octaves still have a few values in each.
 SEGMENTS = 32
 #: Fewest values of a cell of the map on average; octaves with fewer are omitted. Chosen by judgment; not measured.

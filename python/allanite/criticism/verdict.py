@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.result import Fit
 
-__all__ = ["Where", "criticise"]
-
 Range = tuple[float, float] | None
 
 

@@ -9,15 +9,14 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.deviation.averaging import QUANTITIES, one_column, positive_rate
+from allanite.common.validation import positive_rate
+from allanite.deviation.averaging import QUANTITIES, one_column
 from allanite.deviation.confidence import degrees_of_freedom
 from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-__all__ = ["Accumulator"]
 
 #: Minimum number of averages for an identification of the noise, as in rust/deviation/identify.rs.
 MIN_POINTS = 90

@@ -17,16 +17,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "QUANTITIES",
-    "Samples",
-    "Taus",
-    "averaging_factors",
-    "one_column",
-    "positive_rate",
-    "samples_of",
-]
-
 #: Averaging times as a keyword, a number per decade, or seconds.
 Taus: TypeAlias = "str | int | Sequence[float] | NDArray[np.float64]"
 

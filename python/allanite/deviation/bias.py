@@ -6,19 +6,6 @@ import numpy as np
 
 from allanite.deviation.confidence import degrees_of_freedom
 
-__all__ = [
-    "allan_edf",
-    "hadamard_edf",
-    "hadamard_total_bias",
-    "hadamard_total_edf",
-    "modified_edf",
-    "modified_total_bias",
-    "modified_total_edf",
-    "theo1_edf",
-    "total_bias",
-    "total_edf",
-]
-
 #: edf = b T/τ − c by power law; NIST SP 1065 tables 8 and 10.
 TOTAL = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
 MODIFIED_TOTAL = {

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.deviation.averaging import Taus
     from allanite.plots import Figure
 
-__all__ = ["Deviations", "deviations", "has_columns", "of_columns"]
-
 
 class Deviations(Several[Deviation]):
     """Deviation of each column, by its name.

@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["degrees_of_freedom", "interval"]
-
 #: Ratio of neighboring nodes of the sum over lags; they differ by at least 1.
 NODE_RATIO = 1.06
 #: (−1)^i C(2d, d+i), i = 0 … d: autocovariance of a d-th difference of white noise.

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
 
 
-__all__ = ["DynamicDeviation", "dynamic_oadev"]
-
 #: Most windows and averaging times of a printed table.
 MAX_ROWS, MAX_COLUMNS = 24, 6
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.deviation.table import Estimator
 
-__all__ = ["estimate", "kernel_results"]
-
 #: Smallest variance without loss of digits: squares of samples stay far above 2.2e-308, the smallest normal double.
 MIN_VARIANCE = 1e-270
 #: Largest |log2| of samples whose squares a double holds.

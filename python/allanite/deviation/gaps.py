@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["gap_notes"]
-
 #: Share of lost terms of an averaging time above which decimation is advised. Chosen by judgment; not measured.
 MAX_LOST_SHARE = 0.5
 #: Decimation is advised only below this share of the longest averaging time. Chosen by judgment; not measured.

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
 
 
-__all__ = ["Deviation", "cell_text"]
-
 #: Default confidence of an interval.
 DEFAULT_CONFIDENCE = 0.95
 

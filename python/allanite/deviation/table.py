@@ -13,8 +13,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["ESTIMATORS", "Estimator", "estimator_named"]
-
 Ints: TypeAlias = "NDArray[np.int64]"
 Floats: TypeAlias = "NDArray[np.float64]"
 

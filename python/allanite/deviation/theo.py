@@ -17,8 +17,6 @@ from allanite.deviation.result import Deviation
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["theo1", "theoh"]
-
 #: Most pairs (m = 9 + 3i, 12 + 4i) over which the bias of Theo1 is averaged.
 MAX_BIAS_PAIRS = 30
 

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._declared import SCREENS, Parameter, StraightLine, has_several, names_of
+from allanite.effects._declared import Parameter as Parameter
+from allanite.effects._declared import StraightLine as StraightLine
+from allanite.effects._declared import has_several, names_of
 from allanite.effects._documented import document
 from allanite.effects._limits import NO_LIMITS, limits_of
 
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.recording import Recording
     from allanite.summary import Summary
-
-__all__ = ["SCREENS", "Effect", "Parameter", "Stochastic", "StraightLine"]
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,6 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.validation import MAX_NUMBER
 
-__all__ = ["SCREENS", "Parameter", "StraightLine", "has_several", "names_of"]
-
 #: Methods by which a check searches for an effect, with their descriptions.
 SCREENS = {
     "spectral": "fit of the mean spectrum at every point of its shape grid",

@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from allanite.effects._declared import Parameter
 
-__all__ = ["INTRODUCTION", "document", "unit_of"]
-
 #: First sentence of the parameter section.
 INTRODUCTION = "Values that are not given are fitted; U is the unit of the samples."
 #: Section on errors.

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from allanite.effects._known import Deterministic
 
-__all__ = ["Away", "Event", "cosines", "sines"]
-
 #: Ordinates per block in the computation of sines by blocks: the square root of the 4096 ordinates of a search.
 BLOCK_ORDINATES = 64
 #: Minimum number of sines that are computed by blocks; fewer are computed one by one. Chosen by judgment; not measured.

@@ -30,8 +30,6 @@ from allanite.effects.terms import (
     White,
 )
 
-__all__ = ["Filter", "Response"]
-
 Array = NDArray[np.float64]
 
 #: Ratio of the slowest time constant of the filter to that from which the bank of lags starts. Chosen by judgment; not

@@ -16,8 +16,6 @@ from allanite.effects._known import Deterministic
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-__all__ = ["COLUMN", "Follower", "Proportional", "lagged", "offered"]
-
 #: Declaration of the parameter with the name of the followed column.
 COLUMN = Parameter("column", "text", "name of the column", "choice")
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from allanite.effects._base import Effect
 from allanite.effects._waves import sines, sines_pointwise, waves
 
-__all__ = ["Deterministic", "Periodic"]
-
 
 @dataclass(frozen=True)
 class Deterministic(Effect):

@@ -9,14 +9,6 @@ from numpy.typing import NDArray
 
 from allanite.common.memory import cleared_by_free_buffers
 
-__all__ = [
-    "allan_of_lags",
-    "exponential_allan",
-    "power_law_allan",
-    "power_law_ends",
-    "power_law_lags",
-]
-
 Array = NDArray[np.float64]
 
 #: Maximum averaging factor for which sums over lags are computed term by term. Above, closed forms lose no digits.

@@ -12,8 +12,6 @@ from allanite.effects._base import Parameter
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
-__all__ = ["INTERVAL", "Level", "interval_errors", "interval_power"]
-
 #: Parameters of one interval with another noise level.
 INTERVAL = (
     Parameter("start", "s", "first time of the interval", "time"),

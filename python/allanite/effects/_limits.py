@@ -11,8 +11,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from allanite.effects._declared import Parameter
 
-__all__ = ["NO_LIMITS", "Limits", "limitable", "limits_of"]
-
 #: Maximum relative distance at which a value counts as being at its limit; it covers the rounding of logarithms.
 LIMIT_TOLERANCE = 1e-9
 

@@ -11,8 +11,6 @@ from allanite.effects._filter import Filter, Response
 if TYPE_CHECKING:
     from allanite.effects._base import Parameter
 
-__all__ = ["LowPass"]
-
 
 @dataclass(frozen=True)
 class LowPass(Filter):

@@ -15,8 +15,6 @@ from allanite.effects.terms import Term, White
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-__all__ = ["Modifier"]
-
 
 @dataclass(frozen=True)
 class Modifier(Effect):

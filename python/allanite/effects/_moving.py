@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from allanite.effects._base import Effect, Stochastic
 
-__all__ = ["Moving", "weights"]
-
 
 @dataclass(frozen=True)
 class Moving(Stochastic):

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["sines", "sines_pointwise", "waves"]
-
 Array = NDArray[np.float64]
 #: Minimum number of times for which sines are computed block by block. Chosen by judgment; not measured.
 MIN_BLOCKED_TIMES = 1 << 14

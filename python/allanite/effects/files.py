@@ -14,15 +14,6 @@ from allanite.effects.model import Model
 from allanite.effects.registry import find
 from allanite.effects.strings import parse_string
 
-__all__ = [
-    "as_model",
-    "kept_of",
-    "model_from_dict",
-    "model_to_dict",
-    "parse_model",
-    "save_model",
-]
-
 #: Names of the JSON schemas that contain a model; the first one is written.
 MODEL_SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "allanite/check/2")
 

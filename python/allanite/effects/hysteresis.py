@@ -15,8 +15,6 @@ from allanite.effects._follower import COLUMN, Proportional
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-__all__ = ["Hysteresis", "play"]
-
 
 @dataclass(frozen=True)
 class Hysteresis(Proportional):

@@ -14,8 +14,6 @@ from allanite.common.memory import cleared_by_free_buffers
 from allanite.effects._filter import Response
 from allanite.effects.terms import Exponential, Lags, Term, White
 
-__all__ = ["DESIGNS", "MAX_CUTOFF", "RECURSIVE", "TRIED_DESIGNS", "generators", "response", "terms"]
-
 Array = NDArray[np.float64]
 Poles = NDArray[np.complex128]
 Generators = list[tuple[str, list[float]]]

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from allanite.statespace import StateSpace
     from allanite.summary import Summary
 
-__all__ = ["MAX_EFFECTS", "Model"]
-
 #: Maximum number of effects of a model that is fitted or predicted. The time of a fit grows with the square of the number:
 #: for 10⁵ samples, 60 lines take 12 s of processor time, 100 take 23 s and 300 several minutes. `improve` adds at most 40.
 MAX_EFFECTS = 64

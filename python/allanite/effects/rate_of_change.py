@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from allanite.effects._base import Parameter
 from allanite.effects._follower import COLUMN, Proportional, lagged
 
-__all__ = ["RateOfChange"]
-
 
 @dataclass(frozen=True)
 class RateOfChange(Proportional):

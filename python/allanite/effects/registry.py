@@ -8,9 +8,8 @@ from typing import TypeVar
 
 from allanite.common.errors import InputError
 from allanite.common.extensions import add_installed
-from allanite.effects._base import SCREENS, Effect, Stochastic
-
-__all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard", "white_noise"]
+from allanite.effects._base import Effect, Stochastic
+from allanite.effects._declared import SCREENS
 
 #: Entry-point group of effects in installed packages: ``name = "package.module:MyEffect"``.
 ENTRY_POINTS = "allanite.effects"

@@ -15,8 +15,6 @@ from allanite.effects.registry import CATALOGUE, find
 if TYPE_CHECKING:
     from allanite.effects._base import Effect, Parameter
 
-__all__ = ["parse_string", "parse_with_units"]
-
 #: SI units of samples, in the order in which they are tried for model strings with units.
 SI_UNITS = ("rad/s", "m/s^2", "1")
 

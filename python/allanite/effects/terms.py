@@ -33,17 +33,6 @@ from allanite.effects._lags import (
     power_law_lags,
 )
 
-__all__ = [
-    "Blue",
-    "Exponential",
-    "Flicker",
-    "Lags",
-    "PowerLaw",
-    "RandomWalk",
-    "Term",
-    "White",
-]
-
 Array = NDArray[np.float64]
 
 

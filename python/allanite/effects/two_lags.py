@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from allanite.effects._base import Parameter
 from allanite.effects._follower import COLUMN, Follower, lagged
 
-__all__ = ["TwoLags"]
-
 
 @dataclass(frozen=True)
 class TwoLags(Follower):

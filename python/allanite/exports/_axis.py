@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Parameter
     from allanite.sources import Source
 
-__all__ = ["Axis", "axes_of", "rate_of", "sized", "split", "warning_of"]
-
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
 #: Longest τ in s and sampling rate in Hz of a model without a recording. Chosen by judgment; not measured.
 UNTIL, RATE = 1000.0, 100.0

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.effects.model import Model
     from allanite.exports._axis import Axis
 
-__all__ = ["LIMIT", "choose", "choose_lag", "covering"]
-
 #: Remark on a coefficient that was not detected.
 LIMIT = "not detected, this is the 95 % upper limit"
 

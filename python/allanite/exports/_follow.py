@@ -34,16 +34,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "SMALL_WALK_SHARE",
-    "Quality",
-    "follow_lag",
-    "follow_walk",
-    "quality",
-    "shared_lag",
-    "small_walk",
-]
-
 #: Allowed relative shortfall of the Allan deviation, and allowed excess of the NEES over 1.
 SLACK = 0.02
 #: Minimum NEES with which the fitted N and K are written unchanged; the maximum is 1 + SLACK. The difference to 1 is half

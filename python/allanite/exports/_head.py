@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Pair = tuple[Axis, Choice]
 
-__all__ = ["GENERAL", "about", "head", "verdict"]
-
 GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
 #: NEES above which a filter is called overconfident; also the acceptance limit of the tests of every format. Chosen by
 #: judgment; not measured.

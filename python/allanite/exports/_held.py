@@ -13,8 +13,6 @@ from allanite.effects.gauss_markov import GaussMarkov
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-__all__ = ["Choice", "lag", "walk"]
-
 
 @dataclass(frozen=True, slots=True)
 class Choice:

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["initial_bias", "initial_lines", "unknown"]
-
 #: Alignment time at rest for which files state the remaining bias, s. Chosen by judgment; not measured.
 ALIGNMENT = 60.0
 

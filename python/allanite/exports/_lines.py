@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.exports._axis import Axis
     from allanite.exports._held import Choice
 
-__all__ = ["chosen", "largest", "needs_both", "shared", "value_lines"]
-
 
 def needs_both(axes: Iterable[Axis], target: str) -> None:
     """Raise an error if the gyroscope or the accelerometer is missing, because the program reads the keys of both."""

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.effects._base import Effect
     from allanite.exports._axis import Axis
 
-__all__ = ["overbound_lag", "overbound_walk"]
-
 #: Number of tried correlation times per decade.
 LAGS_PER_DECADE = 12
 #: Number of points of both curves per decade, and within each band of the model.

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.exports._axis import Axis
     from allanite.exports._held import Choice
 
-__all__ = ["CONVENTION", "STATES", "ProcessNoise", "process_noise"]
-
 #: Order of the states of robot_localization and of the three-dimensional models of fuse.
 STATES = (
     *("x", "y", "z", "roll", "pitch", "yaw"),

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["ENTRY_POINTS", "Render", "Target", "Targets"]
-
 #: Group of the entry points of installed packages.
 ENTRY_POINTS = "allanite.exports"
 

@@ -6,8 +6,6 @@ import re
 import textwrap
 import unicodedata
 
-__all__ = ["MAX_SENTENCE_LENGTH", "block", "comments", "plain", "verdict_in"]
-
 #: Maximum length of a name, a path or a unit, characters.
 MAX_LENGTH = 120
 #: Maximum length of a sentence, characters. Sentences are longer than names, and comments wrap them.

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["in_xyz"]
-
 PLACES = ("x", "y", "z")
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.exports._axis import Axis
     from allanite.exports._held import Choice
 
-__all__ = ["TARGETS"]
-
 NOTE = (
     "imuSensor: continuous-time densities. NoiseDensity is double-sided, as NoiseType states. Versions of MATLAB without",
     "NoiseType expect a single-sided density: multiply NoiseDensity by sqrt(2) there.",

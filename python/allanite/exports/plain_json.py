@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """JSON text ``allanite/parameters/1``: the coefficients of each axis (N two-sided) and all effects as fitted."""

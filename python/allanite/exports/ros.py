@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text with the covariance of one sample, row-major 3 × 3: N²·rate plus the variance of lines, bands and slow noise.

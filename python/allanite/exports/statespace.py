@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from allanite.exports._axis import Axis
     from allanite.statespace import StateSpace
 
-__all__ = ["TARGETS"]
-
 #: Maximum number of states per axis, if that many are enough. Chosen by judgment; not measured.
 STATES = 8
 

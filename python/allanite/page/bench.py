@@ -21,12 +21,10 @@ from allanite.suggestion import Check, check_fit
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from allanite.comparison.datasheet import DataSheet
     from allanite.fit import Fit
     from allanite.page.source import Part, Reading, Source
     from allanite.recording import Recording
-
-__all__ = ["START", "Bench", "look"]
+    from allanite.sources.datasheet import DataSheet
 
 START = "N+B+K"
 

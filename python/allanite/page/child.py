@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError
-from allanite.common.isolation import POLL_S, Limits, call_isolated
+from allanite.common.isolation import Limits, call_isolated
 from allanite.recording.findings import Finding
 from allanite.recording.log_column import LogColumn
 from allanite.recording.recording import recording_of_fields
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
     from allanite.recording import Recording
-
-__all__ = ["POLL_S", "inspect_in_child", "read_in_child"]
 
 #: Number of segments of a spark line.
 SPARK = 60

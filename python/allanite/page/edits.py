@@ -13,20 +13,6 @@ if TYPE_CHECKING:
     from allanite.effects import Model, Parameter
     from allanite.fit import Fit
 
-__all__ = [
-    "SHEET",
-    "deviation_unit",
-    "effect",
-    "factor_of",
-    "freed",
-    "frozen",
-    "parse_model_string",
-    "shown_unit",
-    "with_limits",
-    "with_value",
-]
-
-
 #: Choice of data-sheet units: °/√h, °/h, …
 SHEET = "data sheet"
 #: Coefficient whose data-sheet unit is that of an Allan deviation.

@@ -14,8 +14,6 @@ from allanite.page.words import WORDS
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["Job"]
-
 #: Limits the number of searches that run at the same time, so that the server can answer other requests at once.
 TURNS = threading.BoundedSemaphore(max(1, processors() - 1))
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.study import Rung, Study
     from allanite.suggestion import Check
 
-__all__ = ["Board", "Ladder", "Step", "Work"]
-
 #: Maximum number of rows from which the digest of a log is computed.
 ROWS = 1_000_000
 

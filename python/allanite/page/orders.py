@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from allanite.page.tab import Tab
 
-__all__ = ["act"]
-
 #: Model of the example: a gyroscope with N, B, K, a Gauss-Markov process and a sinusoid.
 EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=3e-5)"
 

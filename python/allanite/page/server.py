@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
 
-__all__ = ["Page", "Sessions", "make_app"]
-
 #: Maximum size of an action in bytes, enough for a study with many steps.
 MOST_ACTION = 4_000_000
 #: Preferred port. With a constant port the browser finds its stored studies again.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from allanite.page.jobs import Job
 
-__all__ = ["GRACE", "Sessions"]
-
 MOST_TABS = 32
 #: Seconds for which a closed tab is kept, so that a reloaded page can continue.
 GRACE = 15.0

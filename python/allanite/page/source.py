@@ -14,8 +14,9 @@ import numpy as np
 
 from allanite.common.errors import InputError, about
 from allanite.common.files import OwnedFolder
+from allanite.common.isolation import POLL_S
 from allanite.effects import Model
-from allanite.page.child import POLL_S, inspect_in_child, read_in_child
+from allanite.page.child import inspect_in_child, read_in_child
 from allanite.readers import FORMATS
 from allanite.recording import Recording
 
@@ -23,19 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from allanite.effects import Effect
-
-__all__ = [
-    "MOST_BYTES",
-    "Part",
-    "Reading",
-    "Segment",
-    "Source",
-    "Uploads",
-    "check_name",
-    "joined",
-    "kept",
-    "part_of",
-]
 
 #: Maximum size of an upload in bytes, enough for about 100 million samples as text.
 MOST_BYTES = 2_000_000_000

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from allanite.page.ladder import Step, Work
     from allanite.page.tab import Tab
 
-__all__ = ["chip_units", "state", "work"]
-
 SI = ("rad/s", "m/s^2")
 #: Offered units; the command line accepts any other.
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")

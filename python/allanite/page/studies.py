@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.page.jobs import Job
     from allanite.page.tab import Tab
 
-__all__ = ["open_study", "study"]
-
 SCHEMA = "allanite/page-study/2"
 #: Maximum number of steps per column.
 MOST = 100

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.page.jobs import Job
 
-__all__ = ["Tab"]
-
 
 class Tab(Bench):
     """A browser tab: its state and the operations on it. Results are shown as soon as they are available."""

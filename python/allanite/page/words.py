@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["WORDS"]
-
 WORDS = {
     "rate": "the rate",
     "this_rate": "the rate {} Hz and no time column",

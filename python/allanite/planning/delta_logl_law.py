@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
 from allanite.suggestion.p_values import Family, log_p_value
 
-__all__ = ["Rise", "needed_delta_logl"]
-
 Array = NDArray[np.float64]
 
 

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.planning.expected import Array, Columns
 
-__all__ = ["Power", "detection_power"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Power:

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.planning.expected import Columns
 
-__all__ = ["log_odds", "models_to_distinguish"]
-
 
 def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
     """The true model, and the alternative model in which one of two effects is exchanged for the other.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.planning.expected import Columns
 
-__all__ = ["Plan", "plan"]
-
 #: Longest record that is planned, s: ten years.
 MAX_DURATION = 10 * 365.25 * 86400.0
 #: Ratio of the two bounds at which the search for a duration ends.

@@ -31,21 +31,6 @@ if TYPE_CHECKING:
 
     Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
 
-__all__ = [
-    "absorbed_ordinates",
-    "best_fit",
-    "blank",
-    "coarse",
-    "expected_power",
-    "known_directions",
-    "ordinates_of",
-    "random_part",
-    "require_values",
-    "signal_beside",
-    "signal_ordinates",
-    "signal_power",
-]
-
 Array = NDArray[np.float64]
 #: Most samples of the coarse grid. Slow effects have all but 1e-4 of their energy below a quarter of its ordinates.
 COARSE_SAMPLES = 32768

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["labels", "standard_errors"]
-
 Array = NDArray[np.float64]
 
 

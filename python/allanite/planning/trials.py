@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.fit.engine import Solution
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["family_of"]
-
 #: ΔlogL at which the independent intervals of time are counted: a weak significant change of level.
 TYPICAL_DELTA_LOGL = 11.0
 

@@ -10,8 +10,6 @@ import numpy as np
 
 from allanite.plots.spec import Axis
 
-__all__ = ["linear_axis", "log_axis", "score_axis", "step_axis"]
-
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Maximum number of labeled decades; with more decades, only every second (third, …) is labeled.
 MOST_LABELS = 8

@@ -16,8 +16,6 @@ from allanite.plots.words import allan_label, unit_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["plot_compare"]
-
 
 def plot_compare(
     curves: Any, path: str | Path | None = None, theme: str = "light", title: str = "Comparison"

@@ -25,20 +25,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.suggestion import Check
 
-__all__ = [
-    "SINGLE",
-    "Part",
-    "allan_panels",
-    "failing",
-    "interval",
-    "missing_lines",
-    "ordinates_between",
-    "parts",
-    "spectrum_panels",
-    "spectrum_spans",
-    "tau_spans",
-]
-
 Array = NDArray[np.float64]
 
 TAU = "averaging time τ (s)"

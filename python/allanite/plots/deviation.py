@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.deviation.result import Deviation
     from allanite.recording import Recording
 
-__all__ = ["plot_deviation", "plot_stability"]
-
 #: Slopes of σ(τ) for common clock noise, and their labels.
 SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
 #: Symbols that clock manufacturers use for deviations of fractional frequency.

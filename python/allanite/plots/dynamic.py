@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from allanite.deviation.dynamic import DynamicDeviation
 
-__all__ = ["plot_dynamic"]
-
 #: Maximum number of windows that are marked individually.
 MAX_MARKED = 80
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.suggestion import Check
 
-__all__ = ["plot_check", "plot_fit"]
-
 
 def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> Figure:
     """Allan deviation and spectrum with the model, its band and its effects; residuals in σ below each.

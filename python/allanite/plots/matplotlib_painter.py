@@ -31,8 +31,6 @@ from allanite.plots.spec import (
 )
 from allanite.plots.themes import Theme, theme_of
 
-__all__ = ["STYLES", "draw", "render", "save"]
-
 SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 #: Heights of the title and of a line of the subtitle, in inches.

@@ -25,8 +25,6 @@ from allanite.plots.spec import (
 )
 from allanite.plots.themes import Theme, theme_of
 
-__all__ = ["paint", "words"]
-
 FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
 DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 #: Gaps between columns and rows of the grid, as fractions of the figure.

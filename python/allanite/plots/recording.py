@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["plot_recording", "samples_panel"]
-
 #: Number of segments that a figure resolves.
 SEGMENTS = 600
 

@@ -13,21 +13,6 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 
-__all__ = [
-    "Axis",
-    "Band",
-    "Bars",
-    "Figure",
-    "HeatMap",
-    "Line",
-    "Mark",
-    "Note",
-    "Panel",
-    "Points",
-    "Rule",
-    "Span",
-]
-
 Array = NDArray[np.float64]
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.study import Rung, Study
 
-__all__ = ["plot_study"]
-
 #: Maximum number of letters of a title, and of text lines for the names of all steps.
 TITLE, LINES = 92, 31
 

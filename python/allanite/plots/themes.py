@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from allanite.common.errors import InputError
 
-__all__ = ["COMPONENTS", "LOGS", "Theme", "theme_of"]
-
 #: Roles of the effects of a model, in their order.
 COMPONENTS = ("c1", "c2", "c3", "c4", "c5", "c6")
 #: Roles of compared logs; their colors differ from those of effects.

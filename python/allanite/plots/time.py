@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.suggestion import Check
 
-__all__ = ["plot_time", "time_scale"]
-
 #: Factor of power at which the color scale saturates.
 MAX_FACTOR = 4.0
 #: Cells with a larger |z| are framed. About 1 % of maps of 450 cells exceed it by chance.

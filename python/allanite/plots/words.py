@@ -12,17 +12,6 @@ from allanite.common.printing import in_sheet
 if TYPE_CHECKING:
     from allanite.effects import Effect
 
-__all__ = [
-    "allan_label",
-    "density_unit",
-    "duration_text",
-    "effect_text",
-    "in_unit",
-    "recording_text",
-    "unit_text",
-    "values_text",
-]
-
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
 
-__all__ = ["ENTRY_POINTS", "Formats", "LogFormat"]
-
 #: Group of the entry points of installed packages.
 ENTRY_POINTS = "allanite.readers"
 

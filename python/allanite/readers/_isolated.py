@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     Reader = Callable[..., Table]
 
-__all__ = ["isolated", "one_line", "refused_as"]
-
 #: Allowed processor time for a log of any size, s. A damaged log of a few kilobytes may need that long.
 CPU_SECONDS = 5.0
 #: Allowed processor time divided by the measured processor time. An old single-board computer is about five times slower

@@ -9,8 +9,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["LONGEST_LINE", "lines_of"]
-
 #: Maximum length of a line, bytes. Lines of RINEX have 80 bytes, of NovAtel about 500.
 LONGEST_LINE = 1 << 16
 

@@ -20,16 +20,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = [
-    "Picker",
-    "Table",
-    "check_shape",
-    "columns_of",
-    "split_header",
-    "split_unit",
-    "time_unit_of",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Table:

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["ROWS", "falls", "is_serial_number", "kind_of", "magnitudes", "repeats_exactly"]
-
 #: Maximum period of identifiers that repeat, in rows. Chosen by judgment; not measured.
 MAX_PERIOD = 16
 #: Number of first rows that are examined, and minimum number of rows for a decision. Chosen by judgment; not measured.

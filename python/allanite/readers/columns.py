@@ -50,8 +50,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
 
-__all__ = ["Layout", "Request", "Roles", "choose", "roles_of", "understand"]
-
 #: Minimum number of rows with which the first column of a log without names may be the time. Chosen by judgment; not
 #: measured.
 MIN_STAMPS = 100

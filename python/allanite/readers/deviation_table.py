@@ -16,13 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
 
-__all__ = [
-    "is_deviation_header",
-    "is_deviation_table",
-    "refuse_deviation_header",
-    "refuse_deviation_table",
-]
-
 _TAU = re.compile(
     r"^(?:taus?\d*|τ|averaging[ _]?(?:time|interval)|(?:avg|cluster)[ _]?time|m[ _]?tau)$",
     re.IGNORECASE,

@@ -15,8 +15,6 @@ from allanite.recording.samples import index_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["is_frame", "table_of"]
-
 
 def is_frame(log: object) -> bool:
     """True if an object holds columns itself instead of naming a file."""

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
 
-__all__ = ["Column", "Inspection", "inspect"]
-
 #: Number of first rows whose values are shown.
 SHOWN = 3
 #: Minimum fraction of a record in motion that is reported, so that the motion is not modeled as noise. Chosen by judgment;

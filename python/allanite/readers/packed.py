@@ -16,8 +16,6 @@ from allanite.common.memory import require_memory
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-__all__ = ["is_packed", "member", "unpacked"]
-
 
 def is_packed(path: Path) -> bool:
     """True if the first bytes of a file are those of gzip."""

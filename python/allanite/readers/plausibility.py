@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from allanite.readers._table import Table
     from allanite.recording import Recording
 
-__all__ = ["assumed_units", "checked", "unit_doubts", "without_wrong_units"]
-
 
 def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
     """The recording with only the samples that the sensor measured; raises an error for an implausible recording.

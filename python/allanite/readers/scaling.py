@@ -11,8 +11,6 @@ from allanite.recording import find_column
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["factors_of", "parse_scales"]
-
 
 def parse_scales(texts: Sequence[str]) -> dict[str, float]:
     """Factor of each column in texts such as ``gx=1/131`` or ``gx=0.00763``.

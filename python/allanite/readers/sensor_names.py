@@ -8,8 +8,6 @@ from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
 from allanite.readers.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
 
-__all__ = ["Role", "kind_of_sensor", "role_and_reason", "role_of", "sensor_kind", "words_in"]
-
 Role = str  # "sensor", "time", "temperature", "other"
 
 _TIME = re.compile(

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["all_numbers", "first_rows", "of_core", "read"]
-
 
 @contextmanager
 def of_core(name: str) -> Iterator[None]:

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["TimeParts", "find_parts"]
-
 DAY, WEEK = 86_400.0, 604_800.0
 #: Maximum value in a column of whole seconds: the year 2255, in seconds since 1970.
 MAX_SECONDS = 9e9

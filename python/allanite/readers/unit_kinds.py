@@ -7,17 +7,6 @@ import re
 from allanite.common.errors import InputError
 from allanite.common.units import conversion, parse_unit, rate_unit
 
-__all__ = [
-    "FOREIGN",
-    "INTEGRAL",
-    "PHASE",
-    "RATE",
-    "TIME_ONLY",
-    "kind_of_unit",
-    "seconds_in",
-    "time_unit",
-]
-
 #: An angular rate, an acceleration or a fractional frequency.
 RATE = "rate"
 #: An angle or a velocity: the integral of a rate.

@@ -13,8 +13,6 @@ from allanite.recording.findings import Finding, listed_names
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-__all__ = ["remedy_of", "unit_in_name", "unitless", "usual_units"]
-
 #: Most common unit of each kind of sensor, in the order of the option `unit`.
 USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}
 #: Suffix of a name (without slash and power) → unit.

@@ -6,6 +6,7 @@ returns findings, and call the function in `audit.py`.
 
 from __future__ import annotations
 
-from allanite.recording.recording import Recording, find_column
+from allanite.recording.recording import Recording
+from allanite.recording.samples import find_column
 
 __all__ = ["Recording", "find_column"]

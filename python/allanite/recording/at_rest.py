@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["Rest", "motion_error", "motion_findings", "quiet", "quiet_span", "rest_of"]
-
 #: Averaging time, s: long enough to average white noise, short enough to keep motion.
 AVERAGING_TIME = 0.2
 #: Averages in a window that is judged as a whole (about 5 s).

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["Finding", "audit"]
-
 #: Share of LSB²/12 in the white variance above which rounding adds something else: LSB > 1.9 σ of the samples. In
 #: simulations N² is the sum to 3 % at LSB = 2 σ of the noise before rounding, wherever its mean lies between two codes; to
 #: 13 % at 2.5 σ, 31 % at 3 σ and 72 % at 4 σ. The standard deviation of the samples distinguishes 2 σ (at most 1.76) from

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["AXIS", "letter_of", "triples"]
-
 #: x, y or z by itself or at the end of a name: gyro_x, gyro.x.raw, gx.
 AXIS = re.compile(r"(?<![a-z])[xyz](?![a-z])|[xyz]$", re.IGNORECASE)
 

@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["coarse_step_of", "without_steps"]
-
 #: Smallest mean number of samples between changes of a coarse column. A thermometer that changes more often resolves its
 #: quantity by its own noise.
 MIN_RUN = 20

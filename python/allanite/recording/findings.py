@@ -12,9 +12,6 @@ if TYPE_CHECKING:
 
     from allanite.recording.timebase import Stamps
 
-__all__ = ["Finding", "listed_names", "merged", "stamp_findings"]
-
-
 #: Share of longer steps above which the sampling is irregular: about half of the samples are then next to one.
 MIN_IRREGULAR_SHARE = 0.25
 

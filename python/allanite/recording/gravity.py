@@ -11,8 +11,6 @@ from allanite.common.units import conversion
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["is_gravity", "mean_acceleration", "unit_by_gravity"]
-
 #: Standard gravity, m/s²; local gravity differs by at most 0.3 %.
 GRAVITY = 9.80665
 #: Largest relative difference of a mean acceleration from gravity in the unit that is stated: poor accelerometers have

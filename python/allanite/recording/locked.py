@@ -13,8 +13,6 @@ from allanite.recording.resolution import MIN_FLIPS, is_fill
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Locked", "locked_of"]
-
 #: Smallest share of samples with one code of a locked column. Normal noise in the middle of a code then has a standard
 #: deviation below a quarter of the step, and N of the rounded samples is at least 13 % too low, depending on the mean.
 MIN_SHARE = 0.95

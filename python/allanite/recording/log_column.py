@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["SOURCES", "LogColumn"]
-
 #: Sources of a fact about a column, the most certain one first.
 SOURCES = ("header", "file", "option", "guess")
 

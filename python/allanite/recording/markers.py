@@ -13,8 +13,6 @@ from allanite.recording.resolution import step_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Marker", "markers_of"]
-
 #: Codes that loggers write for "no data": ends of signed and unsigned integers, in units of the least step.
 TYPE_ENDS = frozenset(
     float(code)

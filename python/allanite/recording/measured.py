@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from allanite.recording.markers import Marker
     from allanite.recording.recording import Recording
 
-__all__ = ["measured_samples"]
-
 
 def measured_samples(recording: Recording) -> Recording:
     """Recording with markers as missing samples and without repeated samples; the recording itself if it has neither.

@@ -33,11 +33,9 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation, Deviations
     from allanite.deviation.averaging import Taus
     from allanite.plots import Figure
-    from allanite.recording.audit import Finding
+    from allanite.recording.findings import Finding
     from allanite.recording.log_column import LogColumn
     from allanite.spectrum import Spectrum
-
-__all__ = ["QUANTITIES", "Recording", "find_column"]
 
 #: Quantities that samples may be.
 QUANTITIES = ("rate", "increment", "angle")

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Polling", "longest_run", "polling_of"]
-
 #: Smallest share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
 MIN_SHARE = 0.02
 #: Largest share of samples that equal an earlier one by chance, up to which all equal neighbors are taken as repeats.

@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["MIN_FLIPS", "is_fill", "step_of", "two_codes"]
-
 #: Fewest visits to the rarer of two values that are noise rather than an accident. Chosen by judgment; not measured.
 MIN_FLIPS = 5
 

@@ -19,20 +19,6 @@ if TYPE_CHECKING:
 #: Rows checked at a time, so that they stay in the cache.
 CHUNK = 1 << 18
 
-__all__ = [
-    "averaged",
-    "column_names",
-    "covariate_of",
-    "distinct",
-    "factors_to",
-    "find_column",
-    "from_pint",
-    "group_means",
-    "index_of",
-    "owned",
-    "read_only",
-]
-
 
 def owned(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
     """Array of one or two dimensions that nobody else can change."""

@@ -12,8 +12,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["PRESENT", "TIME_UNITS", "numbers_of", "unit_of_stamps"]
-
 #: Units of stamps, s. A day has 86 400 s, a year 365.25 days.
 TIME_UNITS = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "ps": 1e-12, "min": 60.0, "h": 3600.0, "d": 86400.0,

@@ -12,8 +12,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Steps", "usual_step"]
-
 #: Spans after which counters restart, in their own unit.
 _BINARY = tuple(2.0**bits * scale for bits in (16, 32) for scale in (1.0, 1e-3, 1e-6))
 #: A day, a GPS week, and a second, in each unit: counters with these spans restart at 0.

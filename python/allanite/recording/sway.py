@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["sway_of"]
-
 #: Averaging time, s, and averages in a window of 20 s: swell and hands are slower than an average, faster than a window.
 AVERAGE, WINDOW = 0.2, 100
 #: Smallest correlation of both directions over the whole record. Independent noise of ten windows or more stays below 0.5

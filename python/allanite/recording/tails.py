@@ -17,8 +17,6 @@ from allanite import _kernels
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["CENSORED_SHARES", "Tail", "coarse_step", "outlier_limit", "tail_of"]
-
 #: Values of 1/ν that are tried, where ν are the degrees of freedom. The law is normal at 0 and has no variance from 0.5 on.
 INVERSE_FREEDOMS = np.concatenate([[0.0, 0.005, 0.01], np.arange(0.02, 0.6, 0.015)])
 #: Shares of the largest values that are censored, one fit for each. Chosen by judgment; not measured.

@@ -15,8 +15,6 @@ from allanite.recording.steps import Steps
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["TIME_UNITS", "Stamps", "epoch_of", "pieces_of", "read_stamps", "uneven_times"]
-
 #: Most missing samples per present sample of one segment.
 MAX_MISSING_RATIO = 4
 #: Smallest gap that splits a record, samples: a record with every tenth sample is sparse, not split.

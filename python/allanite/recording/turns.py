@@ -10,8 +10,6 @@ from scipy.ndimage import median_filter
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["MIN_ANGLE", "turns_of"]
-
 #: Averaging time of the search for turns, s.
 AVERAGING_TIME = 1.0
 #: Smallest rate within a turn, deg/s. The bias instability of the worst MEMS gyroscopes is 0.05 deg/s.

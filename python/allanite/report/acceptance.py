@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from allanite.comparison.acceptance import Acceptance, FigureVerdict
 
-__all__ = ["acceptance_page", "save_acceptance"]
-
 #: Height of the plot in inches, chosen so that the report fits on one page of A4.
 PLOT_HEIGHT = 3.6
 

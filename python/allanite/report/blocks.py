@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from allanite.plots import Figure
 
-__all__ = ["Block", "Bullets", "Card", "Cell", "Heading", "Number", "Paragraph", "Picture", "Table"]
-
 
 @dataclass(frozen=True, slots=True)
 class Number:

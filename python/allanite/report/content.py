@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
     from allanite.report.document import Entry
 
-__all__ = ["column_title", "parts"]
-
 #: Maximum number of suggested effects that are described in full. Chosen by judgment; not measured.
 MAX_CARDS = 3
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from allanite.study import Study
     from allanite.suggestion import Check
 
-__all__ = ["Entry", "Report", "kind_of", "make_report", "report_of"]
-
 SUFFIXES = {".html": "html", ".htm": "html", ".md": "markdown", ".markdown": "markdown"}
 
 

@@ -14,8 +14,6 @@ from allanite.report.words import many
 if TYPE_CHECKING:
     from allanite.report.document import Report
 
-__all__ = ["computed", "curve_table"]
-
 METHOD = (
     "Coefficients maximize the Whittle likelihood of cosine-transform ordinates in 24 cells per decade, each of up to "
     "eight bins. Deterministic effects are fitted by generalized least squares in the same ordinates. Model curves are "

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     from allanite.report.document import Report
 
-__all__ = ["blocks_html", "body", "page", "skeleton"]
-
 #: Print layout of a stand-alone page; not used inside a notebook, which has its own layout.
 SHEETS = (
     "<style>@page { size: A4; margin: 15mm 14mm 16mm; @bottom-right { content: counter(page) ' / ' counter(pages); "

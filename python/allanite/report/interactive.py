@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from allanite.plots import Figure
 
-__all__ = ["PlotlyFigures"]
-
 #: Maximum width of a page in pixels.
 WIDTH = 1000
 

@@ -28,8 +28,6 @@ from allanite.report.summary import summary
 if TYPE_CHECKING:
     from allanite.report.document import Report
 
-__all__ = ["text", "write_figures"]
-
 
 def text(report: Report, figures: str | None = None) -> str:
     """Markdown text of a report; `figures` is the folder of the figures, as a link."""

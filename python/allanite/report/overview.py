@@ -13,8 +13,6 @@ from allanite.report.words import COMPLETED
 if TYPE_CHECKING:
     from allanite.axes import Characterization
 
-__all__ = ["overview"]
-
 
 def overview(found: Characterization) -> list[Block]:
     """Section on all axes: a table per sensor, the common model, effects seen by several axes, a figure, and remarks."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.report.document import Entry, Report
 
-__all__ = ["GIVEN", "summary"]
-
 #: Facts that a log rarely contains; the user gives them when making the report.
 GIVEN = ("sensor", "serial number", "date")
 #: Printed form of temperature units.

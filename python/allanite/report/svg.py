@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["colors", "inline"]
-
 #: Average width of a letter of the labels, and distance of text lines, in pixels.
 LETTER, LINE = 6.3, 14
 #: Margins in pixels: left of a panel, above a panel without and with a title, and below a panel with an x axis.

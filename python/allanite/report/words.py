@@ -15,19 +15,6 @@ from allanite.report.blocks import Cell, Number
 if TYPE_CHECKING:
     from allanite.effects import Parameter
 
-__all__ = [
-    "COMPLETED",
-    "data_sheet_value",
-    "exact",
-    "many",
-    "parameter_cells",
-    "parameter_text",
-    "seconds",
-    "verdict",
-    "with_unit",
-]
-
-
 #: Note for figures of fits with missing samples, whose points differ from the table that `adev` prints.
 COMPLETED = (
     "Samples are missing: the points belong to the record completed under the model, while the plain Allan deviation uses "

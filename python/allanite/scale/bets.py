@@ -27,8 +27,6 @@ from allanite.effects import Model, Periodic
 from allanite.fit.likelihood.expected import density
 from allanite.scale.power_bets import MAX_SQUARE, ClippedPower, PowerBets
 
-__all__ = ["Bets", "share"]
-
 Array = NDArray[np.float64]
 #: Power ratios of the alternatives at all frequencies and in octaves.
 RATIOS = (0.25, 0.5, 0.7, 0.85, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)

@@ -18,8 +18,6 @@ from allanite.summary.making import summary_of_chunks
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Summaries", "summarize"]
-
 #: Summaries that one task merges.
 MERGED_AT_ONCE = 8
 #: Threads of one task; the scheduler runs as many tasks as there are processors.

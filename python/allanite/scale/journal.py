@@ -12,8 +12,6 @@ from typing import Any
 
 from allanite.common.errors import InputError
 
-__all__ = ["JOURNAL", "Journal", "read_journal"]
-
 #: Suffix that the name of a table gets for its journal.
 JOURNAL = ".journal"
 #: Version of the format of a line.

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
     from allanite.effects import Effect, Model
 
-__all__ = ["Answer", "LogProcess", "Setup", "failed_row", "is_child", "journal_key", "serve"]
-
 #: Time limit for the start of a process, s. It takes 1 to 3 s on an idle machine, whatever the logs.
 START_SECONDS = 300.0
 #: Time after its deadline at which a child ends itself, s, in case its parent was killed.

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.study import Study
 
-__all__ = ["DEADLINE", "JOURNAL", "logs_of", "rows_of", "run_fleet", "without_quote", "write_table"]
-
 #: Default time limit of a log, s. Six axes of 5 min at 100 Hz take 2.4 s of processor time.
 DEADLINE = 3600.0
 #: Fewest independent tests by which the p-value of an added effect is multiplied. A search tries all kinds on each step;

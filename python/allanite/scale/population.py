@@ -16,8 +16,6 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.scale.logs import without_quote
 
-__all__ = ["Deviating", "Fleet", "Population", "fleet"]
-
 #: Standard deviation of a normal distribution over its median absolute deviation: 1/Φ⁻¹(¾).
 SIGMA_OVER_MAD = 1.4826
 #: Largest expected share of false ones among the units named (false discovery rate).

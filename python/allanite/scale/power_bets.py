@@ -18,8 +18,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LOW_CLIP", "MAX_SQUARE", "ClippedPower", "PowerBets"]
-
 Array = NDArray[np.float64]
 #: Bets on less power clip squares of whitened samples at this value (3 standard deviations). Of normal samples, this
 #: removes 0.5 % of the power. A larger value would limit the size of these bets.

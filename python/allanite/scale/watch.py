@@ -31,8 +31,6 @@ from allanite.summary.stretch import Stretch
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
 
-__all__ = ["Alarm", "Watch"]
-
 Array = NDArray[np.float64]
 #: Samples of a short segment, short segments in a long one, and the shares of the capital of both.
 SEGMENT, SEGMENTS_IN_LONG = 1024, 8

@@ -38,18 +38,6 @@ from allanite.effects import CATALOGUE
 from allanite.sources.documents import PLATEAU, model_document
 from allanite.sources.slips import slip
 
-__all__ = [
-    "MINIMUM",
-    "SI_OF_KIND",
-    "TABLES",
-    "DataSheet",
-    "Quoted",
-    "datasheet_of",
-    "documents_of_sheet",
-    "known_figures",
-    "read_datasheet",
-]
-
 MINIMUM = "minimum"
 #: Tables of a sheet, and the kind of sensor that each describes. In ``figures`` the unit of a figure decides its kind.
 TABLES = {

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["curves_of_table", "documents_of_table", "is_deviation_table"]
-
 #: Points per decade that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more points
 #: add no information. Chosen by judgment; not measured.
 POINTS_PER_DECADE = 8

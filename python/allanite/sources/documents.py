@@ -11,8 +11,6 @@ from allanite.effects import CATALOGUE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["PLATEAU", "model_document"]
-
 #: Allan deviation of flicker noise divided by its coefficient B, 0.664 (IEEE 952: sqrt(2 ln 2 / pi)).
 PLATEAU = math.sqrt(2.0 * math.log(2.0) / math.pi)
 

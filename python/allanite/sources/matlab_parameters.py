@@ -16,8 +16,6 @@ from allanite.sources.documents import model_document
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["documents_of_matlab_json", "documents_of_script", "is_matlab_json"]
-
 SENSORS = (("Gyroscope", "gyroparams", "rad/s"), ("Accelerometer", "accelparams", "m/s^2"))
 FIELDS = (("NoiseDensity", "N"), ("BiasInstability", "B"), ("RandomWalk", "K"))
 _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"

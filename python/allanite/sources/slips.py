@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["slip"]
-
 ONE_SIDED = math.sqrt(2)
 
 # Factor by which a figure is wrong, and the mistake that causes this factor.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["documents_of_yaml"]
-
 SENSORS = (("gyroscope", "gyr", "rad/s"), ("accelerometer", "acc", "m/s^2"))
 KALIBR = ("noise_density", "random_walk")
 #: Largest YAML file that is read, bytes. The files of both tools have a few hundred.

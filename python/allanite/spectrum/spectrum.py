@@ -20,8 +20,6 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import check_size, positive_rate
 
-__all__ = ["Bins", "Spectrum", "bins_of", "bridge_gaps", "cells_of", "psd"]
-
 #: Cells per decade, each 10 % wide: a corner or peak of a physical effect covers several.
 CELLS_PER_DECADE = 24
 #: Groups of bins per decade in which χ² is computed: physical effects are broad on a logarithmic axis, and χ² is more

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.effects.terms import Term
 
-__all__ = ["Errors", "Mission", "coast", "mission_of", "true_variance"]
-
 Array = NDArray[np.float64]
 #: Shortest aiding before the filter coasts, s. Aiding also lasts at least three times the horizon.
 MIN_AIDING = 300.0

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     from allanite.effects import Model
 
-__all__ = ["Axis", "six_axis_budget"]
-
 Array = NDArray[np.float64]
 #: Mean radius of the Earth, m (IUGG).
 RADIUS = 6.371e6

@@ -16,8 +16,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Coasting", "Sums", "fourier_sum", "integration_weights"]
-
 Array = NDArray[np.float64]
 
 

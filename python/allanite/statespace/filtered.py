@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.effects._filter import Filter
 
-__all__ = ["filtered_section"]
-
 Array = NDArray[np.float64]
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.recording import Recording
 
-__all__ = ["Innovations", "NisByTau", "innovations"]
-
 Array = NDArray[np.float64]
 #: χ² of one degree of freedom, 95 %.
 CHI2_95 = 3.841458820694124

@@ -29,16 +29,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.recording import Recording
 
-__all__ = [
-    "Growth",
-    "Measured",
-    "count_of",
-    "error_growth",
-    "measured_growth",
-    "parts_of",
-    "variogram_of",
-]
-
 Array = NDArray[np.float64]
 #: Standard gravity, m/s² (CGPM 1901).
 GRAVITY = 9.80665

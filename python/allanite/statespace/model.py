@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.statespace.reduction import Cost
 
-__all__ = ["StateSpace", "state_space"]
-
 Array = NDArray[np.float64]
 #: Samples of the record whose slowest noise the state space describes, if no duration is given.
 DEFAULT_SAMPLES = 1_000_000

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.statespace.model import StateSpace
 
-__all__ = ["Cost", "cost", "reduced"]
-
 Array = NDArray[np.float64]
 #: Fitted averaging times and frequencies per decade.
 PER_DECADE = 8

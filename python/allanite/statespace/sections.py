@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
     from allanite.effects.terms import Term
 
-__all__ = ["Section", "line", "sections_of"]
-
 Array = NDArray[np.float64]
 
 

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation
     from allanite.deviation.accumulator import Accumulator
 
-__all__ = ["curve_of"]
-
 #: Missing samples that are added at a time; limits the memory.
 MISSING_AT_ONCE = 1 << 20
 

@@ -17,8 +17,6 @@ from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, hard_block, reg
 from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, band_sums, in_long_gaps
 from allanite.summary.sums import Sum
 
-__all__ = ["Read", "depth_of", "read"]
-
 Array = NDArray[np.float64]
 
 

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import TooShortError
 
-__all__ = ["mended"]
-
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 #: Longest run of missing samples that is drawn, neighbors on each side that the draw uses, and number of sweeps.

@@ -14,18 +14,6 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 
-__all__ = [
-    "LOW",
-    "REACH",
-    "SEGMENT",
-    "gain",
-    "halved",
-    "hard_block",
-    "kernel",
-    "regridded",
-    "segments",
-]
-
 Array = NDArray[np.float64]
 #: Samples of a segment, and its lowest coefficient that is used; the next level of the pyramid resolves lower ones better.
 SEGMENT, LOW = 8192, 2457

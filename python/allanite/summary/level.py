@@ -19,21 +19,6 @@ from allanite.summary.gaps import mended
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
 from allanite.summary.sums import Blocks, Sum
 
-__all__ = [
-    "BANDS",
-    "FINE",
-    "MARGIN",
-    "MAX_KEPT_SAMPLES",
-    "TILE",
-    "Level",
-    "Octave",
-    "add_bands",
-    "band_sums",
-    "in_long_gaps",
-    "join",
-    "tile_of",
-]
-
 Array = NDArray[np.float64]
 #: Samples of a tile, and samples on each side that it needs.
 TILE, MARGIN = 16384, SEGMENT // 2

@@ -13,8 +13,6 @@ from allanite.summary.lapped import LOW, SEGMENT, gain
 if TYPE_CHECKING:
     from allanite.summary.reading import Reading
 
-__all__ = ["Line", "octave_power", "without_lines"]
-
 #: Coefficients on each side that a line reaches, and on each side of the neighborhood that it is compared with.
 LINE_REACH, NEIGHBORHOOD = 6, 48
 #: Smallest normal score of a line; one record in 10 000 has a larger one by chance.

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["summarize", "summary_of_chunks"]
-
 #: Samples processed at a time, and fewest rows of several columns: enough tiles for several threads, little memory.
 SAMPLES_AT_ONCE, MIN_ROWS_AT_ONCE = 1 << 19, 1 << 18
 #: Rows that are transposed at a time, so that they stay in the cache.

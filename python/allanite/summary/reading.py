@@ -16,8 +16,6 @@ from allanite.summary.sums import Sum
 if TYPE_CHECKING:
     from allanite.summary.level import Level
 
-__all__ = ["Reading", "read_column"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:

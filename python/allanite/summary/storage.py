@@ -18,8 +18,6 @@ from allanite.summary.stretch import Stretch
 if TYPE_CHECKING:
     from allanite.summary.summary import Summary
 
-__all__ = ["load", "save"]
-
 #: Schema of the header.
 SCHEMA = "allanite/summary/1"
 

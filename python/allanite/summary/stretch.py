@@ -17,8 +17,6 @@ from allanite.summary.sums import Sum
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["Extremes", "Stretch"]
-
 #: Averaging times per octave of the Allan curve.
 TAUS_PER_OCTAVE = 2
 #: Samples processed at a time, so that they stay in the cache.

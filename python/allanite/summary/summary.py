@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
-from allanite.recording.recording import find_column
+from allanite.recording.samples import find_column
 from allanite.summary import storage
 from allanite.summary.level import MAX_KEPT_SAMPLES
 from allanite.summary.lines import Line, without_lines
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from allanite.deviation import Deviation
     from allanite.summary.stretch import Extremes, Stretch
-
-__all__ = ["Summary"]
 
 #: Kurtosis of the sample-to-sample steps over that of normal noise, from which the audit warns of outliers. Chosen by
 #: judgment; not measured.

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.aligned import aligned_when_unpickled
 
-__all__ = ["Blocks", "Sum"]
-
 Array = NDArray[np.float64]
 
 

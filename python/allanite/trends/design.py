@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 
-__all__ = ["PER", "YEAR", "Functions", "seconds_of"]
-
 Array = NDArray[np.float64]
 #: Julian year, s.
 YEAR = 31557600.0

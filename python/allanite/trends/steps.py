@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.likelihood import StampedSeries
     from allanite.fit.stamped.noise import StampedNoise
 
-__all__ = ["best_step"]
-
 Array = NDArray[np.float64]
 #: Steps that are whitened together, to limit memory.
 STEPS_PER_BLOCK = 256

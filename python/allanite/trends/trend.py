@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["Step", "Trend", "Trends", "Wave", "trend", "trend_columns"]
-
 Array = NDArray[np.float64]
 #: Default periods: annual and semi-annual terms, s.
 PERIODS = (YEAR, 0.5 * YEAR)

@@ -210,14 +210,14 @@ def parsed(suffix, parse):
 
 
 def sheet(path):
-    from allanite.comparison.datasheet import read_datasheet
+    from allanite.sources.datasheet import read_datasheet
 
     read_datasheet(path)
 
 
 def page():
     """Requests of a page on a short log."""
-    from allanite.page.server import Sessions
+    from allanite.page.sessions import Sessions
     from allanite.page.source import Source
     from page_sessions import client_of, opened, send
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from allanite import Recording
-from allanite.page.server import Sessions
+from allanite.page.sessions import Sessions
 from allanite.page.source import Source
 from generators import gauss_markov, sinusoid, walk, white
 from page_browser import BROWSERS, launched

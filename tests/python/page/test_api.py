@@ -12,7 +12,7 @@ from allanite.fit import fit_model
 from allanite.page import bench as bench_module
 from allanite.page.jobs import Job
 from allanite.page.ladder import Ladder, Step, Work
-from allanite.page.server import Sessions
+from allanite.page.sessions import Sessions
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
 from allanite.page.tab import Tab

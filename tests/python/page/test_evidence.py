@@ -9,7 +9,7 @@ from allanite import Recording
 from allanite.fit import fit_model
 from allanite.fit.rivals.undecided import Undecided
 from allanite.page.ladder import Ladder, Step, Work
-from allanite.page.server import Sessions
+from allanite.page.sessions import Sessions
 from allanite.page.source import Source
 from allanite.page.state import state
 from allanite.page.tab import Tab

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from allanite.page.server import Sessions
+from allanite.page.sessions import Sessions
 from allanite.page.source import Source
 from moving_records import hand
 from page_sessions import BASE, HOST, TOKEN, act, client_of, opened, send

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from allanite.common.errors import InputError
-from allanite.recording.timebase import TIME_UNITS, read_stamps
+from allanite.recording.stamp_units import TIME_UNITS
+from allanite.recording.timebase import read_stamps
 
 
 @pytest.mark.slow

@@ -11,7 +11,8 @@ import pytest
 import allanite as al
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
-from allanite.comparison.datasheet import compare_datasheet, read_datasheet
+from allanite.comparison.datasheet import compare_datasheet
+from allanite.sources.datasheet import read_datasheet
 
 
 @dataclass

@@ -18,7 +18,8 @@ import pytest
 import allanite as al
 from allanite.scale import run_fleet
 from allanite.scale.bets import Bets, share
-from allanite.scale.logs import JOURNAL, _study_columns
+from allanite.scale.journal import JOURNAL
+from allanite.scale.logs import _study_columns
 from allanite.scale.power_bets import ClippedPower, PowerBets
 from allanite.scale.watch import DEFAULT_TOLERANCE, SEGMENT, Watch
 from allanite.study import Rung, Study

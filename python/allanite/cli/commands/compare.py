@@ -131,8 +131,9 @@ def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
     """Comparison of the sheet's figures with a fit to each column of the sheet's kind of sensor."""
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
-    from allanite.comparison.datasheet import compare_datasheet, read_datasheet, with_figures
+    from allanite.comparison.datasheet import compare_datasheet, with_figures
     from allanite.effects.files import parse_model
+    from allanite.sources.datasheet import read_datasheet
 
     sheet = read_datasheet(datasheet)
     parsed = with_figures(parse_model(model), sheet)

@@ -8,8 +8,6 @@ from allanite.cli.options import LogCommand, LogOptions, log_options
 from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.cli.words import WORDS
 
-__all__ = ["command"]
-
 
 @click.command("inspect", cls=LogCommand, epilog="Example: allanite inspect imu.csv --unit deg/s")
 @click.argument("log")

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Rate of the filter, whatever the rate of the sensor, Hz: EKF_TARGET_DT = 0.012 s.
 FILTER_RATE = 1.0 / 0.012
 #: Documented range of each parameter (AP_NavEKF3.cpp).

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of the calibration file: N and K of x, y and z, and the update rate.

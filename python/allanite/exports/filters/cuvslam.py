@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 ROWS = (
     ("gyro_noise_density", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
     ("gyro_random_walk", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),

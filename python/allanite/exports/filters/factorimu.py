@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Minimum SampleRate in the documentation of factorIMUParameters, Hz.
 MIN_SAMPLE_RATE = 100.0
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 ROWS = (
     ("  acc_cov", "accel", "N", "(m/s^2)^2, variance per sample"),
     ("  gyr_cov", "gyro", "N", "(rad/s)^2, variance per sample"),

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Motion models and the order of their states (fuse_models/src, dae8521 and 24ee705).
 MODELS = {
     "unicycle_2d": ("x", "y", "yaw", "vx", "vy", "vyaw", "ax", "ay"),

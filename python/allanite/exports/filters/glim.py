@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Scan rate of a usual LiDAR, Hz. The bias steps from scan to scan.
 SCAN_RATE = 10.0
 

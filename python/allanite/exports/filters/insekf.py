@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 SENSORS = (("Gyroscope", "rad/s"), ("Accelerometer", "m/s^2"))
 
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 DEGREE = math.pi / 180.0
 
 

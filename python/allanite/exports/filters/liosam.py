@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 ROWS = (
     ("imuAccNoise", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
     ("imuGyrNoise", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),

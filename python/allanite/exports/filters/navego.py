@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a MATLAB script: N, and density, correlation time and standard deviation of the bias, as fields in SI units.

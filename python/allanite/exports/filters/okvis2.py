@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 ROWS = (
     ("sigma_g_c", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
     ("sigma_a_c", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Rows of the matrices that the loader requires: no rotation, no misalignment, no sensitivity to acceleration.
 IDENTITY = tuple([float(i == j) for j in range(3)] for i in range(3))
 MATRICES = {

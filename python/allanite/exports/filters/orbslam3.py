@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 ROWS = (
     ("IMU.NoiseGyro", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
     ("IMU.NoiseAcc", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 ROWS = (
     ("gyr_cov_input", "gyro", "N", "(rad/s)^2, variance per sample"),
     ("acc_cov_input", "accel", "N", "(m/s^2)^2, variance per sample"),

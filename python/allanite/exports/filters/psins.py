@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 DEGREE, UG = math.pi / 180.0, 1e-6 * 9.7803267714
 #: Gyroscope and accelerometer: arguments of imuerrset for N, σ and correlation time, each with its unit in SI and as text.
 SENSORS = (

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Rate of the filter, whatever the rate of the sensor, Hz: EKF2_PREDICT_US = 10 000.
 FILTER_RATE = 100.0
 #: Documented range of each parameter (ekf2_params.c).

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Default process noise (src/filter_base.cpp, 1cb9533), kept for the states that describe the motion of the vehicle.
 DEFAULTS = dict(
     zip(

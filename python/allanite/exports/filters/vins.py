@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 ROWS = (
     ("acc_n", "accel", "N", "m/s^2, deviation per sample times sqrt(2)"),
     ("gyr_n", "gyro", "N", "rad/s, deviation per sample times sqrt(2)"),

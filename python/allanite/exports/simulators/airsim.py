@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 #: Standard gravity, m/s² (CGPM 1901): AirSim counts acceleration in mg.
 GRAVITY = 9.80665
 #: Any time gives the same noise, because only BiasStability/√Tau counts, s.

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.exports._axis import Axis
 
-__all__ = ["TARGETS"]
-
 DEGREE = math.pi / 180.0
 SENSORS = (
     ("gyro", (("arw", "N", DEGREE / 60, "deg/rt-hr"), ("b_stability", "sigma", DEGREE / 3600, "deg/hr"))),

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.page.ladder import Ladder, Step
     from allanite.page.tab import Tab
 
-__all__ = ["differences", "two_models"]
-
 #: Residual |z| of the guide lines: 95 % of the residuals of a true model are smaller.
 GUIDE = 2.0
 #: Minimum degrees of freedom of points whose intervals must fit on the axis.

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from allanite.study import Study
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["alternatives", "cards", "chips", "failures", "step_row", "step_rows", "telling_view"]
-
 #: View that shows a failure over τ, frequency or time.
 SHOWS = {"tau": "allan", "frequency": "psd", "time": "map"}
 #: A process at frequency f affects the Allan curve most at τ = PEAK / f (peak of the transfer function).

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["catalogue"]
-
 #: Length of the record of a picture at 1 Hz; each effect is added to white noise of density 1.
 N = 1 << 14
 TAU = 2.0 ** np.arange(0, 13, 0.5)

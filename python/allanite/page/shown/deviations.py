@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.recording import Recording
 
-__all__ = ["GRIDS", "KINDS", "deviation_figure"]
-
 #: Offered estimators; all are fast for any length of the record.
 KINDS = ("oadev", "adev", "mdev", "tdev", "ohdev", "hdev", "totdev", "pdev")
 #: Estimators whose expectation is the curve of the model.

@@ -13,9 +13,8 @@ from allanite.common.files import OwnedFolder
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.page.edits import deviation_unit
-from allanite.page.shown.figures import fit_of
+from allanite.page.shown.figures import VIEWS, figure_of, fit_of
 from allanite.page.shown.tables import csv_of, tables_of
-from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading, Uploads
 from allanite.page.studies import study
 from allanite.page.words import WORDS
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     from allanite.page.source import Source
     from allanite.page.tab import Tab
     from allanite.recording import Recording
-
-__all__ = ["Made", "accept", "compare_with", "make", "sheet_rows", "targets"]
 
 #: Missing facts about a log that the page can ask the user for.
 ASKED = ("rate", "unit", "quantity", "column")
@@ -87,7 +84,7 @@ def accept(tab: Tab, source: Source, role: str) -> None:
 
 def _accept_sheet(tab: Tab, source: Source) -> None:
     """Accept an uploaded data sheet."""
-    from allanite.comparison.datasheet import read_datasheet
+    from allanite.sources.datasheet import read_datasheet
 
     _ = tab.log
     assert source.path is not None

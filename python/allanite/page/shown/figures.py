@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.statespace.filtering import Innovations
 
-__all__ = ["VIEWS", "colors_of", "figure_of", "fit_of"]
-
 #: Maximum number of points for single ordinates in a zoomed range.
 MAX_ZOOMED = 1500
 #: Maximum number of filtered samples; of a longer record only the first ones are used.

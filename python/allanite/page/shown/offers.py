@@ -9,8 +9,6 @@ from allanite.plots.words import duration_text
 if TYPE_CHECKING:
     from allanite.recording.findings import Finding
 
-__all__ = ["offers", "sentence"]
-
 
 def sentence(text: str) -> str:
     """The text with a capital letter, unless it starts with the name of a column."""

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.page.ladder import Work
     from allanite.plots.themes import Theme
 
-__all__ = ["hover", "live", "readings"]
-
 
 def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
     """Set the hover text of each trace, with units."""

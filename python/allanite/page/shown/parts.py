@@ -15,9 +15,8 @@ from allanite.exports._text import verdict_in
 from allanite.page.edits import deviation_unit
 from allanite.page.shown import documents
 from allanite.page.shown.catalogue import catalogue
-from allanite.page.shown.figures import fit_of
+from allanite.page.shown.figures import VIEWS, figure_of, fit_of
 from allanite.page.shown.tables import tables_of
-from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading
 from allanite.plots.words import duration_text, unit_text
 from allanite.readers import sensor_kind
@@ -31,8 +30,6 @@ if TYPE_CHECKING:
     from allanite.page.ladder import Work
     from allanite.page.tab import Tab
     from allanite.recording import Recording
-
-__all__ = ["part"]
 
 #: Kinds of sensors whose columns can get a common unit, and the offered units.
 KINDS = ("angular rate", "acceleration")

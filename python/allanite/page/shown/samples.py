@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["samples_figure"]
-
 #: Number of segments of the envelope of the samples, more than a screen can resolve.
 SEGMENTS = 1600
 #: Maximum number of samples that are drawn individually.

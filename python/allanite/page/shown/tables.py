@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.plots.spec import Figure, Mark, Panel
 
-__all__ = ["csv_of", "tables_of"]
-
 #: Maximum number of rows of a table.
 MOST = 4000
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import AllaniteError
 from allanite.common.units import conversion, parse_unit
 from allanite.page.shown import overlays
-from allanite.page.shown.figures import VIEWS, figure_of, fit_of
+from allanite.page.shown.figures import figure_of, fit_of
 from allanite.page.shown.offers import sentence
 from allanite.plots.curves import SINGLE, parts
 from allanite.plots.plotly_painter import words
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.page.tab import Tab
     from allanite.plots.spec import Figure
-
-__all__ = ["VIEWS", "figure_of", "finite", "view"]
 
 #: Views with a legend; in the others the list of effects names the curves.
 LEGEND = ("compare", "error", "nis")

@@ -11,8 +11,6 @@ from allanite.common.plain import plain
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SECONDS_PER_MEGABYTE", "datasets", "numbers"]
-
 #: Processor time per megabyte of a file with chunks of one sample, the slowest kind, s (measured with h5py 3.16).
 SECONDS_PER_MEGABYTE = 0.2
 

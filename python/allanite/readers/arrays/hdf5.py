@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read"]
-
 #: First word of a netCDF time unit, "milliseconds since 2026-01-01" → ours.
 _SINCE = {
     "d": "d", "day": "d", "days": "d", "h": "h", "hour": "h", "hours": "h", "min": "min", "minutes": "min",

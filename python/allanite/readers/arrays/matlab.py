@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["assemble", "read"]
-
 #: Names of scalars that are the sampling rate, in lower case.
 RATES = (
     "fs",

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
-
 #: Size above which a file is memory-mapped instead of read, bytes.
 MAPPED = 1 << 26
 

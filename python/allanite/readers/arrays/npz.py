@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
-
 KEYS = ("data", "rate_hz", "channels", "unit", "t")
 
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read"]
-
 
 @isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
-
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read the clock offsets in s, one column per clock; epochs without a value are missing samples.

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read", "recognizes"]
-
 # Source: Stable32 user manual, "Data File Format": lines "File:", "Date:", "Type: Phase", "Tau: 1.0e+00", each with or
 # without #, end with "# Header End"; then one value a row, or a time tag in days (MJD) before it.
 _TAU = re.compile(r"\btau0?\b\s*[:=]?\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)", re.IGNORECASE)

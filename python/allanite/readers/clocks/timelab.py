@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
-
 #: Number of first bytes in which the block of time errors must begin. TimeLab writes about a hundred lines before it.
 HEAD = 1 << 20
 #: Number of bytes per read, and maximum length of the text of one number.

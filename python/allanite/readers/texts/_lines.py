@@ -17,19 +17,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = [
-    "DAY",
-    "MJD_OF_1970",
-    "STAMP",
-    "date_times",
-    "first_lines",
-    "is_utf16",
-    "rewritten",
-    "seconds_of_day",
-    "spacing_notes",
-    "utf16_lines",
-]
-
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
 #: Seconds per day. The clock of a terminal restarts at midnight.

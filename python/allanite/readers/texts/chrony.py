@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Source: chrony.conf(5), "log"; reference.c, sourcestats.c and ntp_core.c print a banner of three lines every 32 rows.
 # Kind of log → words that only its banner has, and (name, unit, field) of the numbers that are read.
 _KINDS: dict[str, tuple[bytes, tuple[tuple[str, str, int], ...]]] = {

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 _MESSAGE = re.compile(rb"^(?:\xef\xbb\xbf)?(?:---\s*)?header:\s*\n\s+(?:seq|stamp):", re.MULTILINE)
 
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["offsets_of", "read", "recognizes"]
-
 # Source: Hector user manual, "mom format": "# sampling period 1.0" (days), lines of "# offset" and other events, then MJD,
 # the observation and, if one was estimated, the model.
 _OFFSET = re.compile(r"^#\s*offset\s+(?P<day>[0-9.]+)", re.IGNORECASE)

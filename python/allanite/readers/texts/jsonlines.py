@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Source: jsonlines.org: UTF-8, one JSON value a line; a line that is not an object is no row of a log.
 #: Maximum fraction of lines that may lack a key. Above, the lines are of different kinds. Chosen by judgment; not measured.
 MAX_LACKING = 0.05

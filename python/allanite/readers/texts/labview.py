@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read", "recognizes"]
-
 # Source: ni.com, "Specification for the LabVIEW Measurement File (.lvm)": a head for the file and one for each segment,
 # both ended by ***End_of_Header***; then a line of names, and the rows.
 _FIRST = b"LabVIEW Measurement"

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Source: linuxptp 4, clock.c, phc2sys.c and ts2phc.c print
 #   "%s offset %10lld s%d freq %+7.0f path delay %10lld"   (ptp4l; "master offset" before 4.0)
 #   "%s %s offset %9lld s%d freq %+7.0f delay %6lld"       (phc2sys: the clock, then phc or sys)

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Source: ntp.org, "Monitoring Commands and Options". Both begin with the MJD and the seconds past UTC midnight.
 #   loopstats: 50935 75440.031 0.000006019 13.778190 0.000351733 0.0133806 6
 #              offset s, frequency ppm, jitter s, wander ppm, poll exponent

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Sources:
 #   pps-tools, ppstest.c: "source 0 - assert 1516102326.992172280, sequence: 8108815 - clear  0.000000000, sequence: 0"
 #   Linux, Documentation/driver-api/pps.rst: /sys/class/pps/pps0/assert holds "1170026870.983207967#8"

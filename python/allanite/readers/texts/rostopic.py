@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read", "recognizes"]
-
 # Source: wiki.ros.org/rostopic, "echo -p": the first line names the fields ("%time,field.header.seq,…"); %time is when
 # the message was received, field.header.stamp when the sensor was read, both in ns.
 _HEADER = re.compile(rb"^(?:\xef\xbb\xbf)?%time,field")

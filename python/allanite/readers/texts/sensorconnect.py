@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read", "recognizes"]
-
 # Source: the channel names of MicroStrain's MSCL (MipTypes.cpp, "scaledAccelX", "deltaThetaX", …) and the manuals of the
 # 3DM series, which fix their units: scaled acceleration in g, rates in rad/s, ambient pressure in mbar.
 _CHANNEL = re.compile(

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 _FIRST = re.compile(
     rb"^[ \t]*(?:\$VN(?:IMU|MAR|YMR|QMR|GYR|ACC),"
     rb"|[#%](?:RAWIMUS?X?|CORRIMUDATAS?|IMURATECORRIMUS?)A,)",

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Source: docs.arduino.cc, "Serial Monitor" (IDE 1.8 and 2: "Show timestamp" puts "12:00:00.000 -> " before each line)
 # and arduino-serial-plotter-webapp, protocol.md ("label:value" pairs, separated by comma, blank or tab).
 _LABEL = r"[A-Za-z_][^\s:,;]*"

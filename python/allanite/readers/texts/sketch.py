@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Source: examples of Adafruit's libraries (Adafruit_MPU6050, basic_readings.ino; Adafruit_LSM6DS, …): three lines and
 # an empty one for each sample, the unit at the end of each line.
 # Possessive, and names and units are short: the time must not grow with the square of a line's length.

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "recognizes"]
-
 # Source: geodesy.unr.edu, README_tenv.txt and README_tenv3.txt. Fields are separated by blanks.
 #   both: station, date (YYMMMDD), decimal year, MJD, GPS week, day of the week
 #   tenv: east, north, up, antenna height, three standard deviations, three correlations; lengths in m

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read", "recognizes"]
-
 #: A row that begins with a word, followed by numbers. Comments begin with %, # or /.
 _ROW = re.compile(r"^\"?(?P<tag>[A-Za-z][A-Za-z_]{1,23}\d?)\"?[;,\t]\s*-?[\d.]")
 _SEPARATOR = r"[;,\t]"

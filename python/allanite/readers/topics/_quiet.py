@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["quiet"]
-
 
 @contextmanager
 def quiet(module: Any) -> Iterator[None]:

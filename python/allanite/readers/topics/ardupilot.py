@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
-
 #: Messages with inertial samples, best first.
 TOPICS = ("IMU", "GYR", "ACC", "IMU2", "IMU3")
 #: Field → column name and unit, from ArduPilot's documentation of its log messages.

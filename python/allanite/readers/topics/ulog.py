@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
-
 # Topics with inertial samples, in order of preference.
 TOPICS = ("sensor_combined", "sensor_gyro", "sensor_accel", "sensor_gyro_fifo", "vehicle_imu")
 FIELDS = {
