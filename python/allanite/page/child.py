@@ -99,7 +99,7 @@ def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 #: Fields of a recording that are transferred as they are.
-KEPT = ("samples", "rate", "units", "quantity", "columns", "path")
+KEPT = ("samples", "rate", "units", "quantity", "columns", "path", "epoch", "times")
 
 
 def _fields(record: Any) -> dict[str, Any]:

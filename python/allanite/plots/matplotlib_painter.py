@@ -320,8 +320,13 @@ def _panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
         axes.set_title(
             panel.title, loc="left", fontsize=11, color=look.text, weight="bold", pad=6, **TEXT
         )
+    texts = 0
     for mark in panel.marks:
         _draw(canvas, axes, panel, mark, look)
+        if isinstance(mark, Span) and mark.text:
+            # Each text is below the previous one, because neighboring ranges are narrower than their texts.
+            _span_text(axes, mark, texts, panel.x, look)
+            texts += 1
 
 
 def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
@@ -384,8 +389,6 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
                 linewidth=0,
                 zorder=BELOW,
             )
-            if mark.text:
-                _span_text(axes, mark, panel.x, look)
         case Rule():
             draw = axes.axvline if mark.axis == "x" else axes.axhline
             draw(
@@ -414,17 +417,18 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
             )
 
 
-def _span_text(axes: Any, mark: Span, axis: Axis, look: Theme) -> None:
-    """Draw the text of a shaded range, at its top and inside the axis."""
+def _span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -> None:
+    """Draw the text of a shaded range in a line below its top, inside the axis."""
     scale = np.log10 if axis.log else np.asarray
     first, last = scale(axis.low), scale(axis.high)
     middle = 0.5 * (max(scale(mark.low), first) + min(scale(mark.high), last))
     place = float((middle - first) / (last - first))
-    axes.text(
-        place,
-        0.985,
+    axes.annotate(
         mark.text,
-        transform=axes.transAxes,
+        (place, 0.985),
+        (0.0, -14.0 * line),
+        xycoords="axes fraction",
+        textcoords="offset points",
         ha="left"
         if place < ALIGNED_TEXT_FRACTION
         else "right"

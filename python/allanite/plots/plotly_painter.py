@@ -29,6 +29,8 @@ FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
 DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 #: Gaps between columns and rows of the grid, as fractions of the figure.
 GAP_X, GAP_Y = 0.075, 0.03
+#: Gap below rows that have tick texts and an axis label.
+GAP_BELOW_LABEL = 0.17
 #: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
 ALIGNED_TEXT_FRACTION = 0.15
 
@@ -64,7 +66,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
     for count, panel in enumerate(figure.panels, 1):
         suffix = "" if count == 1 else str(count)
         across = _domain(figure.widths, panel.column, 1, GAP_X, bare)
-        down = _domain(figure.heights, panel.row, panel.rows, GAP_Y)
+        down = _domain(figure.heights, panel.row, panel.rows, _row_gap(figure))
         upright = [1.0 - down[1], 1.0 - down[0]]
         layout[f"xaxis{suffix}"] = _axis(panel.x, panel, across, f"y{suffix}", panel.show_x, look)
         layout[f"yaxis{suffix}"] = _axis(panel.y, panel, upright, f"x{suffix}", panel.show_y, look)
@@ -104,6 +106,12 @@ def _title(figure: Figure, look: Theme) -> dict[str, Any]:
         "yanchor": "top",
         "font": {"size": 15, "color": look.text},
     }
+
+
+def _row_gap(figure: Figure) -> float:
+    """Gap between rows, larger if panels above the last row have tick texts."""
+    labeled = any(p.show_x and p.row + p.rows < len(figure.heights) for p in figure.panels)
+    return GAP_BELOW_LABEL if labeled else GAP_Y
 
 
 def _bare_columns(figure: Figure) -> frozenset[int]:
@@ -351,6 +359,7 @@ def _heat(
 ) -> None:
     """Add a heat map and frames around its marked cells."""
     low, middle, high = look.diverging
+    bottom, top = layout[f"yaxis{suffix}"]["domain"]
     data.append(
         {
             "type": "heatmap",
@@ -366,6 +375,8 @@ def _heat(
                 "tickvals": [v for v, _ in mark.ticks],
                 "ticktext": [words(t) for _, t in mark.ticks],
                 "outlinewidth": 0,
+                "y": 0.5 * (bottom + top),
+                "len": top - bottom,
             },
             "hovertemplate": "%{text} × the expected power<extra></extra>",
             **axes,

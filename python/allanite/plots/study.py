@@ -1,15 +1,17 @@
-"""Figure of the stepwise model building: errors of each step, and the Allan deviation of first and last model."""
+"""Figure of the stepwise model building: errors of each step, and the curves of the first and the last model."""
 
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.numbers import number
+from allanite.effects import Periodic
 from allanite.plots.axes import linear_axis, log_axis, step_axis
-from allanite.plots.curves import TAU, interval
+from allanite.plots.curves import SINGLE, TAU, interval, spectrum_panels
 from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
 from allanite.plots.words import allan_label, effect_text, recording_text, values_text
 
@@ -24,7 +26,9 @@ TITLE, LINES = 92, 31
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Errors of each step (unexplained misfit, Allan deviation, model discrepancy), and the first and the last model.
+    """Errors of each step, and the Allan deviation and the spectrum with the first and the last model.
+
+    The errors are the unexplained misfit, the error of the Allan deviation, and the model discrepancy.
 
     Parameters
     ----------
@@ -53,11 +57,13 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
         ),
         _bars("model discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
         _before_after(study, 3),
+        _densities(study, 3),
     )
     title = f"{recording_text(study.recording)} · from {fits[0].model.name} to "
     last = fits[-1].model
     title += last.name if len(title) + len(last.name) <= TITLE else f"{len(last)} effects"
-    figure = Figure(title, _ending(study), panels, widths=(1.0, 1.0, 1.0, 3.2), kind="study")
+    heights, widths = (1.0, 1.0), (1.0, 1.0, 1.0, 3.2)
+    figure = Figure(title, _ending(study), panels, heights, widths, kind="study")
     if path is not None:
         figure.save(path, theme)
     return figure
@@ -117,7 +123,7 @@ def _bars(
     # Leave space for the number at the end of the longest bar.
     room = 0.42 * (top - low)
     x = linear_axis(label, low - (room if low < 0 else 0.0), top + room, 3)
-    return Panel(x, step_axis(names), tuple(marks), column=column, show_y=column == 0)
+    return Panel(x, step_axis(names), tuple(marks), 0, column, rows=2, show_y=column == 0)
 
 
 def _before_after(study: Study, column: int) -> Panel:
@@ -149,6 +155,30 @@ def _before_after(study: Study, column: int) -> Panel:
         low[sure],
     )
     return Panel(log_axis(TAU, curve.tau), y, tuple(marks), column=column, title="Allan deviation")
+
+
+def _densities(study: Study, column: int) -> Panel:
+    """Panel of the measured density with the first and the last model, and single frequencies around spectral lines."""
+    first, last = study.ladder[0].fit, study.fit
+    lines = [e for e in last.model if isinstance(e, Periodic) and e.frequency is not None]
+    panel = spectrum_panels(first, column, (), [e.frequency for e in lines if e.frequency])[0]
+    after = spectrum_panels(last, column)[0]
+    marks: list[Mark] = [m for m in panel.find(Line) if m.label == SINGLE]
+    if len(study.ladder) > 1:
+        marks += [
+            replace(m, label="", width=2.0, dash="dash")
+            for m in panel.find(Line)
+            if m.color == "model"
+        ]
+    marks += [replace(m, label="", color="c1") for m in after.find(Line) if m.color == "model"]
+    for effect in lines:
+        for multiple, amplitude, _ in effect.lines:
+            # A line of amplitude A adds A² T / 2 to its ordinate of the two-sided density.
+            at = multiple * (effect.frequency or 0.0)
+            peak = 0.5 * amplitude**2 * last.data.duration
+            marks.append(Line(np.array([at, at]), np.array([panel.y.low, peak]), "c1", "", 2.2))
+    marks += [m for m in panel.find(Points) if m.color == "measured"]
+    return replace(panel, marks=tuple(marks), row=1, show_x=True)
 
 
 def _ending(study: Any) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.spec import Axis, Figure, HeatMap, Mark, Note, Panel, Rule
 from allanite.plots.words import recording_text
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 MAX_FACTOR = 4.0
 #: Cells with a larger |z| are framed. About 1 % of maps of 450 cells exceed it by chance.
 MIN_FRAMED_Z = 4.3
+#: Rows and most columns of the close-up of a narrow range, which a figure can show beside the map of octaves.
+CLOSE_ROWS, MAX_CLOSE_COLUMNS = 24, 60
+#: Fewest columns of a close-up that show a drift.
+MIN_CLOSE_COLUMNS = 4
 UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60.0, "min"))
 
 
@@ -95,3 +100,45 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
     x = linear_axis(label, float(times[0]) / size, float(times[-1]) / size, 8)
     y = log_axis("frequency f (Hz)", bands[bands > 0], room=1.0)
     return Panel(x, y, tuple(marks), grid=False)
+
+
+def close_up(check: Check) -> Panel | None:
+    """Map of measured over expected power by time and frequency around the narrow range in which a model fails most.
+
+    Lines and bands that drift are visible in it. None if the model fails nowhere within an octave, or if the record is
+    too short to resolve that range in time.
+    """
+    fit, worst = check.fit, check.where.worst_frequency
+    data = fit.data
+    if worst is None or worst[1] >= 2.0 * worst[0] or not has_all_ordinates(data):
+        return None
+    wide = worst[1] - worst[0]
+    low, high = max(worst[0] - wide, 0.5 * worst[0]), min(worst[1] + wide, 0.5 * data.rate)
+    x = np.asarray(fit.recording.rate_samples(), dtype=np.float64).ravel()
+    x = np.where(np.isfinite(x), x, np.nanmean(x))
+    # Each row has at least one frequency of the transform.
+    length = max(int(CLOSE_ROWS * data.rate / (high - low)) + 2, x.size // MAX_CLOSE_COLUMNS)
+    columns = x.size // length
+    if columns < MIN_CLOSE_COLUMNS:
+        return None
+    parts = x[: columns * length].reshape(columns, length)
+    window = np.hanning(length)
+    f = np.fft.rfftfreq(length, 1.0 / data.rate)
+    power = np.abs(np.fft.rfft(window * (parts - parts.mean(axis=1, keepdims=True)))) ** 2
+    power /= data.rate * np.sum(window**2)
+    edges = np.linspace(low, high, CLOSE_ROWS + 1)
+    first = np.searchsorted(f, edges)
+    mean = np.add.reduceat(power[:, : first[-1]], first[:-1], axis=1) / np.diff(first)
+    _, top = data.bins.limits(data.rate)
+    own = np.searchsorted(top, 0.5 * (edges[1:] + edges[:-1]))
+    expected = (fit.solution.spectrum / data.rate)[np.minimum(own, top.size - 1)]
+    values = np.log2(np.maximum(mean / expected, 1e-6)).T
+    limit = max(2.0, float(np.ceil(values.max())))
+    ticks = ((-limit, f"≤ 1/{2**limit:g}"), (0.0, "1"), (limit, f"≥ {2**limit:g}"))
+    size, name = time_scale(data.duration)
+    times = np.arange(columns + 1) * length / data.rate / size
+    marked = np.zeros(values.shape, dtype=bool)
+    heat = HeatMap(times, edges, values, limit, "measured over expected power", ticks, marked)
+    label = linear_axis(f"time ({name})", 0.0, data.duration / size, 8)
+    y = linear_axis("frequency f (Hz)", low, high, 5)
+    return Panel(label, y, (heat,), title="Close-up", grid=False)

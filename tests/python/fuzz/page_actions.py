@@ -40,7 +40,19 @@ NAMES = [
     None,
     3,
 ]
-VIEWS = ["allan", "psd", "map", "samples", "compare", "axes", "error", "nis", "nothing"]
+VIEWS = [
+    "allan",
+    "psd",
+    "map",
+    "samples",
+    "compare",
+    "axes",
+    "error",
+    "nis",
+    "thermal",
+    "average",
+    "nothing",
+]
 PARTS = [
     "catalogue",
     "strip",

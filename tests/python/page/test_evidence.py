@@ -1,20 +1,25 @@
 """What the page says of a model: its verdict, the places where it fails, what else explains the record."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from allanite import Recording
+from allanite.effects import parse_model
 from allanite.fit import fit_model
 from allanite.fit.rivals.undecided import Undecided
 from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.sessions import Sessions
+from allanite.page.shown.cards import failures
 from allanite.page.source import Source
 from allanite.page.state import state
 from allanite.page.tab import Tab
+from allanite.plots.spec import HeatMap
+from allanite.plots.time import close_up
 from allanite.study import Rung, Study
-from allanite.suggestion import check_fit
+from allanite.suggestion import Check, check_fit
 from generators import sinusoid, walk, white
 from page_sessions import act, client_of, opened
 
@@ -153,3 +158,33 @@ def test_lines_are_smooth_and_a_logged_temperature_is_seen_in_the_first_figure()
     drawn = client.get(f"tabs/{tab}/view/samples").json()
     assert "temperature" in drawn["drift"]
     sessions.uploads.close()
+    # The card of the temperature leads to the samples.
+    card = next(c for c in said["cards"] if c["kind"] == "covariate")
+    assert (card["view"], card["place"]) == ("samples", None)
+
+
+def test_a_missing_effect_leads_to_its_figure_even_if_no_view_fails(white_only, monkeypatch):
+    study = white_only.step.study
+    effect = parse_model("SIN(frequency=0.1)").effects[0]
+    monkeypatch.setattr(Check, "adequate", False)
+    monkeypatch.setattr(Check, "significant", (SimpleNamespace(effect=effect),))
+    (sentence,) = failures(study)
+    assert sentence["view"] == "psd"
+    assert sentence["text"].endswith("significantly missing: sinusoid")
+
+
+def test_a_line_that_drifts_is_followed_in_the_map():
+    rng = np.random.default_rng(1)
+    n, rate = 36_000, 60.0
+    frequency = 18.0 + 4.0 * np.arange(n) / n
+    x = white(rng, n, rate, 0.01) + 0.15 * np.sin(2 * np.pi * np.cumsum(frequency) / rate)
+    check = check_fit(fit_model(Recording(x, rate, unit="deg/s"), "N"))
+    panel = close_up(check)
+    (heat,) = panel.find(HeatMap)
+    rows = np.argmax(heat.values, axis=0)
+    height = np.diff(heat.y_edges)[0]
+    found = heat.y_edges[rows] + 0.5 * height
+    middle = 0.5 * (heat.x_edges[1:] + heat.x_edges[:-1]) / panel.x.high
+    # Within a row, and the drift within a column.
+    column = 4.0 * np.diff(heat.x_edges)[0] / panel.x.high
+    assert np.max(np.abs(found - (18.0 + 4.0 * middle))) < height + column

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 SHOWS = {"tau": "allan", "frequency": "psd", "time": "map"}
 #: A process at frequency f affects the Allan curve most at τ = PEAK / f (peak of the transfer function).
 PEAK = 0.37
+#: Range of the spectrum that is shown at least on each side of a line, relative to its frequency.
+MIN_SHOWN_WIDTH = 0.005
 
 
 def chips(
@@ -85,7 +87,12 @@ def failures(study: Study) -> list[dict[str, Any]]:
     # Alternative explanations are mentioned only for models without other failures.
     for text in study.doubts if check.adequate else check.left or [check.nowhere]:
         view, place = placed.get(text, (None, None))
-        out.append({"text": text, "view": view and SHOWS[view], "place": place})
+        shown = view and SHOWS[view]
+        if text == check.nowhere and check.significant:
+            # No view fails, so the sentence leads to the figure of the missing effect.
+            shown = telling_view(study)
+            text = f"{text}: {effect_text(check.fit, check.significant[0].effect)}"
+        out.append({"text": text, "view": shown, "place": place})
     return out
 
 
@@ -214,7 +221,17 @@ def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
         "size": s.removes_percent / 100.0,
         "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{_between(acts)}",
         "acts": acts,
+        **_shown_at(s.effect, acts),
     }
+
+
+def _shown_at(effect: Effect, acts: dict[str, list[float] | None]) -> dict[str, Any]:
+    """View that shows a missing effect, and its range there: samples for followers and events, else the spectrum."""
+    frequency = acts["frequency"]
+    if effect.follows or effect.when or frequency is None:
+        return {"view": "samples", "place": None if effect.follows else acts["time"]}
+    low, high = frequency
+    return {"view": "psd", "place": [low * (1 - MIN_SHOWN_WIDTH), high * (1 + MIN_SHOWN_WIDTH)]}
 
 
 def _parted(name: str, sentence: str) -> tuple[str, str]:

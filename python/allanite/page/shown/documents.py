@@ -14,6 +14,7 @@ from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.page.edits import deviation_unit
 from allanite.page.shown.figures import VIEWS, figure_of, fit_of
+from allanite.page.shown.jobs import LAWS, calibrated
 from allanite.page.shown.tables import csv_of, tables_of
 from allanite.page.source import Reading, Uploads
 from allanite.page.studies import study
@@ -185,6 +186,9 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         return Made(body, "application/json", f"{_stem(tab)}-study.json")
     if name == "report.html":
         return _report(tab)
+    if name in LAWS:
+        text = calibrated(tab.work.recording).export(LAWS[name])
+        return Made(text.encode(), "text/plain; charset=utf-8", f"{_stem(tab)}-{name}")
     from allanite.exports import TARGETS, export
 
     wanted = next((one for one in TARGETS.values() if one.file_name == name), None)
@@ -203,7 +207,7 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         text = export(found, wanted.name)
         kind = "text/plain; charset=utf-8"
         return Made(text.encode(), kind, f"{_stem(tab)}-{name}", _missing(tab))
-    known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html"]
+    known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html", *LAWS]
     known += [one.file_name for one in TARGETS.values()]
     raise InputError(f"No file {name[:60]!r}: one of {', '.join(known)}")
 

@@ -16,6 +16,7 @@ from allanite.effects import Deterministic, Periodic
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.page.shown.beside import two_models
 from allanite.page.shown.deviations import deviation_figure
+from allanite.page.shown.jobs import average_figure, thermal_figure
 from allanite.page.shown.samples import samples_figure
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import (
@@ -32,7 +33,7 @@ from allanite.plots.curves import (
 from allanite.plots.deviation import plot_deviation
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS, LOGS
-from allanite.plots.time import plot_time
+from allanite.plots.time import close_up, plot_time
 from allanite.plots.words import duration_text, effect_text, unit_text
 from allanite.report.words import many
 
@@ -139,7 +140,15 @@ def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
     if not check.where.time:
         return figure
     calm = "the noise is constant over the record: no cell differs significantly"
-    return replace(figure, subtitle="\n".join([*(said or [calm]), figure.subtitle]))
+    figure = replace(figure, subtitle="\n".join([*(said or [calm]), figure.subtitle]))
+    close = close_up(check)
+    if close is None:
+        return figure
+    octaves = replace(figure.panels[0], x=close.x, show_x=False)
+    panels = (octaves, replace(close, row=1))
+    low, high = close.y.low, close.y.high
+    told = f"{figure.subtitle}; below, around {0.5 * (low + high):.3g} Hz"
+    return replace(figure, panels=panels, heights=(1.0, 1.0), subtitle=told)
 
 
 def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
@@ -177,7 +186,18 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
         return two_models(tab.ladder, tab.other_step)
     log, whole = tab.log, tab.work.recording
     items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
-    items += [(name, other, None) for name, other in tab.others]
+    # The same axis first, then the same kind of sensor, since not all curves may be shown.
+    kind = parse_unit(log.unit).kind
+    items += [
+        (name, other, None)
+        for name, other in sorted(
+            tab.others,
+            key=lambda one: (
+                parse_unit(one[1].unit).kind != kind,
+                one[1].columns != log.columns,
+            ),
+        )
+    ]
     if not tab.others:
         same = [i for i, u in enumerate(whole.units) if u == log.unit and i != tab.column]
         items += [(whole.columns[i], tab.work.log(i), None) for i in same]
@@ -189,7 +209,6 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
         curves.append(replace(simulated, kind="simulated", low=None, high=None))
     missing = []
     for figure in () if tab.sheet is None else tab.sheet.figures:
-        kind = parse_unit(log.unit).kind
         try:
             line = limit_line(figure, log.unit, curves[0].tau)
         except InputError:
@@ -386,4 +405,6 @@ VIEWS = {
     "compare": _compare,
     "error": _error,
     "nis": _nis,
+    "thermal": thermal_figure,
+    "average": average_figure,
 }

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.plots.spec import Figure
 
 #: Views with a legend; in the others the list of effects names the curves.
-LEGEND = ("compare", "error", "nis")
+LEGEND = ("compare", "error", "nis", "thermal", "average")
 #: Units in which the cursor can show a deviation.
 UNITS = ("rad/s", "deg/s", "deg/h", "m/s^2", "mg", "ug")
 
@@ -107,7 +107,7 @@ def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
     layout["legend"] = {
         "orientation": "h",
         "x": 0,
-        "y": 1.06 if name == "error" else 1.0,
+        "y": 1.06 if name in ("error", "thermal") else 1.0,
         "yanchor": "bottom",
         "font": {"size": 12},
     }

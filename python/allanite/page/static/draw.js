@@ -1,5 +1,5 @@
 // The figure: drawing, highlighting an effect, shading where it acts, zooming, and the cursor.
-import { $, S, capital, el, short } from "./core.js";
+import { $, S, capital, short } from "./core.js";
 
 const plot = () => $("plot"), NARROW = 560, LOW = 320;
 const options = { displaylogo: false, displayModeBar: false, doubleClick: false, responsive: false, scrollZoom: false };
@@ -9,32 +9,36 @@ export const shown = { view: null, base: [], held: false, later: null };
 export async function show(view) {
   if (shown.held) { shown.later = view; return; }  // a line is being dragged
   shown.view = view;
-  const layout = structuredClone(view.layout);
-  narrow(layout);
-  shown.base = layout.shapes || [];
-  await Plotly.react(plot(), view.data, layout, options);
+  small = plot().clientWidth <= NARROW;
+  shown.base = (await paint(plot(), view)).shapes || [];
   listen();
+}
+// Draws a view into an element, with fewer words where there is little space. Returns the layout.
+export async function paint(node, view) {
+  const layout = structuredClone(view.layout);
+  narrow(layout, view, node);
+  await Plotly.react(node, view.data, layout, options);
   // Elements above may have changed their height; correct the size now instead of waiting for the observer.
-  const { width, height } = plot()._fullLayout;
-  if (width !== plot().clientWidth || height !== plot().clientHeight) await Plotly.relayout(plot(), { autosize: true });
+  const { width, height } = node._fullLayout;
+  if (width !== node.clientWidth || height !== node.clientHeight) await Plotly.relayout(node, { autosize: true });
+  return layout;
 }
 // On a phone the figure keeps its axes and drops elements that do not fit.
-function narrow(layout) {
+function narrow(layout, view, node) {
   // Next to a table there is not enough height for two axis titles.
-  if (plot().clientHeight < LOW && layout.yaxis2 && layout.yaxis2.domain[1] < layout.yaxis.domain[0]) {
+  if (node.clientHeight < LOW && layout.yaxis2 && layout.yaxis2.domain[1] < layout.yaxis.domain[0]) {
     layout.yaxis2.title.text = "σ";
     layout.yaxis.title.font = { size: 11 };
   }
-  small = plot().clientWidth <= NARROW;
-  if (!small) return;
+  if (node.clientWidth > NARROW) return;
   layout.margin = { ...layout.margin, l: 58, r: 8 };
   layout.font = { ...layout.font, size: 11 };
   layout.annotations = (layout.annotations || []).filter(a => a.name !== "span");
   // Show only the letter of a reading; its value is listed below.
-  if (shown.view.name === "allan") for (const a of layout.annotations) if (a.xref === "x") a.text = a.text.split(" ")[0];
+  if (view.name === "allan") for (const a of layout.annotations) if (a.xref === "x") a.text = a.text.split(" ")[0];
   for (const [key, axis] of Object.entries(layout)) if (/^[xy]axis/.test(key) && axis.title) axis.title.standoff = 4;
   const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
-  if (across.length && shown.view.name === "error") stack(layout);
+  if (across.length && view.name === "error") stack(layout);
 }
 // Keeps every second, third … label of an axis, so that at most `most` remain.
 function thin(axis, most) {
@@ -104,8 +108,8 @@ function heights([low, high]) {
   return top > bottom ? [bottom - 0.3, top + 0.15] : null;
 }
 // Number of seconds in the unit of the time axis.
-export function timeUnit() {
-  const text = (shown.view.layout.xaxis.title || {}).text || (shown.view.layout.xaxis2 && shown.view.layout.xaxis2.title.text) || "";
+export function timeUnit(view = shown.view) {
+  const text = Object.keys(view.layout).filter(k => k.startsWith("xaxis")).map(k => (view.layout[k].title || {}).text || "").join(" ");
   const found = /\((d|h|min)\)/.exec(text);
   return { d: 86400, h: 3600, min: 60 }[found && found[1]] || 1;
 }
@@ -141,7 +145,7 @@ function ticks([a, b], log, most) {
 }
 const label = v => Math.abs(v) >= 1e4 || (v !== 0 && Math.abs(v) < 1e-3) ? short(v) : String(Number(v.toPrecision(6))).replace("-", "−");
 
-const effects = () => shown.view.data.map((trace, i) => ({ trace, i })).filter(({ trace }) => /^(effect|limit)-/.test(trace.meta || ""));
+export const effects = () => shown.view.data.map((trace, i) => ({ trace, i })).filter(({ trace }) => /^(effect|limit)-/.test(trace.meta || ""));
 export function light(place) {
   if (!shown.view || !plot().data) return;
   const found = effects(), meta = [`effect-${place}`, `limit-${place}`];
@@ -162,42 +166,5 @@ export function shade(acts) {
   }
   Plotly.relayout(plot(), { shapes: [...shown.base, ...more] });
 }
-
-// The cursor: measured value, model and effects at the τ under the pointer, in the chosen unit.
-export function cursor(event) {
-  const view = shown.view, axes = plot()._fullLayout;
-  if (!view || view.name !== "allan" || !axes || !axes.xaxis || !plot().data || shown.held) return;
-  const box = plot().getBoundingClientRect(), x = event.clientX - box.left - axes.xaxis._offset;
-  if (x < 0 || x > axes.xaxis._length) return point(null);
-  const measured = view.data.find(t => t.meta === "measured") || view.data.find(t => t.mode === "markers" && t.x.length > 3);
-  if (!measured) return;
-  const here = Math.log10(axes.xaxis.p2d(x));
-  let best = 0;
-  measured.x.forEach((v, i) => { if (Math.abs(Math.log10(v) - here) < Math.abs(Math.log10(measured.x[best]) - here)) best = i; });
-  point(best, measured);
-}
 // Value of a line at one of its points; model and effects have more points than the measured curve.
 export const at = (trace, x) => { const k = trace.x.findIndex(v => Math.abs(v / x - 1) < 1e-5); return k < 0 ? null : trace.y[k]; };
-function point(i, measured) {
-  const view = shown.view;
-  if (i === null) return;
-  const units = view.units || [{ text: "", factor: 1 }], unit = units[Math.min(S.cursorUnit || 0, units.length - 1)];
-  const size = v => short(v * unit.factor);
-  const x = measured.x[i], model = view.data.find(t => t.meta === "model");
-  const parts = effects().filter(({ trace }) => at(trace, x) > 0).map(({ trace }) => {
-    const [kind, place] = trace.meta.split("-"), chip = S.state.chips.find(c => String(c.place) === place);
-    return el("span", {}, el("i", { style: `border-color:var(--${chip ? chip.color : "c1"})` }), `${chip ? chip.short : ""} ${kind === "limit" ? "< " : ""}${size(at(trace, x))}`);
-  });
-  const change = el("button", { title: "Another unit", "aria-label": "Unit of the cursor", onclick: () => { S.cursorUnit = ((S.cursorUnit || 0) + 1) % units.length; point(i, measured); } }, unit.text || "1");
-  $("readout").replaceChildren(el("b", {}, `τ = ${short(measured.x[i])} s`), el("span", {}, `measured ${size(measured.y[i])}`), ...(model ? [el("span", {}, `model ${size(at(model, x))}`)] : []), ...parts, change);
-  mark(measured.x[i]);
-}
-function mark(x) {
-  const box = plot().querySelector(".cartesianlayer");
-  let line = $("cursor");
-  if (!line) { line = el("div", { id: "cursor" }); $("figure").append(line); }
-  const axes = plot()._fullLayout;
-  line.hidden = !box;
-  line.style.left = `${plot().offsetLeft + axes.xaxis._offset + axes.xaxis.d2p(x)}px`;
-}
-export const away = () => { const line = $("cursor"); if (line) line.hidden = true; };

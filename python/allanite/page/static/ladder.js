@@ -8,7 +8,7 @@ export function enough() {
   fill($("enough"), ENOUGH, S.state.tolerance ?? "");
   $("enough").onchange = event => act({ do: "tolerance", percent: event.target.value });
   // If all axes are adequate, no tolerance is needed.
-  $("enough").hidden = !S.state.ladder.length || S.state.axes.every(a => a.state === "adequate");
+  $("until").hidden = !S.state.ladder.length || S.state.axes.every(a => a.state === "adequate");
 }
 export function verdict() {
   const state = S.state, out = [];
@@ -46,7 +46,7 @@ export function cards() {
         el("button", { class: i === 0 ? "main add" : "add", "data-work": true, "aria-label": `Add ${c.name}`, onclick: () => act({ do: "add", number: c.number }) }, "Add")),
       c.values ? el("p", { class: "own" }, c.values) : null,
       el("p", { class: "why" }, capital(c.sentence)),
-      el("div", { class: "measure" }, el("span", { class: "track" }, el("i", { style: percent(c.size) })), capital(c.size_text)),
+      el("div", { class: "measure" }, el("span", { class: "track" }, el("i", { style: percent(c.size) })), el("button", { class: "link", title: "Show this place", onclick: () => S.hooks.visit(c.view, c.place) }, capital(c.size_text))),
       el("details", {}, el("summary", {}, c.rivals.length ? `Alternative explanations: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
         el("p", {}, capital(c.confirm), "."), el("p", { class: "tag" }, `Evidence: ${c.evidence_text}`), el("p", { class: "tag" }, capital(c.physics), ".")));
   }));

@@ -11,7 +11,7 @@ import { ask, doubtful, listenReading } from "./reading.js";
 import { listenTour } from "./tour.js";
 import { controls, figure, get, go, listenViews, redraw, visit } from "./views.js";
 
-const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Enter a model"], ["[  ]", "Previous axis, next axis"], ["1 … 9", "Views"], ["N", "Values of the figure"], ["F", "Full screen"],
+const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Enter a model"], ["[  ]", "Previous axis, next axis"], ["1 … 9", "Views"], ["N", "Values of the figure"], ["V", "Two views"], ["F", "Full screen"],
   ["T", "Light or dark"], ["Ctrl Z, Ctrl Shift Z", "Undo, redo"], ["Esc", "Close, reset the view"], ["?", "Show these keys"]];
 
 async function follow() {
@@ -81,6 +81,10 @@ function head() {
   // Offers only the formats that suit the sensor, and keeps the choice of the user.
   const offered = recording ? recording.targets : [];
   fill($("target"), offered, [S.target, "kalibr.yaml", "state-space.json"].find(name => offered.some(t => t[0] === name)));
+  for (const [name, there] of [["thermal", S.state.covariates.length], ["average", S.state.others.length]]) {
+    document.querySelector(`[data-tab=${name}]`).hidden = !there;
+    if (!there && S.view === name) go("allan");
+  }
   document.title = log ? `${log} – allanite` : "allanite";
 }
 function audit() {
@@ -136,10 +140,10 @@ function keys(event) {
   if ((event.ctrlKey || event.metaKey) && key === "z") { act({ do: event.shiftKey ? "redo" : "undo" }); event.preventDefault(); return; }
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const menu = $("files").parentElement;
-  const does = { t: () => $("theme").click(), i: () => $("improve").click(), a: () => !$("improve-all").hidden && $("improve-all").click(), e: openCatalogue, m: () => S.state.chips.length && typeModel(), n: () => $("numbers").click(), f: () => $("full").click(),
+  const does = { t: () => $("theme").click(), i: () => $("improve").click(), a: () => !$("improve-all").hidden && $("improve-all").click(), e: openCatalogue, m: () => S.state.chips.length && typeModel(), n: () => $("numbers").click(), f: () => $("full").click(), v: () => $("two").click(),
     "[": () => step(-1), "]": () => step(1), "?": () => $("help").showModal(), escape: () => { if (menu.open || !$("message").hidden) { say(""); menu.open = false; } else Draw.restore(); } }[key];
   if (does) { event.preventDefault(); does(); }
-  else if (/^[1-9]$/.test(key)) document.querySelectorAll("[role=tab]")[Number(key) - 1].click();
+  else if (/^[1-9]$/.test(key)) document.querySelectorAll("[role=tab]:not([hidden])")[Number(key) - 1]?.click();
 }
 function dropping() {
   let inside = 0;
@@ -155,7 +159,7 @@ function dropping() {
 }
 function listen() {
   listenViews(); listenModel(); listenReading(); listenTour(); dropping();
-  for (const name of ["undo", "redo", "theme", "full"]) $(name).append(icon(name));
+  for (const [name, sign] of Object.entries({ undo: "undo", redo: "redo", theme: "theme", full: "full", two: "beside" })) $(name).append(icon(sign));
   $("audit-more").onclick = () => {
     const open = $("findings").hidden;
     $("findings").hidden = !open;

@@ -68,7 +68,7 @@ function alike(event) {
 function doubt(c) {
   if (c.role === "time") return "Not analyzed";
   if (c.role === "other" && c.reason) return `Not analyzed: ${c.reason}`;
-  return c.doubts.map(d => d.replace(": give it", ": choose it")).map(d => d[0].toUpperCase() + d.slice(1)).join(". ");
+  return c.doubts.map(d => d.replace(": give the unit", ": choose it")).map(d => d[0].toUpperCase() + d.slice(1)).join(". ");
 }
 function spark(pairs) {
   if (!pairs) return "";

@@ -2,7 +2,9 @@
 import { $, S, act, capital, el, fill, refill, say, speak, theme } from "./core.js";
 import { acceptance } from "./accept.js";
 import { axesTable } from "./axes.js";
+import { away, cursor } from "./cursor.js";
 import * as Draw from "./draw.js";
+import { drawSecond, listenSecond, trade } from "./second.js";
 import { tour } from "./tour.js";
 
 let drawn = "";
@@ -12,13 +14,13 @@ export const query = () => new URLSearchParams({ theme: theme(), ...S.options })
 
 let drawing = null;
 export function figure() {
-  const mine = Promise.all([drawing, draw()]).finally(() => { if (drawing === mine) drawing = null; });
+  const mine = Promise.all([drawing, draw().then(drawSecond)]).finally(() => { if (drawing === mine) drawing = null; });
   drawing = mine;
 }
 async function draw() {
   const state = S.state, want = `${state.version} ${S.view} ${query()}`;
   if (want === drawn) return;
-  Draw.away();
+  away();
   if (!S.view.startsWith(Draw.shown.view?.name || " ")) headline("");
   $("numbers").hidden = S.view in TABLES;
   if (S.view in TABLES) { drawn = want; Draw.clear(); key(); $("empty").textContent = ""; refill($("table"), state.recording ? TABLES[S.view]() : ""); $("table").hidden = false; document.body.dataset.drawn = want; return; }
@@ -31,7 +33,7 @@ async function draw() {
     return;
   }
   drawn = want;
-  if (S.view !== Draw.shown.view?.name) $("empty").textContent = ["nis", "error", "compare"].includes(S.view) ? "Computing …" : "";
+  if (S.view !== Draw.shown.view?.name) $("empty").textContent = ["nis", "error", "compare", "thermal", "average"].includes(S.view) ? "Computing …" : "";
   try {
     const got = await speak(`tabs/${S.tab}/view/${S.view}?${query()}`);
     if (want !== drawn) return;
@@ -82,7 +84,9 @@ const settled = async () => { while (drawing) await drawing; };
 export function redraw() { drawn = ""; figure(); }
 export function go(name) {
   if (name !== S.view || (name === "psd" && S.options.from)) S.options = {};
+  const before = S.view;
   S.view = name;
+  trade(before);
   for (const button of document.querySelectorAll("[role=tab]")) {
     const on = button.dataset.tab === name;
     button.setAttribute("aria-selected", on); button.tabIndex = on ? 0 : -1;
@@ -93,7 +97,7 @@ export function go(name) {
 
 // -- controls of a view
 export function controls() {
-  const there = Boolean(S.state.recording), of = { allan, compare, samples, error }[S.view];
+  const there = Boolean(S.state.recording), of = { allan, compare, samples, error, thermal }[S.view];
   const parts = there && of ? of() : [];
   $("beside").hidden = !parts.length;
   refill($("beside"), ...parts);
@@ -144,6 +148,10 @@ function error() {
   const field = (name, text) => el("label", {}, text, el("input", { inputmode: "decimal", size: 7, value: S.options[name] || "", placeholder: "auto", onchange: event => { const v = event.target.value.trim(); if (v) S.options[name] = v; else delete S.options[name]; redraw(); } }), "s");
   return [field("aided", "Aided for"), field("until", "Then without a fix for")];
 }
+const LAWS = { params: "PX4", parm: "ArduPilot", h: "C header", csv: "CSV", json: "JSON" };
+function thermal() {
+  return [el("span", {}, "Save the law of all axes for:"), ...Object.entries(LAWS).map(([suffix, text]) => el("button", { onclick: () => get(`temperature-law.${suffix}`) }, text))];
+}
 // Below the compared curves: differences between two models, or the comparison with a data sheet.
 function sheet() {
   const { beside, sheet: found, recording } = S.state;
@@ -192,7 +200,7 @@ export function listenViews() {
     button.onkeydown = event => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (!step) return;
-      const all = [...document.querySelectorAll("[role=tab]")], next = all[(all.indexOf(button) + step + all.length) % all.length];
+      const all = [...document.querySelectorAll("[role=tab]:not([hidden])")], next = all[(all.indexOf(button) + step + all.length) % all.length];
       next.focus(); next.click();
     };
   }
@@ -203,6 +211,9 @@ export function listenViews() {
     if (on && S.state.recording) { $("table").textContent = "…"; numbers(); }
   };
   $("full").onclick = () => document.fullscreenElement ? document.exitFullscreen() : $("left").requestFullscreen();
-  $("plot").addEventListener("pointermove", Draw.cursor);
-  $("plot").addEventListener("pointerleave", Draw.away);
+  listenSecond();
+  for (const plot of [$("plot"), $("plot2")]) {
+    plot.addEventListener("pointermove", cursor);
+    plot.addEventListener("pointerleave", away);
+  }
 }

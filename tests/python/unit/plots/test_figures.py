@@ -39,7 +39,7 @@ def test_check_without_a_failure_shades_nothing():
 
 def test_study_shows_the_ladder_and_both_ends(study):
     figure = plot_study(study)
-    left, allan_error, discrepancy, curve = figure.panels
+    left, allan_error, discrepancy, curve, density = figure.panels
     assert [text.split("\n")[0] for _, text in left.y.ticks] == [
         "start",
         "+ Gauss-Markov process",
@@ -58,6 +58,14 @@ def test_study_shows_the_ladder_and_both_ends(study):
         f"first model: {study.ladder[0].fit.model.name}",
         f"last model: {study.fit.model.name}",
     ]
+    # Both models, the single frequencies around the line, and the line itself at A² T / 2.
+    (line,) = [e for e in study.fit.model if e.kind == "sinusoid"]
+    (stem,) = [m for m in density.find(Line) if m.x.size == 2]
+    assert stem.x[0] == stem.x[1] == line.frequency
+    assert stem.y[1] == pytest.approx(line.amplitude**2 * study.fit.data.duration / 2)
+    (single,) = [m for m in density.find(Line) if m.color == "raw"]
+    assert single.x[np.argmax(single.y)] == pytest.approx(line.frequency, rel=1e-3)
+    assert {"model", "c1", "raw"} == {m.color for m in density.find(Line)}
 
 
 def test_study_of_one_step(fits, check):
