@@ -189,7 +189,11 @@ def working_states(
 
 
 def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) -> None:
-    """Raise an error unless the working log has the columns, units and rates of the log at rest, and enough samples."""
+    """Raise an error unless the working log can be compared with the log at rest.
+
+    At least one column must be in both logs. Each common column needs the same kind of unit, the same rate and enough
+    samples.
+    """
     kinds = {
         name: (parse_unit(unit).kind, unit, one.rate)
         for one in rest

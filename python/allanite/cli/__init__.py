@@ -4,8 +4,8 @@ Input: arguments of the command line. Output: text, JSON, files and an exit code
 `allanite.cli.commands`, and its line of help in `COMMANDS`.
 
 Exit codes: 0 success; 1 ``check --strict`` found the model inadequate, or ``accept`` found a figure that does not meet
-the sheet; 2 wrong input or options; 3 usable input that is too short or too damaged; 70 an internal error of allanite;
-130 interrupted. A command is imported only when it runs.
+the sheet; 2 wrong input or options; 3 usable input that is too short or too damaged, or
+``accept`` is undecided; 70 an internal error of allanite; 130 interrupted. A command is imported only when it runs.
 """
 
 from __future__ import annotations

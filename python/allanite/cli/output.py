@@ -96,7 +96,10 @@ def wrapped(text: str) -> str:
 
 
 def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
-    """Print the findings of the audit, each once. JSON output holds them in the document instead."""
+    """Print the findings of the audit on standard output, except those that were printed before the computation.
+
+    Prints nothing with --quiet or --json; a JSON document contains the findings.
+    """
     if options.as_json or options.quiet:
         return
     from allanite.cli.options import is_shown_early

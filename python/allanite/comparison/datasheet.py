@@ -207,9 +207,9 @@ def minimum_of(fit: Any, edf: float = MIN_EDF) -> Estimate:
 
 
 def _least(fit: Any) -> float:
-    """Return the lowest Allan deviation of the detected random effects, each with the lower end of its interval.
+    """Lowest value over τ of the Allan deviation of the detected random effects, with coefficients at their lower limits.
 
-    The result is 0 if the deviation has no minimum.
+    The result is 0 if no effect is detected, or if the deviation still falls at the longest τ.
     """
     effects = []
     for effect, estimates in zip(fit.model, fit.estimates, strict=True):

@@ -441,7 +441,7 @@ class Stochastic(Effect):
 
     @classmethod
     def like(cls, other: Effect) -> Self | None:
-        """The effect of this kind with the same spectrum as an `other` effect with values; by default None."""
+        """Effect of this kind with the spectrum of `other`, whose values are set; None if there is none."""
         return None
 
     @classmethod

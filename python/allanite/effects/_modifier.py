@@ -119,9 +119,9 @@ class Modifier(Effect):
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """Factor on the white-noise samples at each `time` (s), shape (n,); 1 unless the effect is `passing`.
+        """Factor on the white-noise samples at each `time` (s), shape (n,).
 
-        `columns` are the logged columns of the recording at these times.
+        The factor is 1 at all times unless the effect changes the noise level (`passing`). `columns` are the logged columns of the recording at these times.
         """
         return np.ones(time.shape)
 

@@ -133,6 +133,6 @@ class DriftingResonance(Moving):
         return min(self.course) * (1.0 - self.damping), max(self.course) * (1.0 + self.damping)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Complex exponentials of the resonances of the course, with total variance 1."""
+        """Terms of one resonance for each frequency in `course`, with equal shares of a total variance of 1."""
         course = self.course or (1.0,)
         return oscillations(course, self.damping or 0.1, rate, 1.0 / len(course))

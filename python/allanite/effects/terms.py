@@ -64,9 +64,9 @@ class Term:
 
     @property
     def inside(self) -> Term:
-        """The term in the ordinates of a record whose first and last sample are missing; by default itself.
+        """The term without the leakage of the record's ends, for a record whose first and last sample are missing.
 
-        For most terms the leakage of the ends is small, or comes from more than two samples.
+        By default the term itself, because its leakage is small or comes from more than two samples.
         """
         return self
 

@@ -49,7 +49,7 @@ HORIZON_WEIGHT = 4.0
 #: Only coasting times below the horizon divided by this number may be ignored. If that is not enough (a line with a period
 #: as long as the horizon), the NEES may reach 1 + LAST_SLACK, half of the way to the acceptance limit 1.2.
 IGNORABLE_FRACTION, LAST_SLACK = 10.0, 0.1
-#: Fraction of the Allan variance at the horizon that a K adds if no K is needed, because no filter accepts K = 0.
+#: Fraction of the Allan variance at the horizon that a K adds if no K is needed, because many filters need K > 0.
 SMALL_WALK_SHARE = 0.01
 #: Range of the tried ratios K/N times the horizon, and number of ratios per decade. The best one is refined once.
 MIN_RATIO, MAX_RATIO, RATIOS_PER_DECADE = 1e-3, 1e5, 5

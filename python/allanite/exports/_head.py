@@ -77,6 +77,13 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
             f"NEES of a bias filter (true over predicted variance, 1 is ideal): {spread} after {horizon:.4g} s without"
             f" aiding, at most {most:.2f} from {horizon / 10:.4g} s on{fast}."
         )
+    unstated = [
+        axis.name
+        for axis, _ in pairs
+        if axis.assumptions and not any(e.wanders for e in axis.slow.stochastic)
+    ]
+    if unstated and not simulator:
+        sentences.append(f"The source states no slow noise of {', '.join(unstated)}: K is a guess.")
     sentences += _too_short([axis for axis, _ in pairs])
     short = [a for a, _ in pairs if a.horizon > 1.001 * a.until]
     if short:

@@ -115,7 +115,10 @@ def _has_others(axis: Axis) -> bool:
 
 
 def _remarks(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
-    """Remarks on the numbers with this name. A remark that does not hold for all axes names its axes."""
+    """Remarks on the number `name`, as text to append to a comment (``; remark; x, y: remark``), or an empty text.
+
+    A remark that does not hold for all axes names its axes.
+    """
     of: dict[str, list[str]] = {}
     for axis, choice in pairs:
         of.setdefault(choice.remark(name), []).append(axis.name)

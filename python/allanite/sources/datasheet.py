@@ -382,11 +382,11 @@ def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
 
 
 def _about_walk(values: Mapping[str, float], unit: str) -> str:
-    """Return the assumption about the rate random walk K that the sheet does not state.
+    """Sentence for the file on the rate random walk K that the sheet does not state, with the largest possible K.
 
     The Allan deviation of N and K alone has its minimum at tau = sqrt(3) N/K; the square of this minimum is
     2 N K/sqrt(3). A measured minimum s therefore allows K up to sqrt(3) s^2/(2 N). This largest K is reached if no
-    other noise contributes to the minimum.
+    other noise contributes to the minimum. If the sheet has no B, the sentence says that the slow noise is a guess.
     """
     if "B" not in values:
         return "the sheet states neither a bias instability nor a rate random walk: the slow noise in this file is a guess"

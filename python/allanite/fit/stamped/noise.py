@@ -137,7 +137,10 @@ def _noise_of_lags(bank: list[tuple[float, float]], level: float, rate: float) -
 
 
 def _integrated_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """Integral of the noise from a bank of lags (decay per sample, variance); white noise becomes a random walk."""
+    """Noise of the integral of a sum of lags, each given by (decay per sample, variance); `level` multiplies all variances.
+
+    A lag that decays within one sample is white, and its integral is a random walk.
+    """
     lags, walk = [], 0.0
     for phi, v in bank:
         if phi <= 0.0:
