@@ -121,7 +121,8 @@ class Modifier(Effect):
     ) -> NDArray[np.float64]:
         """Factor on the white-noise samples at each `time` (s), shape (n,).
 
-        The factor is 1 at all times unless the effect changes the noise level (`passing`). `columns` are the logged columns of the recording at these times.
+        The factor is 1 at all times unless the effect changes the noise level (`passing`). `columns` are the
+        logged columns of the recording at these times.
         """
         return np.ones(time.shape)
 
