@@ -50,7 +50,8 @@ def one_effect(kind: str, seed: int) -> dict[str, Any]:
         "seed": seed,
         "added": sorted((found - start).elements()),
         "exact": found - start == Counter([kind]),
-        "alternative": kind in _alternatives(study.fit),
+        "alternative": kind in _alternatives(study.fit)
+        or _is_shown(study, start + Counter([kind])),
         "rise": _rise(log, hidden),
         "verdict": study.verdict,
         "seconds": round(spent, 2),
@@ -67,6 +68,14 @@ def _alternatives(fit: Any) -> set[str]:
         found.update(declared.alone)
         found.update(kind for pair in declared.pairs for kind in pair)
     return found
+
+
+def _is_shown(study: Any, kinds: Counter[str]) -> bool:
+    """True if a model with these effects is among those that the study calls indistinguishable from its last one."""
+    import allanite as al
+
+    shown = () if study.undecided is None else study.undecided.models
+    return any(Counter(e.kind for e in al.parse_model(name)) == kinds for name, _ in shown)
 
 
 def _rise(log: Any, hidden: Any) -> float | None:
@@ -114,6 +123,8 @@ def one_null(name: str, seed: int) -> dict[str, Any]:
         "null": name,
         "seed": seed,
         "added": sorted((found - asked).elements()),
+        "more": found.total() > asked.total(),
+        "alternative": _is_shown(study, asked),
         "adequate": bool(study.adequate),
         "seconds": round(process_time() - began, 2),
     }
@@ -225,6 +236,11 @@ def shares(result: dict[str, Any]) -> dict[str, tuple[int, int]]:
     for one in result.get("nulls", ()):
         rows.setdefault(f"null {one['null']}, nothing added", []).append(not one["added"])
         rows.setdefault("nulls, nothing added", []).append(not one["added"])
+        exact = not one["added"]
+        rows.setdefault("nulls, nothing added or start shown", []).append(
+            exact or one["alternative"]
+        )
+        rows.setdefault("nulls, not more effects than the start", []).append(not one["more"])
         rows.setdefault("nulls, adequate", []).append(one["adequate"])
     return {name: (sum(row), len(row)) for name, row in rows.items()}
 

@@ -207,14 +207,33 @@ class Suggestion:
 
 
 def same_misfit(first: Suggestion, other: Suggestion) -> bool:
-    """True if two suggestions explain the same misfit: declared alternatives, or ΔlogL at the same frequencies."""
+    """True if two suggestions explain the same misfit.
+
+    They are declared alternatives, are events in one band at one time, or raise logL at the same frequencies.
+    """
     if other.kind in first.rivals or first.kind in other.rivals:
+        return True
+    if _meet(_band(first.effect), _band(other.effect)) and _meet(
+        first.effect.when, other.effect.when
+    ):
         return True
     one, two = first.gains, other.gains
     if one.size != two.size:
         return False
     least = min(float(one.sum()), float(two.sum()))
     return least > 0.0 and float(np.minimum(one, two).sum()) > MIN_SHARED_GAIN_FRACTION * least
+
+
+def _band(effect: Effect) -> tuple[float, float] | None:
+    """Lowest and highest frequency of a band, a line, or a change of a band, Hz; None for other effects."""
+    return effect.band if isinstance(effect, Modifier) else effect.occupies
+
+
+def _meet(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
+    """True if two ranges have a value in common."""
+    if one is None or other is None:
+        return False
+    return one[0] <= other[1] and other[0] <= one[1]
 
 
 def suggest(

@@ -91,3 +91,19 @@ def test_it_is_simulated_in_pieces_as_in_one(model):
 def test_an_octave_of_a_few_values_has_no_interval():
     """A telephone's record of a minute had such octaves, and ended with an overflow."""
     assert _largest_delta_logl(np.array([1.0, 2.0, 0.5, 1.0, 3.0])) == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_tone_burst_is_no_louder_band_beside(seed):
+    """The burst raises the power of its band for as long: one cause, named once."""
+    n, rate = 20_000, 10.0
+    time, rng = np.arange(n) / rate, np.random.default_rng([seed, 4])
+    x = 0.01 * np.sqrt(rate) * rng.standard_normal(n)
+    x += (
+        0.015
+        * np.sin(2.0 * np.pi * 2.345 * time + rng.uniform(0, 6))
+        * ((time > 500) & (time < 900))
+    )
+    study = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N")
+    assert [e.kind for e in study.fit.model][1:] == ["tone_burst"], study

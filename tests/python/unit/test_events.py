@@ -190,3 +190,18 @@ def test_a_slow_change_of_level_is_no_walk_and_no_step(seed):
         assert low - 0.25 * (high - low) < value < high + 0.25 * (high - low), name
     walk = study.fit["K"]
     assert walk.interval[0] < 4e-7 < walk.interval[1]
+
+
+@pytest.mark.parametrize(("term", "lasts"), [("EXC", False), ("RISE", True)])
+def test_two_unknown_times_are_found_without_a_start_value(term, lasts):
+    """A pair of two of a thousand times: a grid of all pairs would take 32 GB."""
+    rate, n = 10.0, 20_000
+    time = np.arange(n) / rate
+    change = (
+        np.clip((time - 600.0) / 300.0, 0.0, 1.0) if lasts else (time >= 600.0) & (time < 900.0)
+    )
+    x = g.white(np.random.default_rng(1), n, rate, 0.01) + 0.02 * change
+    found = al.fit_model(al.Recording(x, rate=rate, unit="deg/s"), f"N+{term}").model.effects[1]
+    # An edge: 11 N²/h² = 3 s. A ramp of slope s over T: the times of its kinks are known to N/(s √T), 9 s; three of these.
+    assert found.when == pytest.approx((600.0, 900.0), abs=27.0 if lasts else 3.0)
+    assert found.height == pytest.approx(0.02, abs=4.0 * 0.01 / np.sqrt(300.0))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Effect, Model, Periodic
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Periodic
 from allanite.fit.shapes.deterministic import (
     LOWEST_ORDINATES,
     comb_gains,
@@ -28,6 +28,7 @@ from allanite.fit.shapes.drifting import (
 from allanite.fit.shapes.joined import built_from_pieces, places_without_form
 from allanite.fit.shapes.matched import (
     basis_of,
+    best_spans,
     grid_points,
     matched_gains,
     orthogonal_to,
@@ -285,6 +286,25 @@ def polish_line(
     return start if gains.max() - gains[-1] < MIN_SHAPE_DELTA_LOGL else center
 
 
+def _spanned(
+    effect: Deterministic, others: tuple[Deterministic, ...], noise: Noise, data: Data
+) -> Deterministic:
+    """The effect at the best pair of times, if it has two unknown ones; a grid of all pairs would not fit into memory."""
+    unknown = [name for name in effect.free_shapes if effect.values[name] is None]
+    if len(unknown) < 2:
+        return effect
+    known = _with_values(others)
+    for cls in CATALOGUE:
+        if issubclass(cls, Deterministic):
+            for found, _ in best_spans(cls, data.without(known), noise, data, known):
+                if type(found) is type(effect):
+                    values = {name: float(found.values[name]) for name in unknown}
+                    return effect.with_values(
+                        **{name: effect.limits.clipped(name, v) for name, v in values.items()}
+                    )
+    return effect
+
+
 def _optimize_slow(
     model: Model,
     place: int,
@@ -309,6 +329,7 @@ def _optimize_slow(
         basis = basis_of(design_of(others, data, j).matrix.T * root)
         target -= basis @ (basis.T @ target)
 
+    effect = _spanned(effect, others, noise, data)
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
