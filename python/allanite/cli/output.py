@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from allanite.cli.options import LogOptions
-    from allanite.cli.stream import Stream
     from allanite.fit import Fit
     from allanite.plots.spec import Figure
     from allanite.recording import Recording
+    from allanite.recording.record import Record
 
 #: Time of a whole stepwise search divided by the time of its first step. Measured: 1 without additions, 2.5 after two
 #: additions, 5 after five.
@@ -95,7 +95,7 @@ def wrapped(text: str) -> str:
     return "\n".join(out)
 
 
-def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
+def notes(columns: Sequence[Record], options: LogOptions) -> None:
     """Print the findings of the audit on standard output, except those that were printed before the computation.
 
     Prints nothing with --quiet or --json; a JSON document contains the findings.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from allanite.cli.pipe import NAME, PIPE
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import FREE_MEMORY_SHARE, free_memory
 from allanite.common.plain import plain
+from allanite.recording.record import Record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -51,34 +52,17 @@ NPY = b"\x93NUMPY"
 
 
 @dataclass(frozen=True, slots=True)
-class Stream:
-    """Description of a log that was read in chunks, with the attributes of a `Recording`; its samples are not audited."""
+class Stream(Record):
+    """Description of a log that was read in chunks; its samples are not audited."""
 
     path: str
     columns: tuple[str, ...]
-    n: int
     rate: float
-    unit: str
-    gaps: int
-    audit: tuple[Finding, ...]
-
-    @property
-    def duration(self) -> float:
-        """Length, s."""
-        return self.n / self.rate
-
-    def describe(self) -> dict[str, Any]:
-        """JSON form, with the keys of a recording."""
-        return {
-            "path": self.path,
-            "column": self.columns[0],
-            "n": self.n,
-            "rate_hz": self.rate,
-            "duration_s": self.duration,
-            "unit": self.unit,
-            "gaps": self.gaps,
-            "audit": [finding.to_dict() for finding in self.audit],
-        }
+    units: tuple[str, ...]
+    n: int = field()
+    gaps: int = field()
+    audit: tuple[Finding, ...] = field()
+    whole: bool = False
 
 
 def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[Stream, Deviation]]:
@@ -295,7 +279,7 @@ class _Column:
     def result(self, rate: float, audit: tuple[Finding, ...]) -> tuple[Stream, Deviation]:
         """Description and deviation of the column."""
         self.sums.rate = rate
-        stream = Stream(self.log, (self.name,), self.rows, rate, self.unit, self.gaps, audit)
+        stream = Stream(self.log, (self.name,), rate, (self.unit,), self.rows, self.gaps, audit)
         found = self.sums.oadev()
         factor = self.factor * (rate if self.quantity == "angle" else 1.0)
         notes = found.diagnostics

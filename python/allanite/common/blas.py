@@ -27,13 +27,30 @@ class _Users:
             self.number += 1
             if self.number == 1:
                 self.limit = _controller().limit(limits=1, user_api="blas")
+                _let_all_threads_set_limits()
 
     def leave(self) -> None:
-        """Count one computation less; the last one restores the threads."""
+        """Count one computation less; the last one restores the threads, unless somebody else has set them since."""
         with self.lock:
             self.number -= 1
-            if self.number == 0:
+            blas = [one for one in _controller().info() if one["user_api"] == "blas"]
+            if self.number == 0 and all(one["num_threads"] == 1 for one in blas):
+                _let_all_threads_set_limits(force=True)
                 self.limit.restore_original_limits()
+                _let_all_threads_set_limits()
+
+
+def _let_all_threads_set_limits(*, force: bool = False) -> None:
+    """Release the right to set the threads of OpenBLAS, which threadpoolctl 3.8 gives to the first thread that sets them.
+
+    Without this, the last computation could not restore what the first one set in another thread, and the limits of a
+    user in a third thread would have no effect.
+    """
+    from threadpoolctl import OpenBLASController
+
+    clear = getattr(OpenBLASController, "clear_controlling_thread", None)
+    if clear is not None:
+        clear(force=force)
 
 
 _users = _Users()

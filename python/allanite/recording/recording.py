@@ -14,6 +14,7 @@ from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate, sample_index
 from allanite.recording import samples as arrays
 from allanite.recording.findings import stamp_findings
+from allanite.recording.record import Record
 from allanite.recording.samples import (
     column_names,
     find_column,
@@ -42,7 +43,7 @@ QUANTITIES = ("rate", "increment", "angle")
 
 
 @dataclass(frozen=True, slots=True, weakref_slot=True, init=False, eq=False, repr=False)
-class Recording:
+class Recording(Record):
     """Samples at a constant rate, with what is known about them.
 
     Parameters
@@ -243,19 +244,9 @@ class Recording:
         return int(self.samples.shape[0])
 
     @property
-    def tau0(self) -> float:
-        """Sampling interval, s."""
-        return 1.0 / self.rate
-
-    @property
-    def duration(self) -> float:
-        """Length of the record, s."""
-        return self.n / self.rate
-
-    @property
-    def unit(self) -> str:
-        """Unit of the rate; of several units all are named."""
-        return ", ".join(dict.fromkeys(self.units))
+    def whole(self) -> bool:
+        """True: every sample is at hand."""
+        return True
 
     @property
     def missing(self) -> int:
@@ -470,17 +461,8 @@ class Recording:
         """JSON record: path, column, n, rate_hz, duration_s, unit, gaps, audit; log_unit if the log has another unit."""
         units = {column.unit for column in self.log_columns if column.name in self.columns}
         log_unit = units.pop() if len(units) == 1 else None
-        return {
-            "path": self.path,
-            "column": ", ".join(self.columns),
-            "n": self.n,
-            "rate_hz": self.rate,
-            "duration_s": self.duration,
-            "unit": self.unit,
-            **({} if log_unit in (None, self.unit) else {"log_unit": log_unit}),
-            "gaps": self.gaps,
-            "audit": [finding.to_dict() for finding in self.audit],
-        }
+        own = {} if log_unit in (None, self.unit) else {"log_unit": log_unit}
+        return Record.describe(self) | own
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
         """Figure of the samples over time, one panel for each column.

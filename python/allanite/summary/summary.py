@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
+from allanite.recording.record import Record
 from allanite.recording.samples import find_column
 from allanite.summary import storage
 from allanite.summary.level import MAX_KEPT_SAMPLES
@@ -31,7 +32,7 @@ MIN_KURTOSIS_RATIO = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Summary:
+class Summary(Record):
     """Result of one pass over a record: a few megabytes for each column, whatever its length.
 
     Fits, checks and studies accept a summary instead of a recording. Up to 2^18 samples it keeps all of them and acts as
@@ -91,21 +92,6 @@ class Summary:
     def n(self) -> int:
         """Samples from the first to the last, missing ones included."""
         return self.stretches[-1].stop - self.stretches[0].start
-
-    @property
-    def duration(self) -> float:
-        """Length, s."""
-        return self.n / self.rate
-
-    @property
-    def tau0(self) -> float:
-        """Sampling interval, s."""
-        return 1.0 / self.rate
-
-    @property
-    def unit(self) -> str:
-        """Unit of the rate; of several units all are named."""
-        return ", ".join(dict.fromkeys(self.units))
 
     @property
     def missing(self) -> int:
@@ -319,19 +305,6 @@ class Summary:
                 for line in one.lines()
             ]
         return out
-
-    def describe(self) -> dict[str, Any]:
-        """JSON record, like that of a recording."""
-        return {
-            "path": self.path,
-            "column": ", ".join(self.columns),
-            "n": self.n,
-            "rate_hz": self.rate,
-            "duration_s": self.duration,
-            "unit": self.unit,
-            "gaps": self.column(0).gaps,
-            "audit": [finding.to_dict() for finding in self.audit],
-        }
 
     def save(self, path: str | Path) -> None:
         """Write the summary to `path` as one file, which `load` reads back; the name is kept as it is."""

@@ -19,10 +19,10 @@ from allanite.common.errors import InputError
 from allanite.deviation import ESTIMATORS
 
 if TYPE_CHECKING:
-    from allanite.cli.stream import Stream
     from allanite.deviation import Deviation
     from allanite.plots.spec import Figure
     from allanite.recording import Recording
+    from allanite.recording.record import Record
 
 #: Values of --taus that are names.
 GRIDS = ("octave", "decade", "all")
@@ -172,7 +172,7 @@ def _read_whole(
 class _Measured:
     """A deviation and the recording from which it was computed."""
 
-    recording: Recording | Stream
+    recording: Record
     deviation: Deviation
 
     def to_dict(self) -> dict[str, Any]:
