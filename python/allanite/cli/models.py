@@ -9,9 +9,10 @@ from allanite.common.errors import InputError
 from allanite.common.units import conversion
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from allanite.effects import Effect, Model
+    from allanite.recording import Recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,23 @@ def models_of(
         own = recording.get("unit"), recording.get("rate_hz")
         found.append(NamedModel(name, model, *own, column, document, recording.get("log_unit")))
     return found
+
+
+def first_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
+    """The model of each column in the unit of its samples; None for the usual models.
+
+    Raises
+    ------
+    InputError
+        No model for a column, or for another kind of sensor.
+    """
+    if text is None:
+        from allanite.common.starts import start_of
+        from allanite.effects.files import parse_model
+
+        return [parse_model(start_of(column.quantity, column.units)) for column in columns]
+    models = models_of(text)
+    return [for_column(models, c.columns[0], text).in_unit(c.unit) for c in columns]
 
 
 def for_column(models: list[NamedModel], column: str, text: str) -> NamedModel:

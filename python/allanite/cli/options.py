@@ -13,6 +13,7 @@ from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.printing import REQUESTED_UNITS, sample_unit
+from allanite.common.starts import CLOCK_START, SENSOR_START
 from allanite.common.units import units_by_kind
 from allanite.common.validation import SEEDS
 
@@ -22,14 +23,13 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
 
-DEFAULT_MODEL = "N+B+K"
+DEFAULT_MODEL = SENSOR_START
 #: Minimum number of samples of a recording, for every command. Chosen by judgment; not measured.
 MIN_SAMPLES = 16
 
 model_option = click.option(
     "--model",
-    default=DEFAULT_MODEL,
-    show_default=True,
+    show_default=f"{SENSOR_START}; {CLOCK_START} for the phase of a clock",
     metavar="MODEL",
     help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. GM(T=30): the search for T starts"
     " at 30 s. T=30! holds T; T=[10,100] limits T.",

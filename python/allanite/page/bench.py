@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import AllaniteError, InputError
+from allanite.common.starts import start_of
 from allanite.fit import fit_model
 from allanite.page.edits import SHEET, parse_model_string
 from allanite.page.jobs import Job
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from allanite.page.source import Part, Reading, Source
     from allanite.recording import Recording
     from allanite.sources.datasheet import DataSheet
-
-START = "N+B+K"
 
 
 class Bench:
@@ -356,7 +355,7 @@ class Bench:
         if known is not None:
             return known
         log = self.work.log(column)
-        model = self.work.models[column] or parse_model_string(START)
+        model = self.work.models[column] or parse_model_string(start_of(log.quantity, log.units))
         job.say(f"Fitting {model.name} to {log.columns[0]}")
         step = Step("start", Rung(fit_model(log, model)))
         look(step.fit)

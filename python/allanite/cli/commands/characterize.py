@@ -94,7 +94,7 @@ if TYPE_CHECKING:
 @log_options
 def command(
     logs: tuple[str, ...],
-    model: str,
+    model: str | None,
     tolerance: float | None,
     steps: int,
     seconds: float | None,
@@ -128,13 +128,14 @@ def command(
     from allanite.cli.options import recordings_of
     from allanite.cli.run_folder import RunFolder
     from allanite.common.files import whole_file
+    from allanite.common.starts import start_of
     from allanite.effects.files import parse_model
 
-    parsed = parse_model(model)
     in_folder = _is_folder(target, output)
     _check(plot, report, save, target, output, in_folder=in_folder)
     check_columns = None if target is None else partial(_check_columns, target)
     recordings = recordings_of(logs[0], options, check_columns)
+    parsed = parse_model(model or start_of(recordings[0].quantity, recordings[0].units))
     further = [recordings_of(log, options) for log in logs[1:]]
     at_work = _at_work(working, options, recordings)
     how: dict[str, Any] = {

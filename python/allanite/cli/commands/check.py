@@ -19,7 +19,12 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
 @log_options
 @click.pass_context
 def command(
-    ctx: click.Context, log: str, model: str, strict: bool, plot: str | None, options: LogOptions
+    ctx: click.Context,
+    log: str,
+    model: str | None,
+    strict: bool,
+    plot: str | None,
+    options: LogOptions,
 ) -> None:
     """Fit MODEL to LOG; show where the model fails and which effects are missing.
 
@@ -28,15 +33,12 @@ def command(
     standard input.
     """
     from allanite.cli import output
-    from allanite.cli.models import for_column, models_of
+    from allanite.cli.models import first_models
     from allanite.cli.options import columns_of
 
-    models = models_of(model)
     columns = columns_of(log, options)
     output.check_targets(plot)
-    starts = [
-        for_column(models, column.columns[0], model).in_unit(column.unit) for column in columns
-    ]
+    starts = first_models(model, columns)
     checks = []
     for column, own in zip(columns, starts, strict=True):
         with output.progress(column.columns[0], options) as on_progress:

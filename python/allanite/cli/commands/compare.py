@@ -6,7 +6,14 @@ from typing import Any
 
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, log_options, model_option, plot_option
+from allanite.cli.options import (
+    DEFAULT_MODEL,
+    LogCommand,
+    LogOptions,
+    log_options,
+    model_option,
+    plot_option,
+)
 
 
 @click.command(
@@ -26,7 +33,11 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
 @plot_option
 @log_options
 def command(
-    items: tuple[str, ...], sheet: str | None, model: str, plot: str | None, options: LogOptions
+    items: tuple[str, ...],
+    sheet: str | None,
+    model: str | None,
+    plot: str | None,
+    options: LogOptions,
 ) -> None:
     """Compare the Allan deviations of logs, models and data sheets in one table and figure.
 
@@ -70,7 +81,7 @@ def command(
     results: list[Any] = []
     unit_of_models = options.output_unit or options.unit
     if sheet is not None:
-        results += _against_sheet(columns, sheet, model)
+        results += _against_sheet(columns, sheet, model or DEFAULT_MODEL)
     if sheet is None or len(named) > 1:
         results.append(compare(named, rate=options.rate_hz, unit=unit_of_models))
     if plot is not None:

@@ -36,7 +36,7 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
 @log_options
 def command(
     logs: tuple[str, ...],
-    model: str,
+    model: str | None,
     method: str,
     compare_methods: bool,
     save: str | None,
@@ -50,15 +50,12 @@ def command(
     agree. allanite check shows which effects the model lacks. LOG is a file, or - for standard input.
     """
     from allanite.cli import output
-    from allanite.cli.models import for_column, models_of
+    from allanite.cli.models import first_models
     from allanite.cli.options import columns_of
 
-    models = models_of(model)
     columns = [column for log in logs for column in columns_of(log, options)]
     output.check_targets(plot, save)
-    starts = [
-        for_column(models, column.columns[0], model).in_unit(column.unit) for column in columns
-    ]
+    starts = first_models(model, columns)
     fits = [m.fit(column, method=method) for m, column in zip(starts, columns, strict=True)]
     if save is not None:
         output.save_fits(fits, save)

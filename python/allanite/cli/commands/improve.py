@@ -58,7 +58,7 @@ class Percent(click.types.FloatParamType):
 @log_options
 def command(
     log: str,
-    model: str,
+    model: str | None,
     save: str | None,
     tolerance: float | None,
     seconds: float | None,
@@ -74,16 +74,13 @@ def command(
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output
-    from allanite.cli.models import for_column, models_of
+    from allanite.cli.models import first_models
     from allanite.cli.options import columns_of
     from allanite.common.threads import results_or_raise
     from allanite.study import SearchInterrupted, improve
 
-    models = models_of(model)
     columns = columns_of(log, options)
-    starts = [
-        for_column(models, column.columns[0], model).in_unit(column.unit) for column in columns
-    ]
+    starts = first_models(model, columns)
     output.check_targets(plot, save)
     names = [c.columns[0] for c in columns]
 

@@ -34,7 +34,7 @@ from allanite.common.plain import file_name, plain
 @log_options
 def command(
     logs: tuple[str, ...],
-    model: str,
+    model: str | None,
     output: str | None,
     sensor: str | None,
     serial: str | None,
@@ -53,10 +53,10 @@ def command(
     from allanite.cli.options import recording_of
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
+    from allanite.common.starts import start_of
     from allanite.effects.files import parse_model
     from allanite.report.document import Report, kind_of, make_report
 
-    parsed = parse_model(model)
     target = _target(logs[0], output) if output or not options.as_json else None
     if target is not None:
         kind = kind_of(target)
@@ -64,6 +64,8 @@ def command(
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
     recordings = [recording_of(log, options) for log in logs]
+    model = model or start_of(recordings[0].quantity, recordings[0].units)
+    parsed = parse_model(model)
     reports = []
     for recording in recordings:
         with out.progress(", ".join(recording.columns), options) as on_progress:

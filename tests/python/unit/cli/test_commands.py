@@ -254,3 +254,16 @@ def test_sensors_without_a_unit_are_no_clocks(run, tmp_path):
     # A gyroscope and an accelerometer are not pooled.
     assert "recordings" not in out
     assert run("fit", path, "--rate", 100, "--model", "N", "--quiet")[2] == ""
+
+
+def test_the_phase_of_a_clock_starts_with_white_and_flicker_pm(run, tmp_path):
+    phase = np.random.default_rng(3).normal(0, 1e-9, 2000)
+    clock, gyro = tmp_path / "clock.csv", tmp_path / "gyro.csv"
+    np.savetxt(clock, phase, header="phase (s)", comments="")
+    np.savetxt(gyro, phase, header="gyro (rad/s)", comments="")
+    for path, kinds in ((clock, 5), (gyro, 3)):
+        code, out, _ = run("fit", path, "--rate", "1", "--json", "--quiet")
+        assert code == 0
+        effects = strict(out)["effects"]
+        assert len(effects) == kinds
+        assert ("flicker_phase" in {e["kind"] for e in effects}) == (kinds == 5)

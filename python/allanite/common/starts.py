@@ -1,0 +1,24 @@
+"""Model strings from which a search starts if the user names none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: Angle random walk, bias instability and rate random walk; and the five noises of a clock (IEEE 1139-2008).
+SENSOR_START, CLOCK_START = "N+B+K", "Q+F+N+B+K"
+
+
+def start_of(quantity: str, units: Sequence[str]) -> str:
+    """The model string for samples of a quantity: with white and flicker PM for the phase of a clock.
+
+    Parameters
+    ----------
+    quantity : str
+        ``"rate"`` or ``"angle"``.
+    units : sequence of str
+        Unit of the rate of each column; ``"1"`` for the fractional frequency of a clock.
+    """
+    return CLOCK_START if quantity == "angle" and set(units) == {"1"} else SENSOR_START
