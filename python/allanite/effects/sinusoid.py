@@ -102,6 +102,11 @@ class Sinusoid(Periodic):
         """True if the effect has evenly spaced lines that are not harmonics."""
         return any(m != round(m) for m, _, _ in self.lines)
 
+    @property
+    def numbers(self) -> int:
+        """Number of parameters: the frequency, two for each line, and the offset of lines that are not harmonics."""
+        return 1 + 2 * len(self.lines) + self.spaced
+
     def name_for(self, kind: str = "") -> str:
         """Display name; for evenly spaced lines it states their number."""
         return f"comb of {len(self.lines)} lines" if self.spaced else super().name_for(kind)

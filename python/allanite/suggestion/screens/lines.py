@@ -144,7 +144,7 @@ def screen_lines(
                         whole,
                         "line",
                         refitted,
-                        1 + 2 * len(multiples) + (spaced is not None),
+                        refitted.model.effects[-1].numbers,
                         log_p_value=log_p_value(Family("line", width=trials), judged),
                         judged=judged,
                         note=_wandering_note(frequency, width, surplus - max(gains), data),
