@@ -227,7 +227,7 @@ def test_every_reader_of_a_foreign_library_has_a_deadline(tmp_path, forked, monk
         while True:
             pass
 
-    monkeypatch.setattr(_isolated, "SECONDS", 1.0)
+    monkeypatch.setattr(_isolated, "CPU_SECONDS", 1.0)
     monkeypatch.setattr(FORMATS.of_suffix(suffix).read, "__wrapped__", endless)
     (tmp_path / f"x{suffix}").write_bytes(b"something")
     try:
