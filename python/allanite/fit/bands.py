@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.effects.terms import Term
 
-__all__ = ["Bands", "bands", "degrees_of_freedom"]
-
 #: Equivalent degrees of freedom below which the exact distribution (eigenvalues of the differences) is used, because a χ²
 #: distribution of the same variance has visibly the wrong shape. Chosen by judgment; not measured.
 MAX_EXACT_EDF = 40.0

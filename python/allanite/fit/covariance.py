@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["joint_covariance", "logl_scale", "shape_widening"]
-
 
 def joint_covariance(
     solution: Solution, data: Data

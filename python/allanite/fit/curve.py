@@ -21,15 +21,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
-__all__ = [
-    "ChanceBand",
-    "Curve",
-    "chance_band",
-    "compare_curves",
-    "components_at",
-    "expected_variance",
-]
-
 #: Minimum equivalent degrees of freedom of a deviation that counts in the Allan error. Below, the measured deviation has a
 #: standard error above 1/√(2·10) = 22 %.
 MIN_EDF = 10.0

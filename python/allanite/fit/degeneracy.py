@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["Correlations", "correlations", "degeneracies"]
-
 #: Correlation above which two parameters cannot be distinguished: their standard errors are then five times (1/√(1 −
 #: 0.98²)) those with the other parameter given.
 MAX_CORRELATION = 0.98

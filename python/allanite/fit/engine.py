@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = ["Solution", "solve", "with_coefficients"]
-
 Array = NDArray[np.float64]
 #: Maximum change of an amplitude, in standard errors, for which the residual is not recomputed. It costs ½·0.01² = 5e-5
 #: of logL.

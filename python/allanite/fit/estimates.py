@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
 
-__all__ = ["estimates", "free_parameters", "shape_slope", "widened"]
-
 #: Significance level of detections. Chosen by judgment; the usual 1 %.
 DETECTION_P = 0.01
 #: Minimum loss of logL without a non-negative coefficient for it to be detected: 1 % point of ½χ²₀ + ½χ²₁, halved, which is

@@ -9,8 +9,6 @@ from allanite.common.parameters import Estimate
 if TYPE_CHECKING:
     from allanite.effects import Effect
 
-__all__ = ["with_admissible_intervals"]
-
 
 def with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
     """Values of an effect by name with admissible intervals.

@@ -16,8 +16,6 @@ from allanite.recording.locked import locked_of
 if TYPE_CHECKING:
     from allanite.recording import Recording
 
-__all__ = ["locked_error"]
-
 
 def locked_error(column: Recording) -> TooShortError | None:
     """The error that a column is locked to one code, with the upper limit of N; None if it is not locked."""

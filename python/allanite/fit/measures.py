@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from allanite.fit.prediction import Prediction
 
-__all__ = ["Discrepancy", "Error", "Misfit"]
-
 
 @dataclass(frozen=True, slots=True)
 class Misfit:

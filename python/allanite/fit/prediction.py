@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
-__all__ = ["Prediction", "compare", "predict", "predicts_worse"]
-
 Array = NDArray[np.float64]
 #: Number of folds of the ordinates. Chosen by judgment; not measured.
 FOLDS = 5

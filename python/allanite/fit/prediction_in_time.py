@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["BLOCKS", "function_costs", "level_change_costs"]
-
 Array = NDArray[np.float64]
 #: Number of blocks of time, each of which is left out once. Chosen by judgment; not measured.
 BLOCKS = 8

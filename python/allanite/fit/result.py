@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from allanite.statespace import StateSpace
     from allanite.suggestion import Check
 
-__all__ = ["Fit"]
-
 #: Minimum p-value of χ² of an adequate model: its share of the 1 % false-alarm probability of a check, which also tests
 #: about ten families of effects.
 MIN_ADEQUATE_P = 0.001

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from allanite.fit.result import Fit
 
-__all__ = ["SimulatedCheck", "simulate_check"]
-
 #: Number of threads. Transforms release the interpreter lock; more threads mainly need more memory. Chosen by judgment; not
 #: measured.
 MAX_THREADS = 2

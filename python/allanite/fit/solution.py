@@ -20,8 +20,6 @@ from allanite.fit.likelihood.whittle import Maximum
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["Fitted", "Process", "Regressed", "Residual", "Solution", "fitted", "processes_of"]
-
 Array = NDArray[np.float64]
 
 

@@ -13,15 +13,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.rivals.undecided import Undecided
 
-__all__ = [
-    "alternative_texts",
-    "fit_table",
-    "is_wider",
-    "misfit_line",
-    "parameter_rows",
-    "undecided_sentence",
-]
-
 #: An averaged interval is reported if an end lies farther out by more than this fraction of the interval's width.
 #: Chosen by judgment; not measured.
 MIN_WIDER_FRACTION = 0.1

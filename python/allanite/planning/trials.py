@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.effects import Deterministic, Effect, Model
-    from allanite.fit.engine import Solution
     from allanite.fit.likelihood.data import Data
+    from allanite.fit.solution import Solution
 
 #: ΔlogL at which the independent intervals of time are counted: a weak significant change of level.
 TYPICAL_DELTA_LOGL = 11.0

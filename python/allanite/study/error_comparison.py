@@ -13,16 +13,6 @@ from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS, MAX_IGNORED_
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
-__all__ = [
-    "allan_error_rises",
-    "allan_error_within_scatter",
-    "discrepancy_rises",
-    "is_as_good",
-    "no_error_rises",
-    "predicts_as_well",
-    "refusal_reason",
-]
-
 
 def allan_error_rises(before: Fit, after: Fit) -> bool:
     """True if the Allan error is larger, by any amount."""

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
 
-__all__ = ["with_harmonics_or_side_bands"]
-
 
 def with_harmonics_or_side_bands(before: Fit, rung: Rung) -> Rung:
     """Step with the harmonics of a narrow band that it added to the fit `before`, or with a modulated band instead.

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.suggestion import Suggestion
 
-__all__ = ["with_all_excursions"]
-
 
 def with_all_excursions(
     fit: Fit, start_count: int, suggestions: Sequence[Suggestion]

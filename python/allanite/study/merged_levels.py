@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.suggestion.screens.spectral import Candidate
 
-__all__ = ["levels_to_merge", "with_merged_level"]
-
 
 def levels_to_merge(fit: Fit, start_count: int) -> list[Level]:
     """Effects after the first `start_count` that change the level, if they must be merged, else an empty list.

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from allanite.effects.terms import Term
 
-__all__ = ["GlsFit", "fit_gls", "gls_factors"]
-
 #: Maximum iterations of coefficients and covariance. Chosen by judgment; not measured.
 MAX_ROUNDS = 50
 #: Maximum relative change of the fitted curve at which the iteration ends. Chosen by judgment; not measured.

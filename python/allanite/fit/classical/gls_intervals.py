@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["interval"]
-
 #: Probability in each tail outside a 95 % interval.
 TAIL_PROBABILITY = 0.025
 #: Maximum iterations of the other coefficients and the covariance that they imply. Chosen by judgment; not measured.

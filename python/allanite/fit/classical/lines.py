@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from allanite.effects import StraightLine
 
-__all__ = ["LineReading", "LineReadings", "NearestSlopes", "nearest_slopes", "read_lines"]
-
 #: Ratio of the longest to the shortest averaging time of a window in which a local slope is estimated.
 #: Chosen by judgment; not measured.
 WINDOW_TAU_RATIO = 4.0
@@ -37,15 +35,25 @@ class DeviationLike(Protocol):
     """Attributes of an overlapping Allan deviation that `read_lines` needs."""
 
     @property
-    def tau(self) -> NDArray[np.float64]: ...
+    def tau(self) -> NDArray[np.float64]:
+        """Averaging times, s."""
+
     @property
-    def factors(self) -> NDArray[np.int64]: ...
+    def factors(self) -> NDArray[np.int64]:
+        """Samples averaged at each time."""
+
     @property
-    def n(self) -> NDArray[np.int64]: ...
+    def n(self) -> NDArray[np.int64]:
+        """Terms of each estimate."""
+
     @property
-    def deviation(self) -> NDArray[np.float64]: ...
+    def deviation(self) -> NDArray[np.float64]:
+        """Deviations."""
+
     @property
-    def edf(self) -> NDArray[np.float64]: ...
+    def edf(self) -> NDArray[np.float64]:
+        """Degrees of freedom of each estimate."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)

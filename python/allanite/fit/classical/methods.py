@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.fit.classical.lines import LineReading, LineReadings
     from allanite.fit.result import Fit
 
-__all__ = ["MethodRow", "MethodTable", "compare_methods"]
-
 
 @dataclass(frozen=True, slots=True)
 class MethodRow:

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Mixtures", "kernel_terms"]
-
 #: Number of lowest ordinates that are used one by one. Chosen by judgment; not measured.
 SINGLE_ORDINATES = 512
 #: Sampled frequencies per factor e of frequency above these ordinates. Chosen by judgment; not measured.

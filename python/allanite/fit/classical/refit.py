@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from allanite.fit.result import Fit
 
-__all__ = ["refit"]
-
 
 def refit(fit: Fit, method: str) -> Fit:
     """The Whittle fit with its coefficients replaced by those of ``gls`` or ``lines``.

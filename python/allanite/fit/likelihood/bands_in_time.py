@@ -19,16 +19,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
-__all__ = [
-    "band_ordinates",
-    "band_series",
-    "cell_shares",
-    "moving_power",
-    "remove_level_change",
-    "remove_motion",
-    "share_of",
-]
-
 #: Upper edges of cells above the middle of a band, in half-widths of the band; cells widen as the band's power falls.
 #: Chosen by judgment; not measured.
 CELL_EDGES = (0.2, 0.4, 0.6, 0.8, 1.0, 1.3, 1.7, 2.2, 3.0, 4.0, 6.0, 9.0, 13.0, 20.0, 30.0)

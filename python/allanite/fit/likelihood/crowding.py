@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.effects import Model, Stochastic
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["crowding_ratio", "effective_freedom", "has_changing_power", "peak_level"]
-
 #: Maximum number of time segments in which the noise level is evaluated. Chosen by judgment; not measured.
 MAX_LEVEL_SEGMENTS = 65_536
 #: Bins to each side of a bin whose median power represents the spectrum around it. Chosen by judgment; not measured.

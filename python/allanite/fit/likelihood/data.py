@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.sections import Sections
 
-__all__ = ["CACHE_BYTES_LOWEST", "Data", "prepare", "without_samples"]
-
 #: Minimum number of samples of a record that is fitted. Chosen by judgment; not measured.
 MIN_SAMPLES = 32
 #: Minimum fraction of the samples that must be present. With fewer, the fit would describe the draws that stand for

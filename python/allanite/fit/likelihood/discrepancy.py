@@ -25,22 +25,6 @@ from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
 from allanite.spectrum.spectrum import cells_of
 
-__all__ = [
-    "MIN_DISCREPANCY_DELTA_LOGL",
-    "SCALES",
-    "Judged",
-    "best_scale",
-    "bin_levels",
-    "climb_scale",
-    "expected_saturated_gain",
-    "judge",
-    "judge_many",
-    "likelihood",
-    "linearized",
-    "profile",
-    "scale_interval",
-]
-
 Array = NDArray[np.float64]
 
 #: Minimum ΔlogL of a discrepancy δ > 0 over δ = 0. Half of χ²₁ exceeds it for 0.7 % of true models; otherwise δ is 0 and

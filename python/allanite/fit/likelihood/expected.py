@@ -26,17 +26,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
-__all__ = [
-    "Noise",
-    "at_each_time",
-    "column",
-    "column_of",
-    "columns",
-    "columns_like",
-    "density",
-    "means",
-]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noise:

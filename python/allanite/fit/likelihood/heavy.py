@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["widened_by_tails"]
-
 Array = NDArray[np.float64]
 #: Simulated sums of squares from which the 2.5 % and 97.5 % points are taken. Chosen by judgment; not measured.
 SUM_DRAWS = 1000

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Regressed, Solution
 
-__all__ = ["Mixture", "joint_amplitudes", "slow_amplitudes"]
-
 Array = NDArray[np.float64]
 #: Number of lowest ordinates that are used one by one: they hold all but a thousandth of the weight of a step.
 SINGLE_ORDINATES = 1024

@@ -16,18 +16,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.spectrum import Bins
 
-__all__ = [
-    "MAX_MISSING_FRACTION",
-    "bins_near",
-    "has_all_ordinates",
-    "has_ordinates_near",
-    "is_fitted_to_ordinates",
-    "is_narrow",
-    "means_near",
-    "nodes_of",
-    "ordinates_of_bins",
-]
-
 Ordinates = NDArray[np.int64]
 #: A band narrower than this fraction of its center frequency is fitted to single ordinates. Bins are 1.2 % wide and
 #: cannot resolve narrower bands.

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["Linear", "RandomPart"]
-
 Array = NDArray[np.float64]
 
 

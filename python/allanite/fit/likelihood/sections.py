@@ -15,8 +15,6 @@ from allanite.fit.likelihood.expected import density
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
-__all__ = ["Cells", "Sections", "SectionsOfSamples"]
-
 Array = NDArray[np.float64]
 
 

@@ -9,16 +9,6 @@ from numpy.typing import NDArray
 
 from allanite.spectrum import Bins, bins_of
 
-__all__ = [
-    "EMPTY_BIN_DENSITY_FACTOR",
-    "EMPTY_BIN_FREEDOM",
-    "bins_with_stop_band",
-    "empty_ranges",
-    "is_empty",
-    "is_mostly_empty",
-    "zero_empty_bins",
-]
-
 #: A bin is empty if its power is below this fraction of the pass-band power. So deep are only the lobes of the stop
 #: band, the rounding of the filter's arithmetic and the leakage from the ends. Chosen by judgment; not measured.
 MAX_EMPTY_POWER_RATIO = 1e-4

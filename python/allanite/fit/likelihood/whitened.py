@@ -35,19 +35,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
-__all__ = [
-    "Whitened",
-    "cell_means",
-    "end_samples",
-    "expected_level",
-    "rounding_step",
-    "white_power",
-    "white_share",
-    "whiten",
-    "whitened_ordinates",
-    "with_normal_tails",
-]
-
 #: Minimum number of values of an octave band. Chosen by judgment; not measured.
 MIN_BAND_VALUES = 256
 #: Maximum number of samples at either end of a record that are excluded from the whitened samples; short records

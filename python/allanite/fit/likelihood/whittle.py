@@ -20,18 +20,6 @@ from allanite.fit.likelihood.discrepancy import (
     linearized,
 )
 
-__all__ = [
-    "Maximum",
-    "climb",
-    "climb_many",
-    "first_guess",
-    "information",
-    "log_likelihood",
-    "maximize",
-    "normal_scores",
-    "profile_interval",
-]
-
 Array = NDArray[np.float64]
 #: Maximum degrees of freedom of a bin in the second start of a fit, which gives all bins a similar weight.
 #: Chosen by judgment; not measured.

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["complete", "settle"]
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 

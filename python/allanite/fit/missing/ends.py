@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["without_ends"]
-
 #: Maximum relative variance that the ends may add to a fit before they are masked. The mean square of p_n − p_0 and
 #: p_n + p_0 has a relative variance of 1, by which all ordinates change together, each in proportion to the share s of the
 #: ends in it. Independent ordinates would give this mean the variance 1/(½ Σ n s²). The value widens intervals by 5 %.

@@ -14,8 +14,6 @@ from allanite.common.memory import cleared_by_free_buffers
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
 
-__all__ = ["known_ordinates", "mixing_of"]
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 

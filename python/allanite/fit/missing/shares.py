@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
 
-__all__ = ["MAX_CELLS", "unknown_share", "unknown_share_of_lowest"]
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 

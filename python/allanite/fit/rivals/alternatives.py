@@ -21,20 +21,9 @@ from allanite.fit.shapes.shape import free_places, grid_models
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from allanite.fit.engine import Solution
     from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
-
-__all__ = [
-    "MAX_POLISH_DELTA_LOGL",
-    "Alternative",
-    "alternatives",
-    "best_slow",
-    "fit_replacement",
-    "is_detected",
-    "is_removable",
-    "slow_scans",
-]
+    from allanite.fit.solution import Solution
 
 #: Assumed maximum ΔlogL that the optimization of shapes adds to the best grid point. Candidates that would need more are
 #: dropped. Chosen by judgment; not measured.

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["column_slopes", "follow_columns_consistently"]
-
 
 def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, data: Data) -> bool:
     """True if every effect that follows a column has the same sign at slow and at fast time scales.

@@ -11,8 +11,6 @@ from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
-__all__ = ["Rivals", "rivals"]
-
 
 @dataclass(frozen=True, slots=True)
 class Rivals:

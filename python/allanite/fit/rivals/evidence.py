@@ -13,16 +13,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Fitted, Solution
 
-__all__ = [
-    "MAX_RIVAL_LOG_EVIDENCE",
-    "bic_cost",
-    "discrepancy_gain",
-    "evidence",
-    "evidence_gain",
-    "parameter_cost",
-    "parameters_cost",
-]
-
 #: Maximum difference in ln evidence of two models that the record cannot distinguish: odds of 20 : 1, "strong" evidence
 #: in Kass & Raftery (1995).
 MAX_RIVAL_LOG_EVIDENCE = 3.0

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.solution import Solution
 
-__all__ = ["Pair", "can_be_split", "together"]
-
 #: Number of best slow functions to which a second effect is added. Chosen by judgment; not measured.
 MAX_FIRST_FUNCTIONS = 3
 #: Number of best pairs of slow functions that are fitted. Chosen by judgment; not measured.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.solution import Solution
 
-__all__ = ["Undecided", "undecided"]
-
 #: Probabilities below the ends of a central 95 % interval.
 INTERVAL_PROBABILITIES = (0.025, 0.975)
 #: Bisections that find an end: more than the 53 bits of a double.

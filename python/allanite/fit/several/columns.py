@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from allanite.fit.several.many import ManyFits
     from allanite.suggestion import Check
 
-__all__ = ["Fits"]
-
 
 class Fits(Several[Fit]):
     """Fits of one model to several columns, by column name.

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-__all__ = ["ManyFits", "Pooled", "fit_many", "of_fits", "pooled_by_errors"]
-
 #: p-value below which recordings disagree, and a random-effects mean is reported: the usual 5 % level.
 MIN_AGREEMENT_P = 0.05
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.several.many import ManyFits, Pooled
 
-__all__ = ["aligned", "many_table"]
-
 
 def many_table(many: ManyFits) -> str:
     """Text table with a row for each column, then the pooled values and the test whether the columns agree."""

@@ -22,20 +22,6 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data
 
-__all__ = [
-    "LOWEST_ORDINATES",
-    "Design",
-    "Regression",
-    "comb_gains",
-    "comb_ordinates",
-    "comb_window",
-    "design_of",
-    "line_ordinates",
-    "regress",
-    "window",
-    "without_at",
-]
-
 #: Number of lowest ordinates in which slow functions are regressed. Chosen by judgment; not measured.
 LOWEST_ORDINATES = 8192
 #: Ordinates to each side of a line in which the line is regressed. Chosen by judgment; not measured.

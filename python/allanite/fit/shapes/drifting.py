@@ -24,17 +24,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
 
-__all__ = [
-    "MAX_BAND_FREQUENCIES",
-    "MAX_EXHAUSTIVE_FREQUENCIES",
-    "MIN_SHAPE_DELTA_LOGL",
-    "Band",
-    "band_about",
-    "loudest_frequency",
-    "ordinates_of_drift",
-    "polish_drifting",
-]
-
 #: Ordinates to each side of the frequencies that a line passes, in its regression. Chosen by judgment; not measured.
 ORDINATES_BESIDE_DRIFT = 512
 #: Minimum number of frequencies of a searched band. Chosen by judgment; not measured.

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = ["built_from_pieces", "places_without_form"]
-
 #: Maximum number of pieces of an effect of free form. Chosen by judgment; not measured.
 MAX_PIECES = 6
 #: Number of least significant pieces whose removal is tried in each round. Chosen by judgment; not measured.

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.solution import Solution
 
-__all__ = ["within_limits"]
-
 #: Minimum ΔlogL to release a parameter from its limit. Chosen by judgment; not measured.
 MIN_RELEASE_DELTA_LOGL = 1e-3
 

@@ -15,17 +15,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
 
-__all__ = [
-    "basis_of",
-    "best_spans",
-    "filter_ordinates",
-    "grid_points",
-    "matched_gains",
-    "orthogonal_to",
-    "regressor_ordinates",
-    "slow_families",
-]
-
 #: Number of lowest ordinates used by the filter; they hold all but 1/4096 of the weight of a step.
 FILTER_ORDINATES = 4096
 #: Number of lowest ordinates of a function of time that are cached. Chosen by judgment; not measured.

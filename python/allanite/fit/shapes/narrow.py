@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = ["Window", "fit_narrow_bands", "is_flat_near", "ordinates_delta_logl"]
-
 Array = NDArray[np.float64]
 #: Ratio of successive half-widths that are tried. Chosen by judgment; not measured.
 HALF_WIDTH_RATIO = 2.0

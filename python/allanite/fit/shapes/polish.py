@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import Linear, RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = ["polish"]
-
 Array = NDArray[np.float64]
 #: Initial trust radius of a shape: in ln for positive shapes, in its unit for signed ones. Chosen by judgment; not
 #: measured.

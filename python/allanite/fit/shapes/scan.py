@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.likelihood.random_part import RandomPart
 
-__all__ = ["better_form", "scan_added_effect", "simplest_design", "worth_polishing"]
-
 Array = NDArray[np.float64]
 
 #: Minimum number of grid points whose shapes are optimized further. Chosen by judgment; not measured.

@@ -44,15 +44,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = [
-    "fit_deterministic_shapes",
-    "fit_shapes",
-    "free_places",
-    "grid_models",
-    "polish_line",
-    "with_open_shapes",
-]
-
 #: Functions that optimize shapes of effects that are neither slow nor periodic, by the name of their screen.
 SHAPE_OPTIMIZERS = {"drifting line": polish_drifting, "passing line": polish_burst}
 #: Ordinates to each side of a line that are used to optimize its frequency. Chosen by judgment; not measured.

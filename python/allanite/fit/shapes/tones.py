@@ -15,15 +15,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
 
-__all__ = [
-    "effective_trials",
-    "place_burst",
-    "polish_burst",
-    "relative_power",
-    "search_burst",
-    "steady_line_gain",
-]
-
 #: Minimum length of a burst, in values of the series. Chosen by judgment; not measured.
 MIN_BURST_VALUES = 16
 #: Ratio of successive window lengths that are tried. Chosen by judgment; not measured.

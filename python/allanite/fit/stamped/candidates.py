@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.stamped.likelihood import Regressed, StampedSeries
 
-__all__ = ["CURVATURE_STEP", "Candidate", "FittedNoise", "fit_noise"]
-
 Array = NDArray[np.float64]
 #: Maximum |ln| of the ratio of two variances in the search: a part with e^−16 of the variance of another is invisible.
 #: Chosen by judgment; not measured.

@@ -18,8 +18,6 @@ from allanite import _kernels
 if TYPE_CHECKING:
     from allanite.fit.stamped.noise import StampedNoise
 
-__all__ = ["Regressed", "StampedSeries", "whitened"]
-
 Array = NDArray[np.float64]
 #: Decay rate of the lag that represents a constant, times the duration of the record: practically no decay.
 CONSTANT_DECAY = 1e-9

@@ -19,8 +19,6 @@ from allanite.effects.terms import Blue, Exponential, Flicker, PowerLaw, RandomW
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
-__all__ = ["StampedNoise", "added", "integrated_noise", "sampled_noise"]
-
 Array = NDArray[np.float64]
 #: Decay rate of the lag that represents a random walk, times the duration of the record. Its variance at the end of the
 #: record then differs by 0.01 %.

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.fit.stamped.noise import StampedNoise
 
-__all__ = ["posterior_points"]
-
 Array = NDArray[np.float64]
 T = TypeVar("T")
 #: Numbers of points of the first and the second draw.

@@ -16,8 +16,6 @@ from allanite.fit.stamped.candidates import CURVATURE_STEP
 if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
 
-__all__ = ["amplitude_errors"]
-
 Array = NDArray[np.float64]
 
 

@@ -16,8 +16,6 @@ from allanite.summary.lines import without_lines
 if TYPE_CHECKING:
     from allanite.summary.reading import Reading
 
-__all__ = ["SummaryBins", "folds_of"]
-
 Array = NDArray[np.float64]
 
 

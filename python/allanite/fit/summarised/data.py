@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from allanite.summary import Summary
     from allanite.summary.reading import Reading
 
-__all__ = ["SummaryData", "of_summary", "require_summary_supports"]
-
 Array = NDArray[np.float64]
 #: Minimum number of kept (low-rate) samples per averaging time for which the Allan curve is computed from kept samples.
 #: Chosen by judgment; not measured.

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.summary.reading import Reading
     from allanite.summary.sums import Blocks
 
-__all__ = ["TIME_CELLS", "Maps", "SectionsOfSummary", "fine_bands", "redistributed"]
-
 Array = NDArray[np.float64]
 #: Number of time cells for the power of an octave over time. Chosen by judgment; not measured.
 TIME_CELLS = 160

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["bands_overlap", "best_levels", "screen_band_level"]
-
 Array = NDArray[np.float64]
 #: Power over time of some ordinates, and the share of it that changes.
 Cell = tuple[Array, float]

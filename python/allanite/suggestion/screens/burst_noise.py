@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["screen_burst_noise"]
-
 Array = NDArray[np.float64]
 
 #: Blocks of samples in a mean dwell time.

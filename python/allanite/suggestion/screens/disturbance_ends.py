@@ -12,8 +12,6 @@ from allanite.suggestion.constants import (
     WINDOW_PERIODS,
 )
 
-__all__ = ["without_ringing"]
-
 #: Windows that begin within the length of one window.
 OVERLAPPING_WINDOWS = 4
 

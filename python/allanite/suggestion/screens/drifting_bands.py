@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.sections import Cells
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["bands_that_may_move", "screen_drifting_bands"]
-
 Array = NDArray[np.float64]
 #: Distances from its mean frequency within which a band is searched, half-widths; the next if it is found at an end.
 REACHES = (6.0, 12.0, 24.0)

@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["bands_with_excess", "blanks_of_screen", "screen_drifting_lines", "solved_with"]
-
 #: Widths of the bands whose mean power is compared with the model, ordinates.
 WIDTHS = (64, 256, 1024, 4096, 16384, 32768, 65536)
 

@@ -45,15 +45,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
-__all__ = [
-    "at_the_ends",
-    "delta_logl_of_separate_levels",
-    "octaves_of",
-    "only_at_the_ends",
-    "screen_disturbance",
-    "screen_outliers",
-]
-
 #: Most places of the record at which the usual distance between neighbors is measured.
 MAX_PLACES = 1 << 14
 #: Bands of an octave in which a disturbance is compared with other times.

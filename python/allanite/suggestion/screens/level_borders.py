@@ -11,13 +11,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = [
-    "borders_between_values",
-    "borders_within_cells",
-    "interval_powers",
-    "most_likely_borders",
-]
-
 Array = NDArray[np.float64]
 #: Values on each side of a border of the power map of a summary that may mix two levels.
 BLURRED_VALUES = 12

@@ -48,14 +48,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
-__all__ = [
-    "count_of_level_forms",
-    "level_series",
-    "overdispersion_without",
-    "screen_levels",
-    "screen_outliers_and_levels",
-]
-
 
 def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened

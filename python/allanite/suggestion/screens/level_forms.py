@@ -26,16 +26,6 @@ from allanite.suggestion.screens.spectral import Candidate
 if TYPE_CHECKING:
     from allanite.effects import Model
 
-__all__ = [
-    "Series",
-    "log_slope",
-    "refined_gate",
-    "screen_columns",
-    "screen_cycle",
-    "screen_several",
-    "series_of",
-]
-
 Array = NDArray[np.float64]
 
 #: Most cells of the record in which a period or a column is compared with the power.

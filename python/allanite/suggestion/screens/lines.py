@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
-__all__ = ["screen_lines"]
-
 #: Ordinates on each side of a line in which its width is measured.
 WIDTH_ORDINATES = 256
 #: Median of χ²₁, the distribution of squared ordinates of white noise over their variance.

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["Excess", "narrow_bands", "widths_tried"]
-
 #: Widths of a band within a bin, ordinates; the widest is a bin of a million samples.
 WIDTHS = tuple(2**k for k in range(2, 13))
 

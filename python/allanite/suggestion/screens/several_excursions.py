@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["merged_excursions", "overlap", "several_excursions"]
-
 
 def merged_excursions(events: Sequence[Away]) -> Away | None:
     """Effect of the catalogue that has all the excursions; None if there is none."""

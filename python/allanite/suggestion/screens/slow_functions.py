@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Away, Deterministic
-from allanite.fit.engine import Solution, solve
+from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
     cell_means,
@@ -24,7 +24,7 @@ from allanite.fit.likelihood.whitened import (
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
 from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains
-from allanite.fit.solution import Regressed
+from allanite.fit.solution import Regressed, Solution
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     MAX_NOISE_REFIT_FRACTION,
@@ -45,13 +45,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.expected import Noise
     from allanite.fit.likelihood.whitened import Whitened
 
-
-__all__ = [
-    "is_placed",
-    "judged_beside_best",
-    "score",
-    "screen_slow",
-]
 
 #: Cells of the record in which the noise level and the time of an event are resolved.
 TIME_CELLS = 8192

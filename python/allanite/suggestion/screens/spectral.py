@@ -50,8 +50,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whittle import Maximum
     from allanite.fit.solution import Solution
 
-__all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
-
 #: Fisher steps of the scan over other designs of a filter.
 DESIGN_SCAN_STEPS = 5
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["screen_tone_bursts"]
-
 
 def screen_tone_bursts(
     bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
