@@ -196,8 +196,7 @@ _LOG_OPTIONS = (
     click.option(
         "--trim",
         metavar="START:END|quiet",
-        help="Use only these seconds, e.g. 600: or 60:3600. quiet: the longest segment without motion. To exclude an"
-        " interval in the middle, add DIST(start=100,end=120) to MODEL.",
+        help="Use only these seconds, e.g. 600: or 60:3600. quiet: the longest segment without motion.",
     ),
     click.option(
         "--scale",

@@ -48,7 +48,7 @@ class Effect:
     (-0.5, 24)
     >>> al.GaussMarkov.may_be(al.effects.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
     (True, 1)
-    >>> len(lag.variants()), lag.extended(), lag.otherwise(), lag.shape_error("q_c", 1e-4, 1000.0)
+    >>> len(lag.variants()), lag.extended(), lag.equal_forms(), lag.shape_error("q_c", 1e-4, 1000.0)
     (1, (), (), None)
     >>> al.GaussMarkov.seen_in(np.ones(100), 10.0)
     ()
@@ -205,8 +205,11 @@ class Effect:
         """Richer forms to try, starting from the fitted values, if a discrepancy remains; by default none."""
         return ()
 
-    def otherwise(self) -> tuple[Effect, ...]:
-        """Other forms with as many parameters to try, starting from the fitted values; by default none."""
+    def equal_forms(self) -> tuple[Effect, ...]:
+        """Other forms of the effect with the same number of parameters; by default none.
+
+        A search tries each form, starting from the fitted values.
+        """
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

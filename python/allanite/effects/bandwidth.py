@@ -142,7 +142,7 @@ class Bandwidth(Modifier):
             return ()
         return (self.with_values(floor=START_FLOOR),)
 
-    def otherwise(self) -> tuple[Bandwidth, ...]:
+    def equal_forms(self) -> tuple[Bandwidth, ...]:
         """The filter acting on all random processes: the same design, or the two simplest for a design without poles."""
         if self.acts_on is not None or self.floor is not None or "design" in self.held:
             return ()

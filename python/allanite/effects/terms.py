@@ -246,11 +246,11 @@ class PowerLaw(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Exponent and level²."""
+        """Exponent and `level` (a variance)."""
         return self.exponent, self.level
 
     def scaled(self, factor: float) -> Self:
-        """The term with its level² multiplied by `factor`."""
+        """The term with its `level` multiplied by `factor`."""
         return type(self)(self.exponent, self.level * factor)
 
     def spectrum(self, w: Array) -> Array:
@@ -262,7 +262,7 @@ class PowerLaw(Term):
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Name, exponent, level², and corrections for leakage of the ends."""
+        """Name, exponent, `level`, and corrections for leakage of the ends."""
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:
@@ -271,7 +271,7 @@ class PowerLaw(Term):
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Name, exponent and level of the generator."""
+        """Name of the core's random generator and its parameters: exponent, and √`level` (a standard deviation)."""
         return self.name, [self.exponent, float(np.sqrt(self.level))]
 
 

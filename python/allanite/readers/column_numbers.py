@@ -88,7 +88,10 @@ def repeats_exactly(values: NDArray[Any]) -> bool:
 
 
 def is_serial_number(values: NDArray[Any]) -> bool:
-    """True if a column holds the same whole number of at least three digits in all rows."""
+    """True if a column holds the same whole number of at least three digits in its first `ROWS` rows.
+
+    False for fewer than `MIN_ROWS` rows.
+    """
     x = np.asarray(values[:ROWS])
     return bool(
         x.size >= MIN_ROWS and x[0] >= 100 and np.all(x == x[0]) and float(x[0]).is_integer()

@@ -158,7 +158,10 @@ class Stretch:
             task()
 
     def tasks(self, columns: list[NDArray[Any]]) -> list[Callable[[], None]]:
-        """`update` as tasks that may run side by side; all of them must end before the next."""
+        """Functions that together do `update(columns)`; they may run side by side. `stop` advances at once.
+
+        Call `tasks` again only after all functions have ended.
+        """
         values = [np.require(x, np.float64, ["C", "A"]) for x in columns]
         at = self.stop
         self.stop += columns[0].size
@@ -173,7 +176,7 @@ class Stretch:
         ]
 
     def merge(self, other: Stretch) -> None:
-        """Add the segment that begins where this one ends. Its arrays are shared: do not use it afterwards."""
+        """Add the stretch that begins where this one ends. Do not use `other` afterwards: its arrays are shared."""
         self.levels = [join(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
         for curve, theirs in zip(self.curves, other.curves, strict=True):
             curve.merge(theirs)
@@ -213,7 +216,7 @@ class Stretch:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Stretch:
-        """Segment with this state."""
+        """Stretch with the state that `state()` returned."""
         return cls(
             state["start"],
             state["stop"],

@@ -71,7 +71,8 @@ if TYPE_CHECKING:
 @click.option(
     "--overbound",
     is_flag=True,
-    help="With --export: conservative N and K that cover the 95 % limits of the models.",
+    help="With --export: conservative N and K that cover the 95 % limits of the models and their alternative"
+    " explanations.",
 )
 @click.option(
     "--as-fitted",

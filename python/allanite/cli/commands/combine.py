@@ -44,7 +44,7 @@ def command(
     named with --column. With several LOGs, each LOG is another board.
 
     Prints the best weights, the Allan deviation of the combination at each τ against that of the single sensors, and the
-    sensors that deviate from the others. Give the model of --save to allanite export, with --unit.
+    sensors that deviate from the others. allanite export reads the file of --save; give it the unit with --unit.
     """
     from allanite.cli import output as out
     from allanite.cli.options import recording_of

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     "--hat",
     is_flag=True,
     help="Separate the Allan deviations of three or more clocks (three-cornered hat). Each column of LOG is the phase of"
-    " one clock against the same reference.",
+    " one clock against the same reference. A clock much quieter than the others gets an upper limit.",
 )
 @log_options
 def command(
@@ -53,8 +53,8 @@ def command(
     """Test the phase (time error) of clocks and time servers.
 
     LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase (--quantity angle). A
-    column in s is taken for a phase. - reads standard input. Prints time error, MTIE and TDEV with the verdict of each
-    --mask, jumps, frequency offset, drift, noise and predicted holdover error.
+    column in s is taken for a phase; --quantity angle is then not needed. - reads standard input. Prints time error, MTIE
+    and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted holdover error.
 
     The log of a servo also holds its frequency corrections. They are removed, so that noise and holdover describe the free
     clock.

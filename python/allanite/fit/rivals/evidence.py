@@ -30,8 +30,8 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
 
     A strength or time constant with relative error 1/z costs ln(range · z/√2π). This is Laplace's approximation (Kass &
     Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a logarithm uniform over `PRIOR_LOG_RANGE`. It suits slow effects,
-    which only few ordinates determine, however long the record is. Effects with a place among all frequencies or times
-    cost ½ ln n for each parameter.
+    which only few ordinates determine, however long the record is. All other effects (lines, bands, filters, changes
+    of level) cost ½ ln n for each parameter.
     """
     effect = own.effect
     if effect.occupies is not None:

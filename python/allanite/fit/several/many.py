@@ -116,7 +116,7 @@ class ManyFits:
         return "columns" if one and len({c.columns[0] for c in columns}) > 1 else "recordings"
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form with ``columns``, and ``pooled`` with one entry."""
+        """JSON form: ``columns`` lists a fit for each recording; the only entry of ``pooled`` is `pooled_dict()`."""
         return {
             "schema": "allanite/fit/1",
             "columns": [fit.to_dict() for fit in self.fits],

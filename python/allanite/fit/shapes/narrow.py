@@ -329,7 +329,7 @@ def is_flat_near(model: Model, place: int, data: Data) -> bool:
 
 
 def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> Array:
-    """Mean density of the bin of each ordinate, for all ordinates of the bins `near`."""
+    """Mean density of the model in each of the bins `near`, repeated for every ordinate of the bin, shape (ordinates,)."""
     return np.repeat(means(model, data, data.ends_missing)[near], _sizes(near, data))
 
 

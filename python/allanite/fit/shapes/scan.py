@@ -204,9 +204,9 @@ def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Mode
 
 
 def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """The model with another form of the effect at index `place` (`Effect.otherwise`) if logL rises clearly."""
+    """The model with another form of the effect at index `place` (`Effect.equal_forms`) if logL rises clearly."""
     found = model, best
-    for effect in model.effects[place].otherwise():
+    for effect in model.effects[place].equal_forms():
         other = Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
         places = [(place, name) for name in effect.free_shapes]
         tried = polish(other, places, part.maximize(other, best), part, roughly=True)

@@ -78,7 +78,8 @@ def command(
 
     SOURCE is a growing text file, - for standard input, or udp://127.0.0.1:PORT. Each line is one row. Prints a JSON line
     every --every seconds of samples, and one with the alarm. At most one run in a hundred raises a false alarm, however
-    long the runs are, if the tails of the noise have at least four degrees of freedom. After an alarm the watch goes on;
+    long the runs are, if outliers are not more frequent than those of a Student t
+    distribution with four degrees of freedom. After an alarm the watch goes on;
     the exit code stays 0.
 
     With --state, rows that an earlier run has read are skipped. A file that is truncated or replaced is read from its
