@@ -276,7 +276,7 @@ class Characterization:
         return f"Characterization({', '.join([*models, *(f'{n}: failed' for n in self.failed)])})"
 
     def _repr_html_(self) -> str:
-        from allanite.axes.html import html
+        from allanite.axes.table import html
 
         return html(self)
 

@@ -1,4 +1,4 @@
-"""Text table of all axes for a terminal."""
+"""Tables of all axes: text for a terminal, HTML for a notebook."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from allanite.axes.words import at_work, in_common, remarks, seen_by_several, tu
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 from allanite.common.numbers import tidy
+from allanite.common.showing import html_list, html_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -84,3 +85,24 @@ def _drawn(block: Sequence[Row]) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     texts = [GAP.join(map(str.ljust, row, widths)).rstrip() for row in cells]
     return [texts[0], "─" * max(map(len, texts)), *texts[1:]]
+
+
+def html(found: Characterization) -> str:
+    """HTML of a characterization: a table for each sensor, and sentences below."""
+    out = [html_list([heading(found)])]
+    for sensor in found.common.sensors:
+        studies = {name: found.studies[name] for name in sensor.columns}
+        body = [(row.label, *row.cells) for row in rows(studies)]
+        out.append(html_table(sensor.name, ("", *sensor.columns), body))
+        out.append(html_list([legend(studies), *in_common(sensor)]))
+    out.append(
+        html_list(
+            [
+                *at_work(found),
+                *turn_on_sentences(found),
+                *seen_by_several(found.common),
+                *remarks(found),
+            ]
+        )
+    )
+    return "".join(out)

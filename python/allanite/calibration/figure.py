@@ -47,9 +47,7 @@ def plot_thermal(
         widths=(1.0, 1.0),
         kind="thermal",
     )
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def _law(axis: AxisLaw, row: int) -> Panel:

@@ -62,6 +62,4 @@ def plot_combination(
         heights=(2.4, 1.0),
         kind="combination",
     )
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)

@@ -55,9 +55,7 @@ def plot_compare(
     )
     names = " · ".join(named[:3]) + (" · …" if len(named) > 3 else "")
     figure = Figure(title, names, panels, (1.0,) * len(panels), kind="compare")
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str) -> Panel:

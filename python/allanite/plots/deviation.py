@@ -76,9 +76,7 @@ def plot_deviation(
         (panel,),
         kind="deviation",
     )
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def _name(deviation: Deviation) -> str:
@@ -138,9 +136,7 @@ def plot_stability(
     title = "Stability" if first.unit == "1" else "Deviations"
     subtitle = "" if recording is None else recording_text(recording)
     figure = Figure(title, subtitle, (panel,), kind="stability", below=_table(deviations))
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> tuple[Line, Note]:

@@ -56,6 +56,4 @@ def plot_dynamic(
     )
     windows = f"{dynamic.time.size} windows of {duration_text(dynamic.window)}"
     figure = Figure(words[0].upper() + words[1:] + " over time", windows, (panel,), kind="dynamic")
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)

@@ -45,9 +45,7 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
     figure = _figure(fit)
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
@@ -56,9 +54,7 @@ def plot_check(check: Check, path: str | Path | None = None, theme: str = "light
     spans = spectrum_spans(fit, check.where.worst_frequency)
     figure = _figure(fit, tau_spans(fit), spans, missing_lines(check))
     figure = replace(figure, subtitle=_verdict(check), kind="check")
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def _figure(

@@ -58,9 +58,7 @@ def plot_recording(
         heights=(1.0,) * len(panels),
         kind="recording",
     )
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def samples_panel(

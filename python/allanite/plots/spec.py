@@ -277,6 +277,12 @@ class Figure:
 
         save(self, path, theme, style)
 
+    def saved(self, path: str | Path | None, theme: str = "light") -> Figure:
+        """The figure itself, which is written to `path` if one is given."""
+        if path is not None:
+            self.save(path, theme)
+        return self
+
     def _repr_svg_(self) -> str:
         from allanite.plots.matplotlib_painter import render
 

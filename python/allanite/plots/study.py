@@ -64,9 +64,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     title += last.name if len(title) + len(last.name) <= TITLE else f"{len(last)} effects"
     heights, widths = (1.0, 1.0), (1.0, 1.0, 1.0, 3.2)
     figure = Figure(title, _ending(study), panels, heights, widths, kind="study")
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:

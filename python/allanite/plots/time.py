@@ -61,9 +61,7 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
         (panel,),
         kind="time",
     )
-    if path is not None:
-        figure.save(path, theme)
-    return figure
+    return figure.saved(path, theme)
 
 
 def time_scale(span: float) -> tuple[float, str]:
