@@ -24,8 +24,7 @@ import generators as g
 from allanite.fit.rivals.declared import rivals
 from allanite.fit.rivals.evidence import evidence
 
-RATE, LENGTH = 50.0, 180_000
-DURATION = LENGTH / RATE
+RATE, DURATION = 50.0, 3600.0
 N, B, K = 0.0126, 0.002, 9.07e-5
 WORTH = 30.0
 #: Maximum number of rounds in which the sizes are adapted to each other; two drifts converge in three or four.
@@ -71,44 +70,45 @@ def effect_of(kind, size, u):
     }[kind]
 
 
-def samples_of(kind, size, rng, u):
+def samples_of(kind, size, rng, u, rate):
     """Return the samples of an effect other than the filter, which acts on the white noise."""
-    t = np.arange(LENGTH) / RATE
+    length = round(DURATION * rate)
+    t = np.arange(length) / rate
     return {
-        "B": lambda: g.flicker(rng, LENGTH, RATE, size),
-        "K": lambda: g.walk(rng, LENGTH, RATE, size),
-        "GM": lambda: g.gauss_markov(rng, LENGTH, RATE, size, u["time"]),
-        "SIN": lambda: g.sinusoid(LENGTH, RATE, u["frequency"], size, u["phase"]),
-        "STEP": lambda: g.step(LENGTH, RATE, u["when"], size),
+        "B": lambda: g.flicker(rng, length, rate, size),
+        "K": lambda: g.walk(rng, length, rate, size),
+        "GM": lambda: g.gauss_markov(rng, length, rate, size, u["time"]),
+        "SIN": lambda: g.sinusoid(length, rate, u["frequency"], size, u["phase"]),
+        "STEP": lambda: g.step(length, rate, u["when"], size),
         "COV": lambda: size * (course(t) - course(t).mean()),
-        "Q": lambda: g.quantization(rng, LENGTH, RATE, size),
-        "RES": lambda: g.resonance(rng, LENGTH, RATE, u["ring"], u["damping"], size),
-        "R": lambda: g.ramp(LENGTH, RATE, size),
+        "Q": lambda: g.quantization(rng, length, rate, size),
+        "RES": lambda: g.resonance(rng, length, rate, u["ring"], u["damping"], size),
+        "R": lambda: g.ramp(length, rate, size),
     }[kind]()
 
 
-def numbers(rng):
+def numbers(rng, rate):
     """Draw the other parameters of all kinds (times, frequencies, damping) for one record."""
     return {
         "time": float(np.exp(rng.uniform(np.log(2.0), np.log(100.0)))),
-        "frequency": float(rng.uniform(0.5, 20.0)),
+        "frequency": float(rng.uniform(0.01, 0.4) * rate),
         "phase": float(rng.uniform(0.0, 2.0 * np.pi)),
         "when": float(rng.uniform(0.2, 0.8) * DURATION),
-        "ring": float(rng.uniform(3.0, 15.0)),
+        "ring": float(rng.uniform(0.06, 0.3) * rate),
         "damping": float(np.exp(rng.uniform(np.log(0.02), np.log(0.1)))),
     }
 
 
-def strength(base, kind, u):
+def strength(base, kind, u, rate):
     """Return the size at which an effect has ΔlogL = `WORTH` besides a model."""
-    low, high = (1 / 25.0, 1 / 0.5) if kind == "BW" else (1e-8, LARGEST)
+    low, high = (2.0 / rate, 100.0 / rate) if kind == "BW" else (1e-8, LARGEST)
     for _ in range(40):
         middle = float(np.sqrt(low * high))
         found = al.detection_power(
             base,
             effect_of(kind, middle, u),
             duration=DURATION,
-            rate=RATE,
+            rate=rate,
             covariates={"temperature": course},
         )
         if found.delta_log_likelihood < WORTH:
@@ -120,14 +120,14 @@ def strength(base, kind, u):
     return high
 
 
-def strengths(base, kinds, u):
+def strengths(base, kinds, u, rate):
     """Return the size of each effect with ΔlogL = `WORTH` besides the others; None if two are not distinguishable."""
     sizes, first = {}, {}
     for sweep in range(SWEEPS):
         before = dict(sizes)
         for kind in kinds:
             others = [effect_of(k, size, u) for k, size in sizes.items() if k != kind]
-            sizes[kind] = strength("+".join([base, *others]), kind, u)
+            sizes[kind] = strength("+".join([base, *others]), kind, u, rate)
             grown = sizes[kind] > FAR * first.setdefault(kind, sizes[kind])
             if grown or sizes[kind] == LARGEST:
                 return None
@@ -138,35 +138,42 @@ def strengths(base, kinds, u):
     return None
 
 
-def one(seed, hidden, start):
-    """Return the hidden kinds, the study of the record, and by how much the truth has more evidence than its model."""
+def record(seed, hidden, start, rate=RATE):
+    """Return the hidden kinds, the recording, and the true model as a string."""
+    length = round(DURATION * rate)
     rng = np.random.default_rng([seed, hidden, len(start)])
     pool = [k for k in KINDS if k not in start.split("+")]
     base = f"N(N={N})" + (f"+B(B={B})+K(K={K})" if start != "N" else "")
     sizes = None
     while sizes is None:
         kinds = list(rng.choice(pool, hidden, replace=False))
-        u = numbers(rng)
-        sizes = strengths(base, kinds, u)
+        u = numbers(rng, rate)
+        sizes = strengths(base, kinds, u, rate)
     if "BW" in kinds:
         from scipy import signal
 
-        b, a = signal.butter(2, 2.0 / sizes["BW"] / RATE)
-        white = signal.lfilter(b, a, g.white(rng, LENGTH + 4096, RATE, N))[4096:]
+        b, a = signal.butter(2, 2.0 / sizes["BW"] / rate)
+        white = signal.lfilter(b, a, g.white(rng, length + 4096, rate, N))[4096:]
     else:
-        white = g.white(rng, LENGTH, RATE, N)
+        white = g.white(rng, length, rate, N)
     x = white
     if start != "N":
-        x = x + g.flicker(rng, LENGTH, RATE, B) + g.walk(rng, LENGTH, RATE, K)
+        x = x + g.flicker(rng, length, rate, B) + g.walk(rng, length, rate, K)
     for kind in kinds:
         if kind != "BW":
-            x = x + samples_of(kind, sizes[kind], rng, u)
-    t = np.arange(LENGTH) / RATE
-    thermometer = course(t) + 0.01 * rng.standard_normal(LENGTH)
-    recording = al.Recording(x, rate=RATE, unit="rad/s", covariates={"temperature": thermometer})
-    study = al.improve(recording, start)
+            x = x + samples_of(kind, sizes[kind], rng, u, rate)
+    t = np.arange(length) / rate
+    thermometer = course(t) + 0.01 * rng.standard_normal(length)
+    recording = al.Recording(x, rate=rate, unit="rad/s", covariates={"temperature": thermometer})
     truth = "+".join([base, *(effect_of(k, size, u) for k, size in sizes.items())])
-    return [NAMES[k] for k in kinds], study, ahead(study, truth)
+    return [NAMES[k] for k in kinds], recording, truth
+
+
+def one(seed, hidden, start):
+    """Return the hidden kinds, the study of the record, and by how much the truth has more evidence than its model."""
+    kinds, recording, truth = record(seed, hidden, start)
+    study = al.improve(recording, start)
+    return kinds, study, ahead(study, truth)
 
 
 def ahead(study, truth):

@@ -1,12 +1,13 @@
 """Stepwise model building: check, add the best missing effect, drop or replace what it makes needless, and repeat.
 
 Input: a recording and a first model (`improve`). Output: a `Study` with steps from the first model to the last. Add a
-move of the search as a module here, and call it in `search.py`.
+move of the search in `moves/`, and call it in `steps.py`.
 """
 
-from allanite.study.final_replacement import best_replacement
+from allanite.study.improvement import improve, improve_columns
 from allanite.study.ladder import Rung, SearchInterrupted, Study, misfit_left
-from allanite.study.search import improve, improve_columns, is_full, next_step
+from allanite.study.search import is_full
+from allanite.study.steps import best_replacement, next_step
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
 __all__ = [

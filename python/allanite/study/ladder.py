@@ -13,7 +13,7 @@ from allanite import _kernels
 from allanite.effects import title_of
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.undecided import Undecided, undecided
-from allanite.study.error_comparison import refusal_reason
+from allanite.study.judgement import refusal_reason
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
 if TYPE_CHECKING:
@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.plots import Figure
     from allanite.recording import Recording
+    from allanite.study.state import State
     from allanite.suggestion import Check
-
-__all__ = ["Rung", "SearchInterrupted", "Study", "kinds_added_again", "misfit_left"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +47,8 @@ class Rung:
         Further effects of the step: replacements of some of `removed`, or effects that `added` needs.
     trials : float or None
         Number of independent tests of its search; None if no search found the effect.
+    numbers : tuple of int
+        Number of each effect of the model, the same in all steps that have the effect; empty for steps made by hand.
     """
 
     fit: Fit
@@ -57,6 +58,7 @@ class Rung:
     dropped_start: int = 0
     brought: tuple[Effect, ...] = ()
     trials: float | None = None
+    numbers: tuple[int, ...] = ()
 
     @property
     def new(self) -> tuple[Effect, ...]:
@@ -108,6 +110,28 @@ class Rung:
             **body,
             "error": {"misfit_left_percent": misfit_left, **body["error"]},
         }
+
+
+def rung_of(
+    before: State,
+    after: State,
+    named: str = "",
+    risen: float | None = None,
+    trials: float | None = None,
+) -> Rung:
+    """Step from one state of a search to another; the first of its new effects of the kind `named` is named first.
+
+    Otherwise an effect is named first whose kind has not left. `risen` is needed if the logL of the fits is not comparable.
+    """
+    lost = after.lost_since(before)
+    gone = tuple(before.fit.model.effects[place].kind for place in lost)
+    new = [after.fit.model.effects[place] for place in after.new_since(before)]
+    new.sort(key=lambda effect: (effect.kind != named, effect.kind in gone))
+    if risen is None:
+        risen = after.fit.solution.log_likelihood - before.fit.solution.log_likelihood
+    start = sum(map(before.is_given, lost))
+    added = new[0] if new else None
+    return Rung(after.fit, added, gone, risen, start, tuple(new[1:]), trials, after.numbers)
 
 
 def kinds_added_again(ladder: Sequence[Rung]) -> set[str]:

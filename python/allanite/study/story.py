@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import itertools
-from collections import Counter
 from typing import TYPE_CHECKING
 
 from allanite.effects import Model, Modifier, Moving
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
-from allanite.study.error_comparison import allan_error_rises, no_error_rises
+from allanite.study.judgement import allan_error_rises, no_error_rises
 from allanite.study.ladder import Rung
+from allanite.study.state import state_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.effects import Effect
     from allanite.fit.result import Fit
-
-__all__ = ["story", "tried_and_dropped"]
 
 
 def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
@@ -33,7 +31,7 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
     if _is_direct(ladder):
         return tuple(ladder)
     last = ladder[-1].fit
-    kept, new, leaving = _kept_new_and_leaving(ladder[0].fit.model, last.model)
+    kept, new, leaving = _kept_new_and_leaving(ladder)
     found = [ladder[0]]
     while new:
         before = found[-1].fit
@@ -76,22 +74,13 @@ def _is_direct(ladder: Sequence[Rung]) -> bool:
 
 
 def _kept_new_and_leaving(
-    first: Model, last: Model
+    ladder: Sequence[Rung],
 ) -> tuple[list[Effect], list[Effect], list[Effect]]:
     """Effects of the last model that the first has, those that it lacks, and initial effects that the last model lacks."""
-    both = Counter(e.kind for e in first) & Counter(e.kind for e in last)
-    left = both.copy()
-    kept: list[Effect] = []
-    new: list[Effect] = []
-    for effect in last:
-        (kept if left[effect.kind] else new).append(effect)
-        left[effect.kind] -= left[effect.kind] > 0
-    leaving = []
-    for effect in first:
-        if both[effect.kind]:
-            both[effect.kind] -= 1
-        else:
-            leaving.append(effect)
+    last = state_of(ladder)
+    kept = [e for p, e in enumerate(last.fit.model) if last.is_given(p)]
+    new = [last.fit.model.effects[p] for p in last.added]
+    leaving = [e for p, e in enumerate(ladder[0].fit.model) if p not in last.numbers]
     return kept, new, leaving
 
 

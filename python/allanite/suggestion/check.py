@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.plots import Figure
 
-__all__ = ["Check", "check_fit"]
-
 
 @dataclass(frozen=True, eq=False)
 class Check:

@@ -307,9 +307,6 @@ MAX_EXCURSIONS = 32
 #: Unit: effects. Second effects that are tried beside an addition that raises an error.
 #: Basis: judgment.
 MAX_SECOND_EFFECTS_TRIED = 6
-#: Unit: pairs. Best pairs of effects that are refitted completely.
-#: Basis: judgment.
-MAX_PAIRS_REFITTED = 3
 
 # Acceptance of a step.
 
@@ -319,24 +316,15 @@ MIN_SCORE_GAIN = 0.5
 #: Unit: expected scatter. Allan errors, and their rises on a step, beyond this multiple are a fault of the model.
 #: Basis: simulation; of 200 true models each, 3 (white noise), 2 (with a random walk) and 0 (with flicker) exceed it.
 MAX_ALLAN_ERROR_SCATTERS = 2.0
-#: Unit: expected scatter. Rise of the Allan error that is accepted when an effect that is not detected is dropped.
-#: Basis: judgment.
-MAX_ALLAN_RISE_SCATTERS = 0.5
 #: Unit: 1 (rms of ln deviation). Rise of the Allan error that is ignored.
 #: Basis: judgment.
 MAX_IGNORED_ALLAN_RISE = 0.005
-#: Unit: 1. Ratio of the logarithms of two Allan errors below which a rival that is not clearly better replaces an effect.
-#: Basis: judgment.
-MAX_ALLAN_ERROR_RATIO = 0.8
 #: Unit: log10 of the p-value. An event with a larger p-value is refused if it raises an Allan error beyond its scatter.
 #: Basis: judgment.
 MAX_EVENT_LOG10_P = -4.0
 #: Unit: fraction. Part of the ΔlogL of a check that a further suggestion of the check must keep after earlier additions.
 #: Basis: judgment.
 MIN_RETAINED_GAIN_FRACTION = 0.8
-#: Unit: fraction of the power of a bin. A process with less power in all bins that moved is not examined again.
-#: Basis: judgment.
-MIN_VISIBLE_POWER_FRACTION = 0.05
 
 # Dropping and replacing effects.
 
@@ -346,9 +334,6 @@ MIN_EXPLAINED_COST_FRACTION = 0.5
 #: Unit: nats. An effect of the initial model is dropped if it explains less.
 #: Basis: derivation; the mean ΔlogL of one parameter of an effect that is absent, ½χ²₁.
 MIN_START_EFFECT_GAIN = 0.5
-#: Unit: nats per parameter. ΔlogL that each further parameter of a rival must gain if the rival is not clearly better.
-#: Basis: judgment.
-MIN_GAIN_PER_RIVAL_PARAMETER = 3.0
 #: Unit: fraction. A function with at least this part of its energy in an excluded segment leaves with that segment.
 #: Basis: judgment.
 MIN_ENERGY_IN_SEGMENT = 0.95

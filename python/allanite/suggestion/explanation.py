@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.result import Fit
 
-__all__ = ["explain"]
-
 
 def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """One or two sentences: name and values of the effect, its share of the Allan variance and where, its physics."""

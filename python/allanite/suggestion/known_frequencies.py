@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from allanite.suggestion.constants import MAINS_TOLERANCE
 
-__all__ = ["known_bands"]
-
 DAY = 86400.0
 #: Known periods, s: the tropical year and its half and third, the draconitic year of GPS (Ray et al. 2008, GPS Solut. 12),
 #: the day and its half and third, the sidereal day and its half (the orbit of GPS), the tides M2, O1 and N2 (Doodson

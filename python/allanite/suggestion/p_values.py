@@ -23,20 +23,6 @@ from allanite.suggestion.constants import (
 )
 from allanite.suggestion.known_frequencies import known_bands
 
-__all__ = [
-    "Family",
-    "arc_length",
-    "best_interval",
-    "interval_trials",
-    "line_trials",
-    "log_chi2_tail",
-    "log_p_value",
-    "may_become_significant",
-    "refine",
-    "trials_at",
-    "two_levels",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Family:

@@ -24,7 +24,7 @@ from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MIN_SHARED_GAIN_FRACTION
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import Family, line_trials, log_p_value
-from allanite.suggestion.ranking import in_order
+from allanite.suggestion.ranking import in_order, prior
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
 from allanite.suggestion.screens.burst_noise import screen_burst_noise
 from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
@@ -39,8 +39,6 @@ from allanite.suggestion.screens.lines import screen_lines
 from allanite.suggestion.screens.slow_functions import judged_beside_best, screen_slow
 from allanite.suggestion.screens.spectral import Candidate, screen_spectral
 from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
-
-__all__ = ["Suggestion", "same_misfit", "suggest"]
 
 #: Searches at a time beside that of the spectrum; a large record gets one, since each search holds copies of it.
 WORKERS = 2
@@ -108,20 +106,22 @@ class Suggestion:
 
     @cached_property
     def score(self) -> float:
-        """Log evidence of the model with the effect over that of the model without it, nats; candidates are ranked by it.
+        """Rise of the log evidence plus the prior of the effect, nats; candidates are ranked by it.
 
         For a moving band it is the change of marginal logL of the mean spectrum, where the band competes with processes.
         """
+        effect = self.effect
         if self.gives_way:
             base = self.before.solution
             part = RandomPart(self.before.data, base.power, base.count)
-            return part.judged(self.solution.best) - part.judged(base.best)
-        if self.effect.screened not in {"spectral", "slow"}:
-            return 0.5 * self.delta_bic - self.surplus
+            return part.judged(self.solution.best) - part.judged(base.best) + prior(effect)
+        if effect.screened not in {"spectral", "slow"}:
+            return 0.5 * self.delta_bic - self.surplus + prior(effect)
         return (
             self.delta_log_likelihood
             - self.surplus
             - parameters_cost(self.solution.effects[-1], self.solution)
+            + prior(effect)
         )
 
     @property

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.result import Fit
 
-__all__ = ["Rest", "nameless", "rest_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class Rest:

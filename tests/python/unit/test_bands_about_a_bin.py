@@ -8,7 +8,8 @@ import generators as g
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.shapes.narrow import ordinates_delta_logl
-from allanite.study.drop_and_replace import without_needless_effects
+from allanite.study.moves.drop import without_needless_effects
+from allanite.study.state import State
 
 RATE, LENGTH = 100.0, 180_000
 
@@ -54,7 +55,10 @@ def test_what_is_taken_out_again_was_not_asked_for():
     recording = _recording(1, 0.03)
     before = al.fit_model(recording, "N+GM(T=2)")
     fit = before.add(al.effects.Resonance(frequency=20.0, damping=0.03))
-    less, removed, asked = without_needless_effects(fit, before, 1, set(), set())
-    assert removed == ["gauss_markov"]
-    assert less.model.name == "N+RES"
-    assert asked == 1
+    # Only the white noise is the user's.
+    start = State.of(before, 1)
+    less = without_needless_effects(start, start.after(fit), ())
+    assert less.numbers == (0, 2)
+    assert less.fit.model.name == "N+RES"
+    assert less.is_given(0)
+    assert not less.is_given(1)

@@ -18,7 +18,7 @@ from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, ordi
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.narrow import Window, ordinates_delta_logl
 from allanite.spectrum import bins_of
-from allanite.study.error_comparison import no_error_rises
+from allanite.study.judgement import no_error_rises
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
 
 RATE, LENGTH = 50.0, 90_000

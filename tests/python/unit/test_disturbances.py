@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.study.drop_and_replace import with_addition
+from allanite.study.moves.add import with_addition
+from allanite.study.state import State
 
 RATE, N = 25.0, 60_000
 MODEL = "N+B+K"
@@ -227,17 +228,18 @@ def test_what_happened_in_a_stretch_that_is_taken_out_leaves():
     for effect in (*inside, *outside):
         whole = al.effects.Disturbance(start=699.0, end=761.0)
         fit = al.fit_model(al.Recording(x, rate=RATE), al.parse_model(MODEL) + effect)
-        found = with_addition(fit, whole, 3)
+        before = State.of(fit, 3)
+        found = with_addition(before, whole)
         assert found is not None
-        left = [e.kind for e in found[0].model.effects[3:]]
+        left = [e.kind for e in found.fit.model.effects[3:]]
         assert left == (["disturbance"] if effect in inside else [effect.kind, "disturbance"])
-        assert found[1] == ((effect.kind,) if effect in inside else ())
+        assert found.lost_since(before) == ((3,) if effect in inside else ())
 
 
 def test_a_ramp_is_not_of_the_end_of_a_record():
     """More than half of its squares are in the last fifth."""
     x = _noise(13) + 1e-4 * np.arange(N) / RATE
     fit = al.fit_model(al.Recording(x, rate=RATE), al.parse_model(MODEL) + al.RateRamp())
-    found = with_addition(fit, al.effects.Disturbance(start=1950.0, end=2400.0), 3)
+    found = with_addition(State.of(fit, 3), al.effects.Disturbance(start=1950.0, end=2400.0))
     assert found is not None
-    assert [e.kind for e in found[0].model.effects[3:]] == ["rate_ramp", "disturbance"]
+    assert [e.kind for e in found.fit.model.effects[3:]] == ["rate_ramp", "disturbance"]

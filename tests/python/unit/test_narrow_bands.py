@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.rivals.evidence import discrepancy_gain, evidence, evidence_gain
-from allanite.study.drop_and_replace import is_same_feature
+from allanite.study.relations import is_same_feature
 from allanite.suggestion.known_frequencies import known_bands
 from allanite.suggestion.p_values import arc_length, line_trials, trials_at
 from allanite.suggestion.screens.spectral import directions

@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.study.error_comparison import no_error_rises
+from allanite.study.judgement import no_error_rises
 
 RATE, LENGTH = 50.0, 12_000
 TIME = np.arange(LENGTH) / RATE

@@ -85,27 +85,25 @@ def test_bands_that_are_none_are_refused():
 
 def test_a_line_and_a_band_at_one_frequency_are_one_thing():
     """A line in a model that has the band there, and the other way round: one of them stays."""
-    from allanite.study.drop_and_replace import with_addition
+    from allanite.study.moves.add import with_addition
+    from allanite.study.state import State
 
     rng = np.random.default_rng(5)
     time = np.arange(N) / RATE
     line = shaped(np.ones(FREQUENCY.size), 5).samples + 0.02 * np.sin(2.0 * np.pi * 7.0 * time)
     record = al.Recording(line, rate=RATE, unit="rad/s")
     band = al.fit_model(record, "N+RES(frequency=7,damping=0.001)")
-    better, gave_way, _ = with_addition(band, al.Sinusoid(frequency=7.0), start_count=1)
-    assert [e.kind for e in better.model] == ["angle_random_walk", "sinusoid"]
-    assert gave_way == ("resonance",)
+    before = State.of(band, 1)
+    after = with_addition(before, al.Sinusoid(frequency=7.0))
+    assert [e.kind for e in after.fit.model] == ["angle_random_walk", "sinusoid"]
+    assert after.lost_since(before) == (1,)
     # What the start has stays; a band says no more of a line than the line.
-    assert with_addition(band, al.Sinusoid(frequency=7.0), start_count=2) is None
+    assert with_addition(State.of(band), al.Sinusoid(frequency=7.0)) is None
     pure = al.fit_model(record, "N+SIN(frequency=7)")
-    assert (
-        with_addition(pure, al.effects.Resonance(frequency=7.0, damping=0.001), start_count=1)
-        is None
-    )
-    apart = with_addition(
-        pure, al.Sinusoid(frequency=9.0, amplitude=rng.uniform(0.0, 1e-3)), start_count=1
-    )
-    assert [e.kind for e in apart[0].model][1:] == ["sinusoid", "sinusoid"]
+    alone = State.of(pure, 1)
+    assert with_addition(alone, al.effects.Resonance(frequency=7.0, damping=0.001)) is None
+    apart = with_addition(alone, al.Sinusoid(frequency=9.0, amplitude=rng.uniform(0.0, 1e-3)))
+    assert [e.kind for e in apart.fit.model][1:] == ["sinusoid", "sinusoid"]
 
 
 def test_two_lines_at_one_frequency_are_both_put_back():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +11,8 @@ from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import has_ordinates_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whitened import whitened_ordinates
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence
-from allanite.study.ladder import Rung
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.study.judgement import gain, no_error_rises
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     MAX_BAND_HARMONIC,
@@ -29,53 +27,33 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
+    from allanite.study.state import State
 
 
-def with_harmonics_or_side_bands(before: Fit, rung: Rung) -> Rung:
-    """Step with the harmonics of a narrow band that it added to the fit `before`, or with a modulated band instead.
+def with_harmonics_or_side_bands(before: State, after: State) -> State:
+    """State with the harmonics of a narrow band that is the last effect after a step, or with a modulated band instead.
 
     If the new band has side bands, it is modulated. If it is a side band of a present band, the present band is modulated,
-    and others may be too. Each change needs a score higher by `MAX_RIVAL_LOG_EVIDENCE`.
+    and others may be too. Each change must gain `MAX_RIVAL_LOG_EVIDENCE` and raise no error. The state is returned
+    unchanged if nothing helps.
     """
-    place = len(rung.fit.model) - 1
-    band = rung.fit.model.effects[place]
-    if rung.added is None or band.kind != rung.added.kind or not _is_band(band, before.data):
-        return rung
-    modulated = _with_side_bands(rung.fit, place)
-    if modulated is not rung.fit and not _moves(rung.fit, band):
-        rose = modulated.solution.log_likelihood - rung.fit.solution.log_likelihood
-        return replace(
-            rung,
-            fit=modulated,
-            added=modulated.model.effects[place],
-            risen=None if rung.risen is None else rung.risen + rose,
-        )
-    fit = _with_modulated_band(before, band)
+    place = len(after.fit.model) - 1
+    band = after.fit.model.effects[place]
+    if after.new_since(before)[:1] != (place,) or not _is_band(band, before.fit.data):
+        return after
+    modulated = _with_side_bands(after, place)
+    if modulated is not after and not _moves(after.fit, band):
+        return modulated if no_error_rises(after.fit, modulated.fit) else after
+    other = _with_modulated_band(before, band)
     if (
-        fit is not None
-        and evidence(fit.solution) > evidence(rung.fit.solution) + MAX_RIVAL_LOG_EVIDENCE
+        other is not None
+        and gain(after.fit, other.fit) > MAX_RIVAL_LOG_EVIDENCE
+        and no_error_rises(after.fit, other.fit)
     ):
-        gone = Counter(e.kind for e in before.model) - Counter(e.kind for e in fit.model)
-        known = [e for e in before.model if len(e.peaks) > 1]
-        new = [
-            e
-            for e in fit.model
-            if len(e.peaks) > 1 and not any(_is_in_band_of(e, other) for other in known)
-        ]
-        if new:
-            risen = fit.solution.log_likelihood - before.solution.log_likelihood
-            return Rung(fit, new[0], tuple(gone.elements()), risen, brought=tuple(new[1:]))
-    fit = _with_harmonics(rung.fit, band)
-    if fit is rung.fit:
-        return rung
-    risen = fit.solution.log_likelihood - rung.fit.solution.log_likelihood
-    harmonics = fit.model.effects[place + 1 :]
-    return replace(
-        rung,
-        fit=fit,
-        risen=None if rung.risen is None else rung.risen + risen,
-        brought=(*rung.brought, *harmonics),
-    )
+        return other
+    fit = _with_harmonics(after.fit, band)
+    better = fit is not after.fit and no_error_rises(after.fit, fit)
+    return after.after(fit) if better else after
 
 
 def _is_band(effect: Effect, data: Data) -> bool:
@@ -93,26 +71,27 @@ def _moves(fit: Fit, band: Effect) -> bool:
     return any((c.log_p_value or 0.0) < np.log(FALSE_ALARM_PROBABILITY) for c in found)
 
 
-def _with_modulated_band(fit: Fit, band: Effect) -> Fit | None:
-    """Best fit with a present band modulated at the distance of another `band`; or None.
+def _with_modulated_band(before: State, band: Effect) -> State | None:
+    """Best state with a present band modulated at the distance of another `band`; or None.
 
-    Other bands are modulated likewise, and bands that stood for the side band on the other side leave.
+    Other bands are modulated likewise, and added bands that stood for the side band on the other side leave.
     """
-    found: Fit | None = None
-    at = None
-    for place, effect in enumerate(fit.model.effects):
+    fit = before.fit
+    effects = fit.model.effects
+    found: State | None = None
+    for place, effect in enumerate(effects):
         made = _modulated_by(effect, band) if _is_band(effect, fit.data) else None
         if made is None:
             continue
-        rest = [e for e in fit.model.effects[place + 1 :] if not _is_side_band(e, made)]
-        first = [e for e in fit.model.effects[:place] if not _is_side_band(e, made)]
-        tried = refitted(fit, Model((*first, made, *rest)))
-        if found is None or evidence(tried.solution) > evidence(found.solution):
-            found, at = tried, len(first)
+        gone = [place, *(p for p in before.added if p != place and _is_side_band(effects[p], made))]
+        rest = (e for p, e in enumerate(effects) if p not in gone)
+        tried = before.after(refitted(fit, Model((*rest, made))), gone)
+        if found is None or gain(found.fit, tried.fit) > 0.0:
+            found = tried
     if found is None:
         return None
-    for other in range(len(found.model)):
-        found = _with_side_bands(found, other) if other != at else found
+    for number in found.numbers[:-1]:
+        found = _with_side_bands(found, found.numbers.index(number))
     return found
 
 
@@ -147,11 +126,6 @@ def _is_side_band(effect: Effect, made: Effect) -> bool:
     return isinstance(effect, Stochastic) and any(
         _is_near_peak(effect, peak) for peak in made.peaks[1:]
     )
-
-
-def _is_in_band_of(effect: Effect, other: Effect) -> bool:
-    """True if the first band of the effect lies in the band of another."""
-    return other.occupies is not None and _is_near_peak(effect, other.occupies)
 
 
 def _is_near_peak(effect: Effect, peak: tuple[float, float]) -> bool:
@@ -192,25 +166,25 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
             continue
         at = 0.5 * sum(own.occupies)
         close = abs(at - m * middle) < wide
-        if close and evidence(better.solution) > evidence(fit.solution) + MAX_RIVAL_LOG_EVIDENCE:
+        if close and gain(fit, better) > MAX_RIVAL_LOG_EVIDENCE:
             fit = better
             white = _relative_power(fit)
     return fit
 
 
-def _with_side_bands(fit: Fit, place: int) -> Fit:
-    """Fit with the narrow band at a `place` of the model modulated, if the record shows side bands; else the same fit.
+def _with_side_bands(state: State, place: int) -> State:
+    """State with the narrow band at a `place` of the model modulated, if the record shows side bands; else the same state.
 
     Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
-    power on both sides stands out most. The score must be higher by `MAX_RIVAL_LOG_EVIDENCE` and ln of the number of
-    distances.
+    power on both sides stands out most. The gain must exceed `MAX_RIVAL_LOG_EVIDENCE` and ln of the number of distances.
     """
+    fit = state.fit
     effect, data = fit.model.effects[place], fit.data
     if not _is_band(effect, data):
-        return fit
+        return state
     assert isinstance(effect, Stochastic)
     if not effect.values[effect.coefficient]:
-        return fit
+        return state
     assert effect.occupies is not None
     low, high = (2.0 * data.duration * f for f in effect.occupies)
     middle, half = round(0.5 * (low + high)), max(1, round(0.5 * (high - low)))
@@ -219,7 +193,7 @@ def _with_side_bands(fit: Fit, place: int) -> Fit:
         int(MAX_SIDE_BAND_FRACTION * middle), fit.solution.ordinates.size - 1 - middle - 2 * half
     )
     if last - first < 4 * half or _modulated_effect(effect, 1.0, 1.0) is None:
-        return fit
+        return state
     total = np.cumsum(_relative_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
     mean = (total[2 * half :] - np.append(0.0, total[: -2 * half - 1])) / (2 * half + 1)
     own = mean.size // 2
@@ -239,7 +213,7 @@ def _with_side_bands(fit: Fit, place: int) -> Fit:
         score[:, best].sum() < MIN_BAND_EXCESS * np.sqrt(2.0)
         or score[:, best].min() < MIN_SIDE_BAND_SHARE * MIN_BAND_EXCESS
     ):
-        return fit
+        return state
     apart = first + best
     power = [
         _excess_variance(fit, middle + s * apart - half, middle + s * apart + half, m)
@@ -248,12 +222,11 @@ def _with_side_bands(fit: Fit, place: int) -> Fit:
     strength = float(np.mean(power)) / float(effect.values[effect.coefficient]) ** 2
     made = _modulated_effect(effect, apart / (2.0 * data.duration), 2.0 * float(np.sqrt(strength)))
     assert made is not None
-    effects = list(fit.model.effects)
-    effects[place] = made
-    better = refitted(fit, Model(tuple(effects)))
+    effects = fit.model.effects
+    better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], made)))
     # The best of many distances leads by chance, so it pays for their number.
     least = MAX_RIVAL_LOG_EVIDENCE + float(np.log((last - first) / half))
-    return better if evidence(better.solution) > evidence(fit.solution) + least else fit
+    return state.after(better, (place,)) if gain(fit, better) > least else state
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:

@@ -12,7 +12,7 @@ from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
-from allanite.study.error_comparison import is_as_good
+from allanite.study.judgement import is_as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EXCURSIONS
 from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.screens.slow_functions import judged_beside_best, score, screen_slow
@@ -21,22 +21,21 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.result import Fit
     from allanite.fit.solution import Solution
+    from allanite.study.state import State
     from allanite.suggestion import Suggestion
 
 
-def with_all_excursions(
-    fit: Fit, start_count: int, suggestions: Sequence[Suggestion]
-) -> tuple[Fit, tuple[str, ...]] | None:
-    """Fit with one effect for all excursions that the search has added and all that are still missing; or None.
+def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> State | None:
+    """State with one effect for all excursions that the search has added and all that are still missing; or None.
 
     Each further excursion must explain more than any other slow function, and something beside the best random process of
-    the `suggestions`. All together must leave a model that is as good. Also returned are the kinds of the excursions that
-    were there before the last one.
+    the `suggestions`. All together must leave a model that is as good.
     """
-    known = [e for e in fit.model.effects[start_count:] if isinstance(e, Away)]
-    rest = Model(tuple(e for e in fit.model if e not in known))
+    fit = before.fit
+    places = [p for p in before.added if isinstance(fit.model.effects[p], Away)]
+    known = [e for p in places if isinstance(e := fit.model.effects[p], Away)]
+    rest = Model(tuple(e for p, e in enumerate(fit.model) if p not in places))
     events = list(known)
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
     rival = max(wandering, key=lambda s: s.delta_log_likelihood, default=None)
@@ -51,13 +50,12 @@ def with_all_excursions(
         events.append(further)
         model = solution.model + further
         solution = solve(fit.data, model, like=solution, polish=False, rounds=4)
-    kinds = tuple(e.kind for e in known[:-1])
     for visits in (events, known) if len(events) > len(known) else (known,):
         one = _merged(visits) if len(visits) > 1 else None
         if one is not None:
             whole = refitted(fit, rest + one)
             if visits is known or is_as_good(fit, whole):
-                return whole, kinds
+                return before.after(whole, places)
     return None
 
 

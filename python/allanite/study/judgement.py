@@ -1,4 +1,8 @@
-"""Comparison of the errors of two models: does an error rise, and beyond its scatter?"""
+"""Judgement of a change of the model: its gain in nats, and the reasons to refuse it whatever it gains.
+
+A change is accepted if `gain` is above `MIN_SCORE_GAIN` and nothing refuses it: no error may rise beyond its scatter, and
+unseen data must be predicted as well.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +10,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.effects import Deterministic
 from allanite.fit import removes
 from allanite.fit.prediction import compare, predicts_worse
-from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS, MAX_IGNORED_ALLAN_RISE
+from allanite.fit.rivals.evidence import evidence_gain
+from allanite.suggestion.constants import (
+    MAX_ALLAN_ERROR_SCATTERS,
+    MAX_EVENT_LOG10_P,
+    MAX_IGNORED_ALLAN_RISE,
+)
+from allanite.suggestion.ranking import prior
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from allanite.fit.result import Fit
+    from allanite.study.ladder import Rung
+    from allanite.suggestion import Suggestion
+
+
+def gain(before: Fit, after: Fit) -> float:
+    """Score of one model over another, nats: the change of the log evidence and of the priors of the effects."""
+    priors = [sum(map(prior, fit.model)) for fit in (before, after)]
+    return evidence_gain(after.solution, before.solution, before.data) + priors[1] - priors[0]
 
 
 def allan_error_rises(before: Fit, after: Fit) -> bool:
@@ -85,3 +106,36 @@ def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
 def allan_error_within_scatter(fit: Fit) -> bool:
     """True if the Allan error is at most its expected scatter."""
     return (fit.curve.rms_percent or 0.0) <= (fit.curve.chance_percent or 0.0)
+
+
+def delta_logl(before: Fit, after: Fit) -> float:
+    """ΔlogL from one fit to another; 0 if they use different samples, whose likelihoods are not comparable."""
+    counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
+    if counts[0] != counts[1]:
+        return 0.0
+    return after.solution.log_likelihood - before.solution.log_likelihood
+
+
+def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
+    """Mask of the bins whose model spectrum has changed by more than its scatter; all if the bins differ."""
+    old, new = before.solution.spectrum, after.solution.spectrum
+    if old.size != new.size:
+        return np.ones(new.size, dtype=bool)
+    scatter = np.sqrt(2.0 / np.maximum(after.solution.weight, 1e-9))
+    return np.asarray(np.abs(np.log(new / old)) > scatter)
+
+
+def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
+    """True if a weak event raises the Allan error beyond its scatter: it is probably part of another effect."""
+    return (
+        suggestion.effect_happens_once
+        and suggestion.log10_p > MAX_EVENT_LOG10_P
+        and allan_error_rises(before, after)
+        and not allan_error_within_scatter(after)
+    )
+
+
+def leaves_others_unchanged(before: Fit, rung: Rung) -> bool:
+    """True if an addition takes nothing from other effects: the spectrum stays, and it is no slow function of time."""
+    slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
+    return not slow and not changed_bins(before, rung.fit).any()

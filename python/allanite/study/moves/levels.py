@@ -16,26 +16,19 @@ from allanite.suggestion.screens.level_changes import level_series, screen_level
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from allanite.fit.result import Fit
+    from allanite.study.state import State
     from allanite.suggestion.screens.spectral import Candidate
 
 
-def levels_to_merge(fit: Fit, start_count: int) -> list[Level]:
-    """Effects after the first `start_count` that change the level, if they must be merged, else an empty list.
+def with_merged_levels(before: State) -> State | None:
+    """State with one effect in the place of several changes of level, and of those still missing; or None.
 
-    One or two separate intervals need not be merged.
+    One or two separate intervals need not be merged. Candidates are what a search finds without the changes, and the
+    changes combined. The one with the highest score of the power of the white noise over time is taken. None if no
+    candidate explains more than the changes without the last.
     """
-    changes = [e for e in fit.model.effects[start_count:] if isinstance(e, Level) and e.switches[0]]
-    intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)
-    return changes if len(changes) > (MAX_SEPARATE_LEVEL_INTERVALS if intervals else 1) else []
-
-
-def with_merged_level(fit: Fit, changes: list[Level]) -> Fit | None:
-    """Fit with one effect in the place of several `changes` of level, and of those still missing; or None.
-
-    Candidates are what a search finds without the changes, and the changes combined. The one with the highest score of the
-    power of the white noise over time is taken. None if no candidate explains more than the changes without the last.
-    """
+    fit = before.fit
+    changes, places = _changes(before)
     base = refitted(fit, Model(tuple(e for e in fit.model if e not in changes)))
     whitened = whiten(base.solution, base.data)
     series = level_series(base.solution, base.data, whitened)
@@ -54,13 +47,13 @@ def with_merged_level(fit: Fit, changes: list[Level]) -> Fit | None:
         """ΔlogL less the BIC cost of the parameters of a level."""
         return explained(level) - price * level.numbers
 
-    before = max((explained(level) for level in _combined(changes[:-1])), default=0.0)
+    had = max((explained(level) for level in _combined(changes[:-1])), default=0.0)
     found = [
         *_switching(screen_levels(base.solution, base.data, whitened)),
         *_combined(changes),
     ]
     # Requiring more each time prevents a loop between equal sets.
-    found = [level for level in found if explained(level) > before + MAX_RIVAL_LOG_EVIDENCE]
+    found = [level for level in found if explained(level) > had + MAX_RIVAL_LOG_EVIDENCE]
     if not found:
         return None
     best = max(found, key=worth)
@@ -69,8 +62,22 @@ def with_merged_level(fit: Fit, changes: list[Level]) -> Fit | None:
         again = screen_levels(last.solution, last.data, whiten(last.solution, last.data))
         more = [e for one in _switching(again) for e in _combined([best, one])]
         if not more or worth(further := max(more, key=worth)) <= worth(best):
-            return last
+            return before.after(last, places)
         best = further
+
+
+def must_merge_levels(state: State) -> bool:
+    """True if the added changes of level are more than two separate louder intervals."""
+    changes, _ = _changes(state)
+    intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)
+    return len(changes) > (MAX_SEPARATE_LEVEL_INTERVALS if intervals else 1)
+
+
+def _changes(state: State) -> tuple[list[Level], list[int]]:
+    """Added effects that switch the level, and their places."""
+    effects = state.fit.model.effects
+    found = [(e, p) for p in state.added if isinstance(e := effects[p], Level) and e.switches[0]]
+    return [e for e, _ in found], [p for _, p in found]
 
 
 def _switching(candidates: Iterable[Candidate]) -> list[Level]:

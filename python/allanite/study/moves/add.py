@@ -1,0 +1,142 @@
+"""Add: an effect that a check found missing, instead of what stands in its place, with a second effect if it needs one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.effects import Effect, Model
+from allanite.fit import refitted, removes
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.study.judgement import (
+    allan_error_rises,
+    discrepancy_rises,
+    gain,
+    no_error_rises,
+    predicts_as_well,
+)
+from allanite.study.relations import is_line, is_same_feature, lies_mostly_within, line_distance
+from allanite.study.state import places_lost
+from allanite.suggestion import check_fit
+from allanite.suggestion.constants import MAX_LINE_BAND_DISTANCE, MAX_SECOND_EFFECTS_TRIED
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.fit.result import Fit
+    from allanite.study.state import State
+    from allanite.suggestion import Check, Suggestion
+
+
+def with_addition(
+    before: State, addition: Effect | Suggestion, lines: Sequence[Effect] = ()
+) -> State | None:
+    """State with one more effect, without the effects in its place; None if it does not help.
+
+    Of a line and a band at one frequency only one stays: the one with more evidence. Several of the suggested `lines` may
+    together replace one band. Effects inside an excluded segment leave. The user's effects never leave.
+    """
+    fit = before.fit
+    effect = addition if isinstance(addition, Effect) else addition.effect
+    if not isinstance(addition, Effect) and addition.gives_way:
+        lost = places_lost(fit.model, addition.found.model)
+        return None if any(map(before.is_given, lost)) else before.after(fit.add(addition), lost)
+    effects = fit.model.effects
+    if removes(effect) and effect.when is not None:
+        lost = tuple(p for p in before.added if lies_mostly_within(effects[p], effect.when, fit))
+        if not lost:
+            return before.after(fit.add(addition))
+        rest = tuple(e for p, e in enumerate(effects) if p not in lost)
+        return before.after(refitted(fit, Model((*rest, effect))), lost)
+    place = next((i for i, e in enumerate(effects) if is_same_feature(e, effect, fit)), None)
+    if place is None:
+        return before.after(fit.add(addition))
+    if before.is_given(place):
+        return None
+    rest = (*effects[:place], *effects[place + 1 :])
+    new = [effect]
+    better = refitted(fit, Model((*rest, *new)))
+    near = [e for e in lines if is_same_feature(effects[place], e, fit)]
+    for line in _separate_lines([effect, *near], fit):
+        more = refitted(fit, Model((*rest, *new, line)))
+        if gain(better, more) > MAX_RIVAL_LOG_EVIDENCE:
+            better, new = more, [*new, line]
+    clearly = gain(fit, better) > MAX_RIVAL_LOG_EVIDENCE
+    return before.after(better, (place,)) if clearly else None
+
+
+def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
+    """Lines after the first that are too far apart to be one wandering line; empty if the first effect is no line."""
+    kept: list[Effect] = []
+    least = MAX_LINE_BAND_DISTANCE / fit.data.duration
+    for line in lines:
+        alone = is_line(line) and line.occupies is not None
+        if alone and all(line_distance(line, other) > least for other in kept):
+            kept.append(line)
+    return tuple(kept[1:]) if kept and kept[0] is lines[0] else ()
+
+
+def with_second_effect(
+    before: State, after: State, check: Check, falls: bool
+) -> tuple[State, Suggestion] | None:
+    """State with a second effect beside an addition that alone raises an error, and its suggestion; None if none helps.
+
+    Candidates are the effects that `check` found missing before, else those missing beside the addition, or in its place.
+    If only the discrepancy rises, within its interval (`falls`), the second effect must clearly gain and lower the
+    discrepancy.
+    """
+    new = after.fit.model.effects[-1].kind
+    if falls:
+        # A suggestion that replaces the addition gets a step of its own.
+        beside = [s for s in check_fit(after.fit).significant if not s.gives_way]
+        pair = _best_beside(before, after, beside)
+        if pair is None or discrepancy_rises(before.fit, pair[0].fit):
+            return None
+        return pair if gain(after.fit, pair[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
+    first = _best_beside(before, after, [s for s in check.significant if s.kind != new])
+    if first is not None and not allan_error_rises(before.fit, first[0].fit):
+        return first
+    second = _best_beside(before, after, check_fit(after.fit).significant)
+    if first is None or (second and allan_error_rises(second[0].fit, first[0].fit)):
+        return second
+    return first
+
+
+def _best_beside(
+    before: State, after: State, suggestions: Sequence[Suggestion]
+) -> tuple[State, Suggestion] | None:
+    """State with the first suggestion beside which no error rises beyond its scatter, and that suggestion; or None.
+
+    A suggestion beside which the Allan error does not rise at all goes before the others.
+    """
+    tolerable: tuple[State, Suggestion] | None = None
+    for suggestion in suggestions[:MAX_SECOND_EFFECTS_TRIED]:
+        if suggestion.gives_way:
+            lost = places_lost(after.fit.model, suggestion.found.model)
+            if lost != after.new_since(before):
+                continue
+        elif is_already_explained(suggestion, after.fit):
+            continue
+        else:
+            lost = ()
+        both = after.after(after.fit.add(suggestion), lost)
+        if not suggestion.effect_happens_once and not predicts_as_well(after.fit, both.fit):
+            continue
+        if no_error_rises(before.fit, both.fit):
+            if not allan_error_rises(before.fit, both.fit):
+                return both, suggestion
+            tolerable = tolerable or (both, suggestion)
+    return tolerable
+
+
+def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
+    """True if a model has the effect, one at the same feature of the spectrum, or one that excludes its samples.
+
+    True as well if another effect would have to give way.
+    """
+    effect = suggestion.effect
+    if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):
+        return True
+    out = [e.when for e in fit.model.modifiers if e.removes and e.when is not None]
+    if any(lies_mostly_within(effect, when, fit) for when in out):
+        return True
+    return any(is_same_feature(e, effect, fit) for e in fit.model)

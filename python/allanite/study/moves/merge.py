@@ -1,0 +1,113 @@
+"""Merge: one effect takes the place of several that are its parts.
+
+Lines that the record does not resolve are one wandering line; a stack of effects of one kind is one nameless shape. Other
+relations have modules of their own: `excursions`, `levels`, and `narrow_bands` for harmonics and side bands.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from allanite.effects import CATALOGUE, Model, Stochastic
+from allanite.fit import refitted
+from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, evidence
+from allanite.fit.rivals.together import is_broad
+from allanite.study.judgement import gain, no_error_rises
+from allanite.study.relations import is_line, line_distance
+from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_BEAT_EVIDENCE
+from allanite.suggestion.unexplained_shape import nameless
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+    from allanite.study.ladder import Rung
+    from allanite.study.state import State
+    from allanite.suggestion import Suggestion
+
+
+def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
+    """State with a narrow band in the place of the lines near a suggested line, and of the suggested line; else None.
+
+    Two lines that beat are as good as one line whose phase or amplitude wanders, until there is a third. The band is taken
+    if it explains as much as the lines. The user's lines never leave.
+    """
+    fit, line = before.fit, suggestion.effect
+    if not _is_single_line(line) or fit.data.lost > MAX_MISSING_FRACTION:
+        return None
+    duration, effects = fit.data.duration, fit.model.effects
+    reach = MAX_WANDERING_LINE_DISTANCE / duration
+    near = [
+        p for p, e in enumerate(effects) if _is_single_line(e) and line_distance(e, line) < reach
+    ]
+    if not near or any(map(before.is_given, near)):
+        return None
+    at = [e.occupies[0] for e in (line, *(effects[p] for p in near)) if e.occupies]
+    middle, half = 0.5 * (max(at) + min(at)), max(0.5 * (max(at) - min(at)), 1.0 / duration)
+    band = _band(middle - half, middle + half)
+    if band is None:
+        return None
+    one = refitted(fit, Model((*(e for p, e in enumerate(effects) if p not in near), band)))
+    beat = min(line_distance(effects[p], line) for p in near) * duration < 1.0
+    least = -MIN_BEAT_EVIDENCE if beat else -MAX_RIVAL_LOG_EVIDENCE
+    if gain(fit.add(suggestion), one) < least or not no_error_rises(fit, one):
+        return None
+    return before.after(one, near)
+
+
+def _is_single_line(effect: Effect) -> bool:
+    """True if the effect is a line without harmonics."""
+    return is_line(effect) and effect.occupies is not None and len(effect.peaks) == 1
+
+
+def _band(low: float, high: float) -> Stochastic | None:
+    """Narrow band of the catalogue between two frequencies; None if there is none."""
+    kinds = (cls() for cls in CATALOGUE if issubclass(cls, Stochastic))
+    return next((made for blank in kinds if (made := blank.banded(low, high)) is not None), None)
+
+
+def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
+    """State with a nameless shape in the place of a stack of added effects; None if the stack explains more.
+
+    A stack is two or more random effects of one kind, broad bands, or power laws, that the initial model did not have. The
+    shape replaces it if its score is higher, where a discrepancy explains nothing. It also replaces a stack that stands for
+    an effect of the initial model, such as the white noise, if no discrepancy rises. It raises no error beyond its scatter.
+    """
+    fit, effects = before.fit, before.fit.model.effects
+    count = Counter(effect.kind for effect in effects)
+    places = tuple(
+        place
+        for place in before.added
+        if isinstance(e := effects[place], Stochastic)
+        and e.kind not in before.given
+        and (count[e.kind] > 1 or e.last_resort or is_broad(e))
+    )
+    if len(places) < 2:
+        return None
+    rest = (e for place, e in enumerate(effects) if place not in places)
+    better = refitted(fit, Model((*rest, nameless())))
+    left = [discrepancy_gain(one.solution, one.data) for one in (fit, better)]
+    more = evidence(better.solution) - evidence(fit.solution) + left[0] - left[1]
+    instead = (
+        _stands_for_another(fit, better, before.given)
+        and left[1] < left[0] + MAX_RIVAL_LOG_EVIDENCE
+    )
+    if more < MAX_RIVAL_LOG_EVIDENCE and not instead:
+        return None
+    # The stack may have described chance deviations, so the errors are compared with those before it.
+    kinds = {effects[place].kind for place in places}
+    unstacked = [rung.fit for rung in ladder if not kinds & {e.kind for e in rung.fit.model}]
+    return before.after(better, places) if no_error_rises(unstacked[-1], better) else None
+
+
+def _stands_for_another(fit: Fit, better: Fit, kinds: Collection[str]) -> bool:
+    """True if an effect of one of these kinds is detected only with the nameless shape, not beside the stack."""
+    shown = [
+        {e.kind for place, e in enumerate(one.model) if is_detected(one, place)}
+        for one in (fit, better)
+    ]
+    return not (shown[1] - shown[0]).isdisjoint(kinds)

@@ -1,0 +1,43 @@
+"""Split: two effects take the place of one that stood for both, or of one and of the filter that it distorts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.effects import Modifier
+from allanite.fit.rivals.alternatives import is_detected, is_removable
+from allanite.fit.rivals.together import is_broad, together
+from allanite.study.moves.replace import may_take_the_place
+from allanite.suggestion.ranking import prior
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.effects import Model
+    from allanite.fit.result import Fit
+
+
+def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
+    """Models with one effect, or one and a filter, replaced by two: promised gain, places that leave, model.
+
+    The new effects are the last of the model.
+    """
+    for place, out in enumerate(fit.model.effects):
+        if not is_detected(fit, place):
+            continue
+        for pair in fit.together(place):
+            if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
+                yield pair.evidence - prior(out), (place,), pair.model
+        for beside in _filters_beside(fit, place):
+            for pair in together(fit, place, also=beside):
+                if fit.model.effects[beside].kind in pair.kinds:
+                    yield pair.evidence - prior(out), (place, beside), pair.model
+
+
+def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
+    """Places of filters that may have the wrong design because the broad hump at `place` makes up for it."""
+    out = fit.model.effects[place]
+    if is_broad(out):
+        for other, effect in enumerate(fit.model.effects):
+            if isinstance(effect, Modifier) and is_removable(effect) and effect.may_be(out):
+                yield other

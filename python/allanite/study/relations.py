@@ -1,0 +1,75 @@
+"""Relations between effects: at one feature of the spectrum, inside an excluded segment, parts of one wandering line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import Deterministic, Modifier, Moving, Periodic
+from allanite.suggestion.constants import (
+    MAX_BAND_WIDTH_RATIO,
+    MAX_LINE_BAND_DISTANCE,
+    MIN_ENERGY_IN_SEGMENT,
+)
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+
+
+def is_line(effect: Effect | None) -> bool:
+    """True if the effect is a line."""
+    return effect is not None and effect.screened == "line"
+
+
+def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
+    """True if two effects describe one hump or gap of the spectrum.
+
+    This holds for a line in or near a band (a wandering line leaves single ordinates in the flanks of a band); for two
+    bands of similar width, one with its middle in the other (the hump is no pure resonance); for an effect on the course of
+    a moving band; and for a band and a filter that removes it, since each would grow against the other.
+    """
+    a, b = one.occupies, other.occupies
+    if a is None or b is None:
+        return False
+    if isinstance(one, Modifier) and isinstance(other, Modifier):
+        return False
+    lines = (a[0] == a[1]) + (b[0] == b[1])
+    if lines == 2:
+        return False
+    for moving, (low, high), (first, last) in ((one, a, b), (other, b, a)):
+        if isinstance(moving, Moving) and low <= 0.5 * (first + last) <= high:
+            return True
+    if not (lines or isinstance(one, Modifier) or isinstance(other, Modifier)):
+        widths = sorted((0.5 * (a[1] - a[0]), 0.5 * (b[1] - b[0])))
+        return 0.5 * abs(sum(a) - sum(b)) < widths[1] < MAX_BAND_WIDTH_RATIO * widths[0]
+    apart = max(a[0], b[0]) - min(a[1], b[1])
+    return apart <= MAX_LINE_BAND_DISTANCE / fit.data.duration
+
+
+def line_distance(one: Effect, other: Effect) -> float:
+    """Distance of two lines, Hz."""
+    a, b = one.occupies, other.occupies
+    return abs(a[0] - b[0]) if a is not None and b is not None else np.inf
+
+
+def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
+    """True if at least half of an effect, or of its moments, lies between two times.
+
+    For a function of time, nearly all of its changes must lie there.
+    """
+    first, last = when
+    if isinstance(effect, Modifier) and effect.moments:
+        inside = sum(first <= moment <= last for moment in effect.moments)
+        return 2 * inside >= len(effect.moments)
+    if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
+        signal, time = fit.data.signal((effect,)), fit.data.time
+        there = (first <= time) & (time <= last)
+        signal = (signal - signal[~there].mean()) ** 2 if not there.all() else signal
+        return bool(signal[there].sum() >= MIN_ENERGY_IN_SEGMENT * signal.sum())
+    if not isinstance(effect, Modifier) or effect.when is None:
+        return False
+    begin, end = effect.when
+    within = 2.0 * (min(end, last) - max(begin, first)) >= end - begin
+    return (effect.passing or effect.removes) and within

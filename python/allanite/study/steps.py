@@ -1,0 +1,232 @@
+"""One step of the search: candidates by score, moves, judgement.
+
+The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none helps,
+the replacement, split or merge that gains most follows.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import TooShortError
+from allanite.effects import Away, Model, Modifier
+from allanite.fit import refitted, removes
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.study.judgement import (
+    allan_error_rises,
+    changed_bins,
+    delta_logl,
+    discrepancy_rises,
+    gain,
+    is_doubtful_event,
+    leaves_others_unchanged,
+    no_error_rises,
+    predicts_as_well,
+)
+from allanite.study.ladder import kinds_added_again, rung_of
+from allanite.study.moves.add import is_already_explained, with_addition, with_second_effect
+from allanite.study.moves.drop import without_needless
+from allanite.study.moves.excursions import with_all_excursions
+from allanite.study.moves.levels import must_merge_levels, with_merged_levels
+from allanite.study.moves.merge import with_nameless_shape, with_wandering_line
+from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
+from allanite.study.moves.replace import replacements
+from allanite.study.moves.split import splits
+from allanite.study.relations import is_line
+from allanite.study.state import state_of
+from allanite.suggestion import same_misfit
+from allanite.suggestion.constants import MIN_RETAINED_GAIN_FRACTION, MIN_SCORE_GAIN
+from allanite.suggestion.screens.slow_functions import is_placed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from allanite.fit.result import Fit
+    from allanite.study.ladder import Rung
+    from allanite.study.state import State
+    from allanite.suggestion import Check, Suggestion
+
+    #: A step, and the suggestions that it adds.
+    Found = tuple[Rung, tuple[Suggestion, ...]]
+
+
+def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
+    """Next step of `improve` after a check of the last fit, or None if nothing helps."""
+    found = step_and_suggestions(ladder, check)
+    return None if found is None else found[0]
+
+
+def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
+    """Next step after a check of the last fit, with the suggestions that it adds; None if nothing helps."""
+    before = state_of(ladder)
+    for suggestion in check.significant:
+        found = _step_with(ladder, before, suggestion, check)
+        if found is not None:
+            return found
+    rung = best_replacement(ladder)
+    return None if rung is None else (rung, ())
+
+
+def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
+    """Last step after an adequate check that adds no effect, or None.
+
+    A moving band may replace a band, one effect may replace all excursions, a nameless shape a stack of effects, or an
+    alternative with a higher score an effect.
+    """
+    before = state_of(ladder)
+    for suggestion in check.significant:
+        if suggestion.gives_way or isinstance(suggestion.effect, Away):
+            found = _step_with(ladder, before, suggestion, check)
+            if found is not None and len(found[0].new) <= len(found[0].removed):
+                return found
+    rung = best_replacement(ladder)
+    return None if rung is None else (rung, ())
+
+
+def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
+    """Step that merges a stack of effects, or replaces or splits an effect with the largest gain; None if nothing gains.
+
+    New effects that the record does not show leave again, and no error may rise beyond its scatter.
+    """
+    before = state_of(ladder)
+    shape = with_nameless_shape(ladder, before)
+    if shape is not None:
+        return rung_of(before, without_needless(before, shape, kinds_added_again(ladder)) or shape)
+    fit = before.fit
+    changes = (*replacements(fit), *splits(fit))
+    for promised, places, model in sorted(changes, key=lambda change: -change[0]):
+        if promised <= MIN_SCORE_GAIN:
+            break
+        after = _with_detected(before, before.after(refitted(fit, model), places))
+        if (
+            after is not None
+            and gain(fit, after.fit) > MIN_SCORE_GAIN
+            and no_error_rises(fit, after.fit)
+        ):
+            return rung_of(before, after)
+    return None
+
+
+def _with_detected(before: State, after: State) -> State | None:
+    """State after a step without its new effects that the record does not show; None if it shows none of them."""
+    new = after.new_since(before)
+    absent = [place for place in new if not is_detected(after.fit, place)]
+    if not absent:
+        return after
+    if len(absent) == len(new):
+        return None
+    rest = Model(tuple(e for place, e in enumerate(after.fit.model) if place not in absent))
+    return after.after(refitted(after.fit, rest), absent)
+
+
+def further_steps(
+    ladder: Sequence[Rung], check: Check, added: Sequence[Suggestion]
+) -> Iterator[Rung]:
+    """Further steps from the same check, as long as another check would find the same.
+
+    Lines do not affect each other. After any other addition, the spectrum must not have changed, and no effect may have
+    left. Suggestions that explain the same misfit as those `added` are left to the next check.
+    """
+    ladder, added = list(ladder), list(added)
+    lines, still = is_line(ladder[-1].added), leaves_others_unchanged(check.fit, ladder[-1])
+    for suggestion in check.significant:
+        if suggestion in added or any(same_misfit(s, suggestion) for s in added):
+            continue
+        if is_already_explained(suggestion, ladder[-1].fit):
+            continue
+        line = lines and is_line(suggestion.effect) and not suggestion.note
+        if ladder[-1].removed or not (still or line):
+            return
+        found = _step_with(ladder, state_of(ladder), suggestion, check)
+        least = MIN_RETAINED_GAIN_FRACTION * suggestion.delta_log_likelihood
+        if found is None or found[0].risen is None or found[0].risen < least:
+            return
+        rung, new = found
+        apart = leaves_others_unchanged(ladder[-1].fit, rung)
+        if is_line(suggestion.effect) and (new != (suggestion,) or not apart):
+            return
+        if rung.fit.data is not ladder[-1].fit.data:
+            ladder[-1].fit.data.forget()
+        ladder.append(rung)
+        yield rung
+        added += new
+        lines, still = line, still and apart
+
+
+def _step_with(
+    ladder: Sequence[Rung], before: State, suggestion: Suggestion, check: Check
+) -> Found | None:
+    """Step with a suggestion, and all suggestions that it adds; None if it does not help."""
+    try:
+        found = _merged_or_added(before, suggestion, check)
+    except TooShortError:
+        return None  # the exclusion would leave too few samples
+    if found is None:
+        return None
+    added, risen, suggestions = found
+    after = _settled(ladder, before, added, check)
+    if after is None or _is_unchanged(before.fit, after.fit):
+        return None
+    # The likelihoods of other samples, of levels and of moving bands are not comparable: the check compared them.
+    risen += delta_logl(added.fit, after.fit)
+    first = suggestions[0]
+    rung = rung_of(before, after, first.kind, risen, first.trials)
+    new = [rung.fit.solution.effects[place] for place in after.new_since(before)]
+    if not all(is_placed(own, rung.fit.data.duration) for own in new):
+        return None
+    return None if is_doubtful_event(before.fit, rung.fit, suggestion) else (rung, suggestions)
+
+
+def _merged_or_added(
+    before: State, suggestion: Suggestion, check: Check
+) -> tuple[State, float, tuple[Suggestion, ...]] | None:
+    """State with a suggestion and what it needs beside it, its ΔlogL, and the suggestions added, the one to name first."""
+    fit, effect = before.fit, suggestion.effect
+    wandering = with_wandering_line(before, suggestion)
+    if wandering is not None:
+        return wandering, delta_logl(fit, wandering.fit), (suggestion,)
+    lines = [s.effect for s in check.significant if s is not suggestion]
+    after = with_addition(before, suggestion, lines)
+    if after is None:
+        return None
+    if not suggestion.effect_happens_once and not predicts_as_well(fit, after.fit):
+        return None
+    risen = suggestion.delta_log_likelihood - suggestion.surplus
+    if after.lost_since(before) and not suggestion.gives_way:
+        risen = delta_logl(fit, after.fit) or risen
+    if isinstance(effect, Modifier) and effect.passing:
+        return after, risen, (suggestion,)  # the Allan curve does not show when a sensor is loud
+    falls = no_error_rises(fit, after.fit)
+    # An effect that the excluded samples had hidden is added in the same step.
+    hidden = removes(effect) and allan_error_rises(fit, after.fit)
+    if falls and not hidden and not discrepancy_rises(fit, after.fit):
+        return after, risen, (suggestion,)
+    pair = with_second_effect(before, after, check, falls)
+    if pair is None:
+        return (after, risen, (suggestion,)) if falls else None
+    both, second = pair
+    risen += second.delta_log_likelihood if second.gives_way else delta_logl(after.fit, both.fit)
+    # Excluded samples say nothing about the sensor, so an effect is named before them.
+    second_first = removes(effect) or bool(both.lost_since(after))
+    return both, risen, (second, suggestion) if second_first else (suggestion, second)
+
+
+def _settled(ladder: Sequence[Rung], before: State, added: State, check: Check) -> State | None:
+    """State after the merges and drops that an addition makes possible; None if its levels must merge and cannot."""
+    after = added
+    new = [added.fit.model.effects[place] for place in added.new_since(before)]
+    if any(isinstance(effect, Away) for effect in new):
+        after = with_all_excursions(after, check.suggestions) or after
+    if any(isinstance(effect, Modifier) and effect.passing for effect in new):
+        if must_merge_levels(after):
+            return with_merged_levels(after)
+    elif len(ladder) == 1 or changed_bins(before.fit, after.fit).any():
+        after = without_needless(before, after, kinds_added_again(ladder)) or after
+    return with_harmonics_or_side_bands(before, after)
+
+
+def _is_unchanged(before: Fit, after: Fit) -> bool:
+    """True if the model has the same kinds of effects as before and explains no more."""
+    old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
+    return old == new and gain(before, after) < MAX_RIVAL_LOG_EVIDENCE

@@ -1,0 +1,152 @@
+"""Exclusions that go first: what must be decided before any other effect can be judged.
+
+Outliers, disturbances and changes of the noise level act at certain times. They go first if nothing else that is missing
+explains their samples.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects import Deterministic, Modifier
+from allanite.fit.engine import solve
+from allanite.fit.likelihood.whitened import whiten
+from allanite.suggestion.constants import (
+    MAX_EXPLAINED_REMAINDER,
+    MIN_DISTURBANCE_DELTA_LOGL,
+    MIN_OUTLIERS_PER_CLUSTER,
+    MIN_SCORE_RATIO_AHEAD,
+    OUTLIER_CLUSTER_DIVISOR,
+)
+from allanite.suggestion.screens.exclusions import (
+    at_the_ends,
+    delta_logl_of_separate_levels,
+    only_at_the_ends,
+)
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+    from allanite.suggestion.suggest import Suggestion
+
+
+def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if the suggestion excludes samples that no other suggestion explains."""
+    if excludes_segment(one.effect):
+        return _disturbance_leads(one, found, fit)
+    return _outliers_lead(one, found, fit)
+
+
+def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if the disturbance goes before all others: no other significant event in time explains its segment.
+
+    A change of level by one factor explains a segment unless octaves still differ there beside it.
+    """
+    effect, data = out.effect, fit.data
+    if not out.significant or effect.when is None:
+        return False
+    if out.note:
+        return True  # a stuck value is no measurement, whatever else is missing
+    first, last = ((t - data.start) / data.duration for t in effect.when)
+
+    def left(one: Fit) -> float:
+        """ΔlogL by separate levels of each octave in the segment, beside the model of a suggestion."""
+        return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
+
+    # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
+    enough = max(MAX_EXPLAINED_REMAINDER * left(fit), MIN_DISTURBANCE_DELTA_LOGL)
+    return not any(
+        left(one.found) < enough
+        for one in found
+        if one.significant and one is not out and acts_in_time(one.effect)
+    )
+
+
+def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if the suggestion is outliers that go before all others.
+
+    Outliers go first if their score is far above all others. They also go first if they lie at the ends of the record, lie
+    in a few clusters, or alone cause the best process or filter; but not if something else in time explains them. A
+    settling that begins high above the noise, or a loud segment, makes the first samples stand out; a tap looks like a
+    resonance and lost samples look like a fast lag.
+    """
+    effect = out.effect
+    if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
+        return False
+    taken = effect.missing(fit.data.n, fit.data.rate)
+    ends = only_at_the_ends(effect, fit.data)
+    if is_far_ahead(out, found):
+        return True
+    if not (ends or _is_clustered(taken) or _causes_best_process(out, found)):
+        return False
+
+    def power(one: Fit) -> float:
+        """Power of the outliers by the model of a fit: at the ends in raw samples, elsewhere in whitened ones."""
+        if ends:
+            return float(np.sum(at_the_ends(one.solution, one.data) ** 2))
+        return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
+
+    def explains(one: Effect) -> bool:
+        """True if an effect could explain the outliers: at the ends only a transient that may look like them."""
+        return isinstance(one, Deterministic) and one.may_be(effect) if ends else acts_in_time(one)
+
+    least = MAX_EXPLAINED_REMAINDER * power(fit)
+    return not any(
+        power(one.found) < least
+        for one in found
+        if one.significant and one is not out and explains(one.effect)
+    )
+
+
+def _is_clustered(taken: NDArray[np.bool_]) -> bool:
+    """True if the excluded samples lie in clusters of at least `MIN_OUTLIERS_PER_CLUSTER` on average."""
+    at = np.flatnonzero(taken)
+    places = 1 + np.count_nonzero(np.diff(at) > taken.size // OUTLIER_CLUSTER_DIVISOR)
+    return bool(at.size >= MIN_OUTLIERS_PER_CLUSTER * places)
+
+
+def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
+    """True if the best process or filter loses its evidence once these outliers are excluded."""
+    stationary = [s for s in found if s.significant and not acts_in_time(s.effect)]
+    if not stationary:
+        return False
+    best = max(stationary, key=lambda s: s.score)
+    without = out.found.solution
+    both = solve(out.found.data, without.model + best.effect, like=without)
+    return (
+        both.log_likelihood - without.log_likelihood
+        < MAX_EXPLAINED_REMAINDER * best.delta_log_likelihood
+    )
+
+
+def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
+    """True if the score is more than `MIN_SCORE_RATIO_AHEAD` times that of any other significant suggestion.
+
+    For a change of the noise level, other changes of the level do not count. Never true beside burst noise or a
+    disturbance.
+    """
+    others = [s for s in found if s.significant and s is not one]
+    if any(s.effect.screened == "two levels" or excludes_segment(s.effect) for s in others):
+        return False
+    if changes_level(one.effect):
+        others = [s for s in others if not changes_level(s.effect)]
+    return one.score > MIN_SCORE_RATIO_AHEAD * max((s.score for s in others), default=0.0)
+
+
+def excludes_segment(effect: Effect) -> bool:
+    """True if the effect excludes one segment."""
+    return isinstance(effect, Modifier) and effect.removes and effect.when is not None
+
+
+def changes_level(effect: Effect) -> bool:
+    """True if the effect changes the noise level over time."""
+    return isinstance(effect, Modifier) and effect.passing
+
+
+def acts_in_time(effect: Effect) -> bool:
+    """True if the effect acts at certain times: an exclusion, a change of level, or a function of time."""
+    taken = isinstance(effect, Modifier) and effect.removes
+    return taken or changes_level(effect) or isinstance(effect, Deterministic)
