@@ -31,7 +31,7 @@ demo: $(VENV)/.installed ## build, install into .venv, and find two hidden effec
 	$(BIN)/allanite demo --output demo
 
 screenshots: $(VENV)/.developed ## take pictures of the page and the report in both themes (needs chromium)
-	$(BIN)/python docs/screenshot_page.py
+	$(BIN)/python docs/screenshot_page.py --every
 	$(BIN)/python docs/screenshot_report.py
 
 test: test-rust test-python ## the quick tests (five minutes after the build)

@@ -1,4 +1,4 @@
-"""Photograph the page at four widths in both themes, before and after the loop (make screenshots)."""
+"""Photograph the page (make screenshots): two pictures for the docs, and every tab at four widths in both themes."""
 
 import sys
 from pathlib import Path
@@ -10,13 +10,14 @@ from allanite import Recording
 from allanite.effects import parse_model
 from allanite.page import explore
 
-HERE = Path(__file__).parent / "screenshots"
+#: Pictures of the docs.
+SHOWN = Path(__file__).parent / "screenshots"
 #: Every tab at every width in both themes, to be looked at and not kept.
 LOOKED_AT = Path(__file__).parents[1] / "target" / "screenshots"
 CHROMIUM = "/usr/bin/chromium"
 READY = "body[data-busy=false][data-drawn] #verdict b"
 WIDTHS = {390: 844, 820: 1180, 1280: 720, 1920: 1080}
-VIEWS = ("psd", "map", "samples", "compare", "axes", "error", "nis", "accept")
+VIEWS = ("allan", "psd", "map", "samples", "compare", "axes", "error", "nis", "accept")
 #: Columns of the log that is shown: the axes hide a lag, a line and nothing.
 MODELS = {
     "gyro_x": "N(N=1e-4)+B(B=1e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=4e-5)",
@@ -37,67 +38,62 @@ def recording() -> Recording:
 
 
 def main() -> None:
-    HERE.mkdir(exist_ok=True)
+    """Two pictures for the docs; with --every, all tabs at all widths."""
+    SHOWN.mkdir(exist_ok=True)
     LOOKED_AT.mkdir(parents=True, exist_ok=True)
     page = explore(recording(), open_browser=False)
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=CHROMIUM)
-        for theme in ("light", "dark"):
+        for theme in ("light", "dark") if "--every" in sys.argv else ("light",):
             size = {"width": 1280, "height": 720}
             tab = browser.new_page(viewport=size, color_scheme=theme)
             tab.set_default_timeout(240_000)
             tab.goto(page.url)
             tab.wait_for_selector(READY)
-            at_widths(tab, f"before-{theme}")
-            every_view(tab, f"before-{theme}")
-            tab.hover(".card")
-            shoot(tab, f"card-{theme}")
+            if theme == "light":
+                show(tab, "allan")
+                tab.keyboard.press("v")
+                tab.wait_for_selector("#second[data-drawn*=' psd ']")
+                picture(tab, SHOWN / "page-two-views.png")
+                tab.keyboard.press("v")
+                tab.wait_for_selector("#second", state="hidden")
+            if "--every" in sys.argv:
+                every_view(tab, f"before-{theme}")
             tab.keyboard.press("a")
             tab.wait_for_selector("body[data-busy=true]")
             tab.wait_for_selector("body[data-busy=false] #verdict .good")
-            tab.mouse.move(640, 700)
-            at_widths(tab, f"after-{theme}")
-            every_view(tab, f"after-{theme}")
-            for view in VIEWS if theme == "light" else ():
-                tab.click(f"[data-tab={view}]")
-                tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
-                tab.mouse.move(640, 700)
-                shoot(tab, f"{view}-{theme}")
-            tab.keyboard.press("1")
-            tab.keyboard.press("e")
-            tab.wait_for_selector("#catalogue[open] .effect")
-            shoot(tab, f"catalogue-{theme}")
+            if theme == "light":
+                show(tab, "allan")
+                picture(tab, SHOWN / "page-after-light.png")
+            if "--every" in sys.argv:
+                every_view(tab, f"after-{theme}")
             tab.close()
         browser.close()
     page.close()
 
 
-def at_widths(tab, name: str) -> None:
-    for width, height in WIDTHS.items():
-        tab.set_viewport_size({"width": width, "height": height})
-        shoot(tab, f"{name}-{width}" if width != 1280 else name)
-    tab.set_viewport_size({"width": 1280, "height": 720})
+def show(tab, view: str) -> None:
+    """Open a tab and wait until it is drawn."""
+    tab.click(f"[data-tab={view}]")
+    tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
+    tab.mouse.move(640, 700)
 
 
 def every_view(tab, name: str) -> None:
     """Each tab at each width, the whole page where it scrolls."""
-    for view in ("allan", *VIEWS):
-        tab.click(f"[data-tab={view}]")
-        tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
+    for view in VIEWS:
+        show(tab, view)
         for width, height in WIDTHS.items():
             tab.set_viewport_size({"width": width, "height": height})
             tab.wait_for_timeout(400)
-            path = LOOKED_AT / f"{name}-{view}-{width}.png"
-            tab.screenshot(path=path, full_page=True)
+            tab.screenshot(path=LOOKED_AT / f"{name}-{view}-{width}.png", full_page=True)
         tab.set_viewport_size({"width": 1280, "height": 720})
-    tab.click("[data-tab=allan]")
-    tab.wait_for_selector("body[data-drawn*=' allan ']")
-    tab.mouse.move(640, 700)
 
 
-def shoot(tab, name: str) -> None:
+def picture(tab, path: Path) -> None:
+    """A picture of the window once animations have ended."""
     tab.wait_for_timeout(600)
-    tab.screenshot(path=HERE / f"page-{name}.png")
+    tab.screenshot(path=path)
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block
         *_model(entry, document["fit"], f"{at}fit"),
         *_failed(entry, document, at),
         *_ladder(entry, document, at),
-        *_left(entry, document, at),
+        *_left(entry, at),
     ]
 
 
@@ -248,7 +248,7 @@ def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         out.append(Picture(_without_title(plot_time(check)), caption, "time", 3.4))
     if check.significant:
         out.append(Heading("Missing effects, strongest evidence first", 4))
-        out += _cards(check, document["check"]["suggestions"], f"{at}check.suggestions")
+        out += _cards(check, f"{at}check.suggestions")
     return out
 
 
@@ -271,7 +271,7 @@ def _sentence(words: str) -> str:
     return tidy(words[0].upper() + words[1:]) + "."
 
 
-def _cards(check: Any, documents: list[dict[str, Any]], place: str) -> list[Block]:
+def _cards(check: Any, place: str) -> list[Block]:
     """Cards of the best suggestions, of their alternatives and of further missing effects; the others by name only."""
     cards: list[Block] = []
     rest = []
@@ -282,7 +282,7 @@ def _cards(check: Any, documents: list[dict[str, Any]], place: str) -> list[Bloc
         for rank, suggestion in group:
             if left > 0:
                 at = rank - 1
-                cards.append(_card(check, suggestion, documents[at], f"{place}.{at}", rank))
+                cards.append(_card(check, suggestion, suggestion.to_dict(), f"{place}.{at}", rank))
             else:
                 rest.append(check.fit.display_name(suggestion.effect))
             left -= 1
@@ -387,7 +387,7 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     ]
 
 
-def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+def _left(entry: Entry, at: str) -> list[Block]:
     """Section on what the last model does not explain, and on alternatives that the record cannot exclude."""
     study, check = entry.study, entry.study.check
     out: list[Block] = []
@@ -417,5 +417,5 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     out += [Paragraph(f"{doubt[0].upper()}{doubt[1:]}.") for doubt in study.doubts]
     if check.significant and len(study.ladder) > 1:
         out.append(Heading("Tested effects that did not help", 4))
-        out += _cards(check, document["left"]["suggestions"], f"{at}left.suggestions")
+        out += _cards(check, f"{at}left.suggestions")
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -54,19 +54,27 @@ class Entry:
         ``adev`` is the document of ``adev --json``, ``check`` that of the first model, ``improve`` that of the stepwise
         model building, and ``fit`` that of the last model. ``left`` holds the findings of the last check.
         """
+        shown = self.to_shown_dict()
+        for name, check in (("check", self.first), ("left", self.study.check)):
+            shown[name] = {**shown[name], "suggestions": [s.to_dict() for s in check.suggestions]}
+        return shown
+
+    def to_shown_dict(self) -> dict[str, Any]:
+        """The document without suggestions, most of which a page does not show; the estimates of each take long."""
         last = self.study.check
+        check = replace(self.first, suggestions=()).to_dict()
+        verdict = self.first.verdict
         return {
             "schema": "allanite/report/1",
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "adev": self.deviation.to_dict(),
-            "check": _bare(self.first.to_dict()),
+            "check": {**_bare(check), "adequate": verdict == "adequate", "verdict": verdict},
             "improve": _bare(self.study.to_dict()),
             "fit": _bare(self.study.fit.to_dict()),
             "left": {
                 "adequate": last.verdict == "adequate",
                 "where": last.where.to_dict(),
-                "suggestions": [s.to_dict() for s in last.suggestions],
             },
         }
 

@@ -1,18 +1,23 @@
-"""Last sections of a report: version, options and method, and the table of the Allan deviation."""
+"""Blocks of all columns, and the last sections of a report: version, options, method, table of the deviation."""
 
 from __future__ import annotations
 
 import platform
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.common.numbers import tidy
+from allanite.common.threads import results_or_raise, side_by_side
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Cell, Heading, Number, Paragraph, Table
+from allanite.report.content import parts
 from allanite.report.words import many
 
 if TYPE_CHECKING:
-    from allanite.report.document import Report
+    from collections.abc import Sequence
+
+    from allanite.report.document import Entry, Report
 
 METHOD = (
     "Coefficients maximize the Whittle likelihood of cosine-transform ordinates in 24 cells per decade, each of up to "
@@ -38,6 +43,17 @@ def computed(report: Report) -> list[Block]:
         )
     )
     return [Heading("How this report was computed"), Table((), tuple(rows))]
+
+
+def column_blocks(entries: Sequence[Entry], places: Sequence[str]) -> list[list[Block]]:
+    """All blocks of each column; columns are computed in parallel. `places` are their paths in the JSON document."""
+
+    def blocks(entry: Entry, place: str) -> list[Block]:
+        document = entry.to_shown_dict()
+        return [*parts(entry, document, place), *curve_table(document, place)]
+
+    tasks = [partial(blocks, *one) for one in zip(entries, places, strict=True)]
+    return results_or_raise(side_by_side(tasks))
 
 
 def curve_table(document: dict[str, Any], place: str) -> list[Block]:

@@ -18,8 +18,8 @@ from allanite.report.blocks import (
     Picture,
     Table,
 )
-from allanite.report.content import column_title, parts
-from allanite.report.ending import computed, curve_table
+from allanite.report.content import column_title
+from allanite.report.ending import column_blocks, computed
 from allanite.report.interactive import PlotlyFigures
 from allanite.report.overview import overview
 from allanite.report.summary import summary
@@ -87,9 +87,9 @@ def _style() -> str:
 
 def _content(report: Report, plots: PlotlyFigures | None) -> str:
     """HTML of all sections of a report."""
-    documents = report.to_dict().get("columns") or [report.to_dict()]
-    several = len(documents) > 1
-    places = [f"columns.{i}" if several else "" for i in range(len(documents))]
+    several = len(report.entries) > 1
+    places = [f"columns.{i}" if several else "" for i in range(len(report.entries))]
+    columns = column_blocks(report.entries, places)
     names = [column_title(entry) for entry in report.entries]
     entry = report.entries[0]
     first = entry.recording
@@ -105,13 +105,10 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
         out.append(f"<nav><ol>{items}</ol></nav>")
     if several and report.axes is not None:
         out += [_block(b, plots) for b in overview(report.axes)]
-    for i, (entry, document, place) in enumerate(
-        zip(report.entries, documents, places, strict=True)
-    ):
-        blocks = parts(entry, document, place)
+    for i, (entry, blocks) in enumerate(zip(report.entries, columns, strict=True)):
         if several:
             out.append(f'<h2 id="column-{i}">{escape(entry.recording.columns[0])}</h2>')
-        out += [_block(block, plots) for block in blocks + curve_table(document, place)]
+        out += [_block(block, plots) for block in blocks]
     if several:
         out.append("<h2>All columns</h2>")
     out += [_block(block, plots) for block in computed(report)]

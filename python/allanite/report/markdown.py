@@ -20,8 +20,8 @@ from allanite.report.blocks import (
     Picture,
     Table,
 )
-from allanite.report.content import column_title, parts
-from allanite.report.ending import computed, curve_table
+from allanite.report.content import column_title
+from allanite.report.ending import column_blocks, computed
 from allanite.report.overview import overview
 from allanite.report.summary import summary
 
@@ -64,13 +64,11 @@ def write_figures(report: Report, folder: Path) -> None:
 
 def _columns(report: Report) -> list[tuple[str, list[Block]]]:
     """Name and blocks of each column; the blocks on all axes together come first, without a name."""
-    documents = report.to_dict().get("columns") or [report.to_dict()]
-    axes = report.axes if len(documents) > 1 else None
+    axes = report.axes if len(report.entries) > 1 else None
     first: list[tuple[str, list[Block]]] = [] if axes is None else [("", overview(axes))]
-    return first + [
-        (entry.recording.columns[0], [*parts(entry, document), *curve_table(document, "")])
-        for entry, document in zip(report.entries, documents, strict=True)
-    ]
+    names = [entry.recording.columns[0] for entry in report.entries]
+    blocks = column_blocks(report.entries, [""] * len(names))
+    return first + list(zip(names, blocks, strict=True))
 
 
 def _file(column: str, picture: Picture) -> str:
