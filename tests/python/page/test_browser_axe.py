@@ -139,3 +139,16 @@ def test_neither_the_first_page_nor_the_tour_nor_the_form(tab, serious, tmp_path
     tab.wait_for_selector("#message >> text=The tour needs a log that can be read")
     page.close()
     assert wrong == []
+
+
+def test_two_views(tab, server, serious):
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    tab.locator("#two").click()
+    tab.wait_for_selector("#second[data-drawn]")
+    wrong = []
+    for width, height in WIDTHS.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        tab.wait_for_timeout(300)
+        wrong += serious(tab, width)
+    assert wrong == []
