@@ -58,18 +58,13 @@ def _scaled(effect: Effect, factor: float) -> Effect:
     return effect.with_values(**scaled, limits={**effect.limits, **ends})
 
 
-def models_of(
-    text: str,
-    unit: str | None = None,
-    rate: float | None = None,
-    record_length: float | None = None,
-) -> list[NamedModel]:
+def models_of(text: str, unit: str | None = None, rate: float | None = None) -> list[NamedModel]:
     """Models of a model string or of a file (`allanite.sources.documents_of`): one per axis."""
     from allanite.effects.files import model_from_dict
     from allanite.sources import documents_of
 
     found = []
-    documents = documents_of(text, unit, rate, record_length)
+    documents = documents_of(text, unit, rate)
     for document in documents:
         recording = document.get("recording") or {}
         column = str(recording.get("column") or "")

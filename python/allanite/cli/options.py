@@ -351,13 +351,12 @@ def _constant_column_error(path: str, column: Recording) -> InputError:
 def recording_of(
     path: str,
     options: LogOptions,
-    check_columns: Callable[[Recording], None] | None = None,
     *,
     for_fit: bool = True,
 ) -> Recording:
     """Read and check a log with all columns that the options select.
 
-    `check_columns` may raise an error before any note is printed. With `for_fit`, a log that is mostly motion is refused.
+    With `for_fit`, a log that is mostly motion is refused.
 
     Raises
     ------
@@ -370,8 +369,6 @@ def recording_of(
 
     with log_file(path) as file, named(file, path):
         recording = read(file, **options.reading())
-    if check_columns is not None:
-        check_columns(recording)
     return _prepared(recording, path, options, for_fit=for_fit)
 
 

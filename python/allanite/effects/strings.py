@@ -139,17 +139,17 @@ class _Reader:
         return match[1]
 
 
-def parse_string(text: str, unit: str | None = None) -> Model:
-    """The model of a model string, with coefficients for samples in `unit`.
+def parse_string(text: str) -> Model:
+    """The model of a model string whose values have no units.
 
     Raises
     ------
     InputError
         Unknown effect or parameter, or invalid syntax; the message points at the character. Also for values with
-        units without a unit of the samples.
+        units.
     """
-    model, own = parse_with_units(text, unit)
-    if unit is None and own is not None:
+    model, own = parse_with_units(text)
+    if own is not None:
         raise InputError(
             f"model {text!r} has values with units, so the unit of the samples is needed",
             missing="unit",

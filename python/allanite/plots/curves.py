@@ -175,9 +175,7 @@ def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
     return factors / data.rate, np.sqrt(total), drawn
 
 
-def allan_panels(
-    fit: Fit, column: int = 0, spans: Sequence[Span] = (), strip: bool = True
-) -> tuple[Panel, ...]:
+def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple[Panel, ...]:
     """Panel of the Allan deviation with intervals, model, band and effects, and a strip of residuals in σ."""
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
@@ -206,9 +204,7 @@ def allan_panels(
         high[sure],
         0.5 * curve.measured,
     )
-    panel = Panel(x, y, tuple(marks), 0, column, title="Allan deviation", show_x=not strip)
-    if not strip:
-        return (panel,)
+    panel = Panel(x, y, tuple(marks), 0, column, title="Allan deviation", show_x=False)
     return panel, _strip(x, curve.tau, curve.z, column, spans)
 
 

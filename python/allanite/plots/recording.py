@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.plots.axes import linear_axis
-from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Span
+from allanite.plots.spec import Band, Figure, Line, Mark, Panel
 from allanite.plots.time import time_scale
 from allanite.plots.words import in_unit, recording_text
 
@@ -67,15 +67,12 @@ def samples_panel(
     last: bool = True,
     named: bool = True,
     segments: int = SEGMENTS,
-    worst: tuple[float, float] | None = None,
 ) -> Panel:
-    """Panel of one column over time; `worst` is a time range in s to be shaded."""
+    """Panel of one column over time."""
     size, name = time_scale(column.duration)
     time, low, high, mean = _segments(column.rate_samples(), segments)
     time *= column.duration / size
     marks: list[Mark] = []
-    if worst is not None:
-        marks.append(Span(worst[0] / size, worst[1] / size, "fail", "when the model fails"))
     if np.nanmax(high - low) > 0:
         marks.append(Band(time, low, high, "c1", "minimum–maximum"))
         marks.append(Line(time, mean, "c1", "mean", width=1.1))
