@@ -76,7 +76,8 @@ def _deviations(axis: AxisLaw, unit: str) -> str:
         for k in list(places)[-3:]
     )
     line = f"  Allan deviation before → after correction: {', '.join(shown)} {unit}"
-    worse = r.tau[r.after > r.before]
+    helps = np.flatnonzero(r.after <= r.before)
+    worse = r.tau[helps[-1] + 1 if helps.size else 0 :]
     if worse.size and axis.form.numbers:
         line += f"\n  ! correcting raises the Allan deviation from {number(worse[0], 2)} s on: other noise hides the law"
     return line

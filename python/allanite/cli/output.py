@@ -19,7 +19,7 @@ import click
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, whole_file
-from allanite.common.plain import file_name
+from allanite.common.plain import file_name, plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -95,10 +95,11 @@ def wrapped(text: str) -> str:
     return "\n".join(out)
 
 
-def notes(columns: Sequence[Record], options: LogOptions) -> None:
-    """Print the findings of the audit on standard output, except those that were printed before the computation.
+def notes(columns: Sequence[Record], options: LogOptions, log: str = "") -> None:
+    """Print the findings of the audit, below the name of the log if it is given.
 
-    Prints nothing with --quiet or --json; a JSON document contains the findings.
+    Findings that were printed before the computation are left out. Prints nothing with --quiet or --json; a JSON document
+    contains the findings.
     """
     if options.as_json or options.quiet:
         return
@@ -106,6 +107,8 @@ def notes(columns: Sequence[Record], options: LogOptions) -> None:
     from allanite.recording.findings import merged
 
     findings = merged(f for column in columns for f in column.audit if not is_shown_early(f))
+    if findings and log:
+        click.echo(f"{plain(log)}:")
     for finding in findings:
         mark = "!" if finding.severity == "warning" else "·"
         click.echo(wrapped(f"{mark} {finding.worded(words_of(options.trim))}"))

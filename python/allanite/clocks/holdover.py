@@ -60,7 +60,7 @@ class Holdover:
         return f"holdover after {hours:.4g} h: expected {time_text(self.expected)} ± {half} (95 %)"
 
 
-#: Noise models with a smaller weight are not used for a prediction. Chosen by judgment; not measured.
+#: Noise models with a smaller share of the evidence are not used for a prediction. Chosen by judgment; not measured.
 MIN_WEIGHT = 0.02
 
 
@@ -70,8 +70,8 @@ def holdovers_of(
     """Return the predictions, averaged over noise models and over the coefficients of each.
 
     The error in holdover depends on slow noise that is hardly visible in the record, so that neither one model nor one
-    set of coefficients is enough. The weight of a model is exp(log-likelihood − number of coefficients) (Akaike 1978),
-    which measures how well it predicts. Within a model, the prediction is averaged over the posterior of the coefficients.
+    set of coefficients is enough. The weight of a model is its evidence. Within a model, the prediction is averaged over
+    the posterior of the coefficients.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def holdovers_of(
     design : ndarray, shape (k, m)
         Known functions (offset, frequency, drift, …) at these times.
     """
-    heights = np.array([f.regressed.log_likelihood - f.candidate.numbers for f in fits])
+    heights = np.array([fit.evidence for fit in fits])
     shares = np.exp(heights - heights.max())
     shares = np.where(shares < MIN_WEIGHT * shares.sum(), 0.0, shares)
     times = float(series.times[-1]) + np.asarray(after, dtype=float)

@@ -42,7 +42,9 @@ class Jump:
 def jumps_of(times: Array, values: Array) -> list[Jump]:
     """Return the jumps of a phase.
 
-    A jump is a change between neighboring samples so large that normal increments cause one in a hundred records.
+    A jump is a change between neighboring samples so large that normal increments cause one in a hundred records. The
+    median frequency is subtracted. Across a pause of k intervals, increments may be k times as large as usual, because the
+    frequency may have changed there.
 
     Parameters
     ----------
@@ -53,9 +55,12 @@ def jumps_of(times: Array, values: Array) -> list[Jump]:
     """
     from scipy.special import ndtri
 
+    spans = np.diff(times)
+    usual = float(np.median(spans))
     step = np.diff(values)
-    step = step - np.median(step)
-    size = np.abs(step)
+    moving = spans > 0.0
+    step = step - spans * np.median(step[moving] / spans[moving])
+    size = np.abs(step) / np.maximum(spans / usual, 1.0)
     spread = NORMAL_OVER_MEDIAN * float(np.median(size))
     if spread == 0.0:
         # More than half of the samples repeat their predecessor, as with a coarse counter: its resolution is the spread.
@@ -68,7 +73,7 @@ def jumps_of(times: Array, values: Array) -> list[Jump]:
         if row == skip:
             continue
         following = step[row + 1] if row + 1 < step.size else 0.0
-        stays = abs(step[row] + following) >= MIN_REMAINING_FRACTION * size[row]
+        stays = abs(step[row] + following) >= MIN_REMAINING_FRACTION * abs(step[row])
         if not stays:
             skip = row + 1
         out.append(Jump(float(times[row + 1]), float(step[row]), bool(stays), row + 1))

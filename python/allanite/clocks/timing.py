@@ -470,7 +470,9 @@ class _Fitted:
                 functions["temperature"] = (integral - integral[-1])[there][rows]
         for i, jump in enumerate([j for j in jumps if j.stays][:MAX_JUMPS]):
             step = (own[rows] >= jump.time).astype(float)
-            if 0.0 < step.mean() < 1.0:
+            # Jumps between the same two kept samples are one step.
+            known = any(np.array_equal(step, other) for other in functions.values())
+            if 0.0 < step.mean() < 1.0 and not known:
                 functions[f"jump {i}"] = step
         without = _series(at, values[rows], functions)
         fits = clock_noise(without, rate, report)

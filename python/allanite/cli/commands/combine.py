@@ -59,10 +59,10 @@ def command(
         raise InputError(
             "--save writes one combination, found several axes: choose one with --column"
         )
+    for log, recording in zip(logs, recordings, strict=True):
+        out.notes(list(recording), options, log if len(logs) > 1 else "")
     found = []
     for name, units in groups.items():
-        for unit in units:
-            out.notes(list(unit), options)
         with out.progress(name, options) as on_progress:
             found.append(combine(units, model, tau=tau, on_progress=on_progress))
     out.plot(found, list(groups), plot)

@@ -66,8 +66,8 @@ def command(
         raise InputError("give only one --covariate: the column of the temperature")
     recordings = [recording_of(log, options) for log in logs]
     if target is None or output is not None:
-        for recording in recordings:
-            out.notes(list(recording), options)
+        for log, recording in zip(logs, recordings, strict=True):
+            out.notes(list(recording), options, log if len(logs) > 1 else "")
     count = len([n for n in recordings[0].columns if all(n in r.columns for r in recordings)])
     with out.progress("temperature laws", options) as report:
         done: dict[str, float] = {}

@@ -169,6 +169,29 @@ def test_deviations_equal_another_program(found):
         assert [f"{v:.4e}" for v in curve.deviation[same]] == [f"{v:.4e}" for v in theirs]
 
 
+def test_a_frequency_makes_no_jumps_across_pauses():
+    phase = phase_of("N(N=1e-10)", 3000, 4) - 2e-7 * np.arange(3000)
+    for start in range(100, 2900, 100):
+        phase[start : start + 1 + start // 100] = np.nan
+    phase[1550:] += 50e-9
+    got = al.timing(clock(phase), after=[60.0])
+    assert [(j.time, j.stays) for j in got.jumps] == [(1550.0, True)]
+    assert got.frequency.value == pytest.approx(-2e-7, abs=1e-11)
+
+
+def test_jumps_between_the_same_kept_samples_are_one_step():
+    # Only every 16th of the first samples is kept: these two jumps are between two of them.
+    n = 20000
+    rows = thinned(n)
+    first = int(rows[np.argmax(np.diff(rows) >= 8)])
+    phase = phase_of("Q(Q=1e-9)", n, 5)
+    phase[first + 3 :] += 40e-9
+    phase[first + 6 :] += 60e-9
+    got = al.timing(clock(phase), after=[60.0])
+    assert [j.time for j in got.jumps] == [first + 3.0, first + 6.0]
+    assert got.noise.name == "Q"
+
+
 def test_jumps_are_named_and_do_not_become_noise():
     x = phase_of("Q(Q=1e-9)+N(N=2e-11)", 3000, 2)
     x[1200:] += 50e-9
