@@ -201,33 +201,24 @@ class Traced(float):
 
 
 @contextmanager
-def replaced(module: str, name: str, value: Any) -> Iterator[None]:
-    """Replace a name of a module for a while."""
-    there = importlib.import_module(module)
-    old = getattr(there, name)
-    setattr(there, name, value)
-    try:
-        yield
-    finally:
-        setattr(there, name, old)
-
-
-@contextmanager
-def constant_is(name: str, value: Any) -> Iterator[None]:
-    """Give a constant another value in all modules that imported it."""
-    places = [
-        module
-        for key, module in list(sys.modules.items())
-        if key.startswith("allanite") and name in vars(module)
-    ]
-    old = [getattr(module, name) for module in places]
+def replaced(name: str, old: Any, new: Any) -> Iterator[None]:
+    """Replace a function or a constant for a while in all modules that imported it."""
+    modules = [module for key, module in list(sys.modules.items()) if key.startswith("allanite")]
+    places = [module for module in modules if vars(module).get(name) is old]
     for module in places:
-        setattr(module, name, value)
+        setattr(module, name, new)
     try:
         yield
     finally:
-        for module, was in zip(places, old, strict=True):
-            setattr(module, name, was)
+        for module in places:
+            setattr(module, name, old)
+
+
+def _switched(name: str, new: Callable[..., Any] | None = None) -> Any:
+    """Return a context in which a switch is off, or its function is another one."""
+    module, attribute, neutral, _ = SWITCHES[name]
+    old = getattr(importlib.import_module(module), attribute)
+    return replaced(attribute, old, neutral if new is None else new)
 
 
 @contextmanager
@@ -249,24 +240,22 @@ def traced(noted: set[str]) -> Iterator[None]:
     with ExitStack() as stack:
         for name, (module, attribute, _, acted) in SWITCHES.items():
             function = getattr(importlib.import_module(module), attribute)
-            stack.enter_context(replaced(module, attribute, watched(name, function, acted)))
+            stack.enter_context(_switched(name, watched(name, function, acted)))
         for name, value in CONSTANTS.items():
             if isinstance(value, float):
-                stack.enter_context(
-                    constant_is(name, Traced.of(name, (value, 0.5 * value, 2.0 * value), noted))
-                )
+                new = Traced.of(name, (value, 0.5 * value, 2.0 * value), noted)
+                stack.enter_context(replaced(name, value, new))
         yield
 
 
 def _changed(name: str) -> list[tuple[str, Any]]:
     """Return the changes of a switch or a constant: label and context manager."""
     if name in SWITCHES:
-        module, attribute, neutral, _ = SWITCHES[name]
-        return [("off", replaced(module, attribute, neutral))]
+        return [("off", _switched(name))]
     value = CONSTANTS[name]
     kind = type(value)
     return [
-        (label, constant_is(name, kind(factor * value)))
+        (label, replaced(name, value, kind(factor * value)))
         for label, factor in (("half", 0.5), ("twice", 2.0))
     ]
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -37,7 +37,7 @@ from allanite.suggestion.screens.level_changes import (
 )
 from allanite.suggestion.screens.lines import screen_lines
 from allanite.suggestion.screens.slow_functions import judged_beside_best, screen_slow
-from allanite.suggestion.screens.spectral import Candidate, screen_spectral
+from allanite.suggestion.screens.spectral import Candidate, Screen, screen_spectral
 from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
 
 #: Searches at a time beside that of the spectrum; a large record gets one, since each search holds copies of it.
@@ -258,11 +258,7 @@ def suggest(
         spectral = screen_spectral(base, data, white)
         progress()
         trim_memory(data.samples.size)
-        # A slow function of time must explain something beside the best wandering process.
-        red = [
-            c for c in spectral.candidates if isinstance(c.effect, Stochastic) and c.effect.wanders
-        ]
-        rival = max(red, key=lambda c: c.gain).solution if red else None
+        rival = _best_wandering(spectral.candidates)
         slow = slow_families(base.model, data.covariates)
         found = {
             name: pool.submit(screen_slow, blanks, base, data, rival, lambda: whitened)
@@ -285,28 +281,7 @@ def suggest(
         progress()
         screens = judged_beside_best({name: f.result() for name, f in found.items()}, data)
         progress()
-    families = {
-        **{
-            name: Family(
-                name,
-                tuple(
-                    a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name
-                ),
-            )
-            for name in sorted({"spectral", *spectral.families})
-        },
-        "line": Family("line", width=line_trials(data.n)),
-        "level": Family("level"),
-        "stretch": Family("stretch"),
-        "outlier": Family("outlier"),
-        **{
-            name: Family(name, screen.arcs, sides=2)
-            for name, screen in screens.items()
-            if screen.arcs
-        },
-    }
-    if followed:
-        families["course"] = Family("course")
+    families = _families(spectral, screens, data.n, bool(followed))
     # Each further form of a change of level is one more search.
     searches = len(families) + count_of_level_forms(data.covariates)
     candidates = (
@@ -318,20 +293,39 @@ def suggest(
     )
     overdispersion, loudness = overdispersion_without(base, data, levels, searches)
     with Pool(WORKERS) as pool:
+        scatters = [loudness if c.family in slow else overdispersion for c in candidates]
         judged = pool.map(
-            lambda c: _suggestion(
-                fit,
-                c,
-                families,
-                searches,
-                surplus,
-                loudness if c.family in slow else overdispersion,
-            ),
+            lambda c, scatter: _suggestion(fit, c, families, searches, surplus, scatter),
             candidates,
+            scatters,
         )
         suggestions = in_order(judged, fit, overdispersion)
     progress()
     return suggestions
+
+
+def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
+    """Model with the best wandering process, beside which a slow function of time must explain something; or None."""
+    red = [c for c in candidates if isinstance(c.effect, Stochastic) and c.effect.wanders]
+    return max(red, key=lambda c: c.gain).solution if red else None
+
+
+def _families(
+    spectral: Screen, screens: dict[str, Screen], n: int, followed: bool
+) -> dict[str, Family]:
+    """Families of candidates that share their false alarms, by name; one for moving bands if any band was `followed`."""
+    names = sorted({"spectral", *spectral.families})
+    families = {name: Family(name) for name in ("level", "stretch", "outlier")}
+    families["line"] = Family("line", width=line_trials(n))
+    for name in names:
+        arcs = [a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name]
+        families[name] = Family(name, tuple(arcs))
+    for name, screen in screens.items():
+        if screen.arcs:
+            families[name] = Family(name, screen.arcs, sides=2)
+    if followed:
+        families["course"] = Family("course")
+    return families
 
 
 def _suggestion(
