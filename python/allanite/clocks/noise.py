@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,7 +59,7 @@ def clock_noise(
 ) -> list[FittedNoise]:
     """Return fits of sums of the five noises, best first.
 
-    The search starts with the best single noise. Each step adds, removes or replaces the one noise that raises the
+    The search starts with the best single noise or pair. Each step adds, removes or replaces the one noise that raises the
     evidence most, until no step raises it.
     """
     fits: dict[tuple[int, ...], FittedNoise] = {}
@@ -72,7 +73,8 @@ def clock_noise(
         return fits[places]
 
     every = range(len(EFFECTS))
-    best: tuple[int, ...] = max(((i,) for i in every), key=lambda one: fit(one).evidence)
+    starts = [places for many in (1, 2) for places in combinations(every, many)]
+    best: tuple[int, ...] = max(starts, key=lambda one: fit(one).evidence)
     while True:
         more = [tuple(sorted((*best, i))) for i in every if i not in best]
         fewer = [tuple(p for p in best if p != i) for i in best if len(best) > 1]

@@ -169,6 +169,14 @@ def test_deviations_equal_another_program(found):
         assert [f"{v:.4e}" for v in curve.deviation[same]] == [f"{v:.4e}" for v in theirs]
 
 
+def test_a_pair_is_found_whose_parts_explain_little():
+    # The best single noise is B, and every step from it leads away from N+K.
+    got = al.timing(
+        clock(phase_of("N(N=1e-11)+K(K=1e-13)", 5001, 1, rate=0.1), rate=0.1), after=[60.0]
+    )
+    assert got.noise.name == "N+K"
+
+
 def test_a_frequency_makes_no_jumps_across_pauses():
     phase = phase_of("N(N=1e-10)", 3000, 4) - 2e-7 * np.arange(3000)
     for start in range(100, 2900, 100):
