@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import as_expected
 from allanite.common.errors import InputError
 from allanite.effects import CATALOGUE, Deterministic, Model
 from allanite.effects.files import model_from_dict
@@ -66,6 +67,7 @@ def samples_of(study: Study) -> dict[str, Any]:
     return found
 
 
+@as_expected("not a characterization as `save` writes it")
 def twin(
     document: Mapping[str, Any],
     *,
@@ -194,9 +196,11 @@ def _as_recorded(
     samples: NDArray[np.float64], known: Mapping[str, Any], step: float | None
 ) -> NDArray[np.float64]:
     """Samples with the measured mean, rounded to the step and clipped at the ends of the sensor's range."""
-    out = samples + known.get("mean", 0.0)
+    out = samples + float(known.get("mean", 0.0))
     if step is not None:
-        out = np.round(out / step) * step
+        # A mean beyond all sensors gives infinite samples, which a recording refuses.
+        with np.errstate(over="ignore", invalid="ignore"):
+            out = np.round(out / float(step)) * step
     for edge in known.get("clipped", ()):
         below = edge < known["mean"]
         out = np.maximum(out, edge) if below else np.minimum(out, edge)

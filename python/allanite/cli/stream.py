@@ -13,7 +13,7 @@ import numpy as np
 from allanite.cli.options import is_points_per_decade
 from allanite.cli.pipe import NAME, PIPE
 from allanite.common.errors import InputError, TooShortError, about
-from allanite.common.memory import FREE_MEMORY_SHARE, free_memory
+from allanite.common.memory import budget
 from allanite.common.plain import plain
 from allanite.recording.record import Record
 
@@ -41,7 +41,7 @@ MAX_TAUS_PER_OCTAVE = 16
 def too_large(path: str) -> bool:
     """True if a text log or NPY file is too large to be held in memory."""
     file = Path(path)
-    if not file.is_file() or file.stat().st_size <= FREE_MEMORY_SHARE * free_memory():
+    if not file.is_file() or file.stat().st_size <= budget():
         return False
     with file.open("rb") as stream:
         head = stream.read(4096)
@@ -186,14 +186,9 @@ def _opened(log: str) -> tuple[Table, _Rows]:
 def _mapped(log: str) -> tuple[Table, _Rows]:
     """Like `_opened`, for a memory-mapped NPY file."""
     from allanite.readers._table import Table
+    from allanite.readers.arrays.npy import load
 
-    data = np.load(log, mmap_mode="r", allow_pickle=False)
-    if data.ndim not in (1, 2) or data.dtype.kind not in "iufb":
-        raise InputError(
-            f"samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
-            f" shape {data.shape}"
-        )
-    array = data if data.ndim == 2 else data[:, np.newaxis]
+    array = load(Path(log), largest_read=0)
 
     def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
         for at in range(0, len(array), CHUNK_ROWS):

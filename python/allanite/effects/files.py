@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from allanite import _kernels
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.documents import as_expected, json_of
+from allanite.common.errors import InputError, about
 from allanite.common.files import is_file, whole_file
 from allanite.effects._base import Effect
 from allanite.effects.model import Model
@@ -56,14 +57,8 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
         raise InputError(
             f"{source}: schema {document.get('schema')!r} is not a model (expected one of {', '.join(MODEL_SCHEMAS)})"
         )
-    try:
+    with as_expected(f"{source}: the effects do not have the format of a model, fit or check file"):
         effects = [_effect(entry, source) for entry in document.get("effects", [])]
-    except AllaniteError:
-        raise
-    except (AttributeError, TypeError, ValueError):  # e.g. a number instead of an object
-        raise InputError(
-            f"{source}: the effects do not have the format of a model, fit or check file"
-        ) from None
     if not effects:
         raise InputError(f"{source}: the document contains no effects")
     return Model(tuple(effects))
@@ -108,14 +103,9 @@ def parse_model(text: str | Model) -> Model:
     """
     if isinstance(text, Model):
         return text
-    path = Path(text)
     if text.endswith(".json") or is_file(text):
-        try:
-            document = json.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise InputError(f"{text}: no such model file") from None
-        except (OSError, ValueError, RecursionError) as error:
-            raise InputError(f"{text}: not a model file: {error}") from None
+        with about(text):
+            document = json_of(text)
         if not isinstance(document, dict):
             raise InputError(f"{text}: not a model file: expected a JSON object")
         return model_from_dict(document, text)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import as_expected
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
@@ -247,7 +248,8 @@ def axes_of(
             for axis in axes_of(one, unit, name, rate=rate, record_length=record_length)
         ]
     own = str(source) if isinstance(source, (str, Path)) else name
-    return [_axis(d, unit, own) for d in documents_of(source, unit, rate, record_length)]
+    with as_expected(f"{own}: not a model as allanite writes it"):
+        return [_axis(d, unit, own) for d in documents_of(source, unit, rate, record_length)]
 
 
 def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:

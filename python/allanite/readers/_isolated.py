@@ -51,11 +51,10 @@ def isolated(
 
         @wraps(read)
         def in_child(path: Path, _pick: Picker, topics: Sequence[str] = ()) -> Table:
-            seconds = CPU_SECONDS + CPU_TIME_FACTOR * seconds_per_megabyte * _size(path) / 1e6
             found = call_isolated(
                 f"{__name__}:serve_reader",
                 {"reader": name, "path": str(path), "topics": list(topics)},
-                Limits(cpu=seconds, wall=WALL_TIME_FACTOR * seconds),
+                limits_of(path, seconds_per_megabyte),
                 worker=worker,
                 libraries=libraries,
             )
@@ -73,6 +72,12 @@ def isolated(
         return in_child
 
     return decorator
+
+
+def limits_of(path: Path, seconds_per_megabyte: float) -> Limits:
+    """Limits of the child process that reads a log."""
+    seconds = CPU_SECONDS + CPU_TIME_FACTOR * seconds_per_megabyte * _size(path) / 1e6
+    return Limits(cpu=seconds, wall=WALL_TIME_FACTOR * seconds)
 
 
 def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:

@@ -35,17 +35,18 @@ def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
     """Rows of the finished logs by key; damaged lines are reported to `on_note` and skipped."""
     if not path.exists():
         return {}
-    with _naming_errors(path):
-        lines = path.read_bytes().split(b"\n")
+    if not path.is_file():
+        raise InputError(f"{path}: a folder, a pipe or a device, not a journal")
     found: dict[str, Rows] = {}
     damaged = []
-    for number, line in enumerate(lines, start=1):
-        if line:
-            try:
-                key, rows = _parse_line(line)
-                found[key] = rows
-            except (ValueError, TypeError, KeyError, RecursionError):
-                damaged.append(number)
+    with _naming_errors(path), path.open("rb") as lines:
+        for number, line in enumerate(lines, start=1):
+            if line != b"\n":
+                try:
+                    key, rows = _parse_line(line)
+                    found[key] = rows
+                except (ValueError, TypeError, KeyError, RecursionError):
+                    damaged.append(number)
     if damaged:
         what = "is" if len(damaged) == 1 else f"and {len(damaged) - 1} more are"
         on_note(

@@ -36,6 +36,10 @@ DEADLINE = 3600.0
 #: Fewest independent tests by which the p-value of an added effect is multiplied. A search tries all kinds on each step;
 #: the search for one kind alone may count fewer. Chosen by judgment; not measured.
 MIN_TRIALS = 1000.0
+#: Number of first lines of a text of which one must name a file if the text is a list of logs. Chosen by judgment.
+FIRST_PATHS = 100
+#: Maximum length of a path, characters (PATH_MAX of Linux).
+MAX_PATH_LENGTH = 4096
 #: First characters of texts that a spreadsheet takes for formulas.
 FORMULA_STARTS = tuple("=+-@")
 
@@ -86,14 +90,22 @@ def _journal_of(table: Path) -> Path:
 
 def _listed(path: Path) -> list[Path]:
     """Logs that a text file names, one per line; empty if no line names a file, since the file is then a log itself."""
+    named: list[Path] = []
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        with path.open(encoding="utf-8") as lines:
+            # A log has lines without end, or more of them than fit into the memory.
+            while line := lines.readline(MAX_PATH_LENGTH + 1):
+                if len(line) > MAX_PATH_LENGTH:
+                    return []
+                if line.strip():
+                    named.append(path.parent / line.strip())
+                if len(named) == FIRST_PATHS and not any(map(_is_file, named)):
+                    return []
     except UnicodeDecodeError:
         return []
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    named = [path.parent / line.strip() for line in lines if line.strip()]
-    return named if any(_is_file(p) for p in named[:100]) else []
+    return named if any(map(_is_file, named[:FIRST_PATHS])) else []
 
 
 def _is_file(path: Path) -> bool:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.documents import as_expected, json_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
 from allanite.common.validation import positive_rate
@@ -317,16 +318,9 @@ class Watch:
         """
         source = Path(path)
         with about(source):
-            try:
-                self._restore_state(json.loads(source.read_text(encoding="utf-8")))
-            except FileNotFoundError:
-                raise InputError("no such file") from None
-            except OSError as error:
-                raise InputError(f"cannot be read ({error.strerror or error})") from None
-            except (ValueError, KeyError, TypeError) as error:
-                if isinstance(error, InputError):
-                    raise
-                raise InputError("damaged, or no state of a watch") from None
+            state = json_of(source)
+            with as_expected("damaged, or no state of a watch"):
+                self._restore_state(state)
             if _summary_path(source).is_file():
                 self._stretch = Summary.load(_summary_path(source)).stretches[0]
             else:
@@ -342,8 +336,11 @@ class Watch:
             )
         for bets, saved in zip(self._bets, state["bets"], strict=True):
             bets.restore(saved)
+        taken, rest = int(state["taken"]), np.array(state["rest"], dtype=np.float64)
         # None becomes NaN.
-        self.taken, self._rest = int(state["taken"]), np.array(state["rest"], dtype=np.float64)
+        if not 0 <= taken < 2**63 or rest.ndim != 1 or np.isinf(rest).any():
+            raise InputError("damaged, or no state of a watch")
+        self.taken, self._rest = taken, rest
         self.position = _position(state["position"])
         if self.quantity == "angle":
             last = state.get("angle")

@@ -7,13 +7,15 @@ that were made. To add a source: write a module that returns documents from `mod
 
 from __future__ import annotations
 
-import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-from allanite.common.errors import InputError
+from allanite.common.documents import MAX_DOCUMENT_BYTES, as_expected, json_of, text_of
+from allanite.common.errors import InputError, about
 from allanite.common.files import is_file
+from allanite.common.plain import plain
 from allanite.effects._base import Effect
 from allanite.effects.files import model_to_dict
 from allanite.effects.model import Model
@@ -31,9 +33,6 @@ class Documented(Protocol):
 
 
 Source: TypeAlias = str | Path | Mapping[str, Any] | Model | Effect | Documented
-
-#: Largest file that is read, bytes. Model files of many columns have some megabytes. Chosen by judgment; not measured.
-MAX_FILE_BYTES = 200_000_000
 
 
 def is_source_file(text: str) -> bool:
@@ -90,11 +89,12 @@ def documents_of(
     try:
         if not path.is_file():
             raise InputError(f"{path}: no such file")
-        if path.stat().st_size > MAX_FILE_BYTES:
+        if path.stat().st_size > MAX_DOCUMENT_BYTES:
             raise InputError(
                 f"{path}: too large for a model file, a data sheet or a table of deviations"
             )
-        return _of_file(path, unit, rate, record_length)
+        with as_expected(f"{path}: not a model file, a data sheet or a file of another tool"):
+            return _of_file(path, unit, rate, record_length)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
 
@@ -115,7 +115,7 @@ def _of_file(
     if suffix == ".m":
         from allanite.sources.matlab_parameters import documents_of_script
 
-        return documents_of_script(path.read_text(encoding="utf-8", errors="replace"), str(path))
+        return documents_of_script(text_of(path, errors="replace"), str(path))
     if suffix in (".csv", ".txt", ".dat", ".tsv"):
         from allanite.sources.deviation_table import documents_of_table
 
@@ -128,10 +128,8 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
 
-    try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not a model file ({error})") from None
+    with about(path):
+        tree = json_of(path)
     if isinstance(tree, dict) and not str(tree.get("schema")).startswith("allanite/"):
         if any(isinstance(tree.get(table), dict) for table in TABLES):
             return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
@@ -145,11 +143,18 @@ def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
     if not isinstance(tree, Mapping) or not str(tree.get("schema")).startswith("allanite/"):
         raise InputError(f"{name}: not a model file of allanite: it has no allanite schema")
     documents = tree.get("columns", [tree])
-    if not isinstance(documents, list) or not all(isinstance(one, Mapping) for one in documents):
+    if not (
+        isinstance(documents, list)
+        and documents
+        and all(isinstance(one, Mapping) for one in documents)
+    ):
         raise InputError(
             f"{name}: 'columns' must be a list of models, as allanite fit, improve and characterize write it"
         )
-    return [_with_extras(_last_step(one), tree) for one in documents]
+    with as_expected(f"{name}: not a model as allanite writes it"):
+        for one in documents:
+            _check_recording(one, name)
+        return [_with_extras(_last_step(one), tree) for one in documents]
 
 
 def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
@@ -162,6 +167,18 @@ def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[s
         if isinstance(own, dict):
             found[name] = own
     return {**document, **found}
+
+
+def _check_recording(document: Mapping[str, Any], name: str) -> None:
+    """Raise an error if unit or rate of the recording behind a document are of another type."""
+    recording = document.get("recording") or {}
+    unit, rate = recording.get("unit"), recording.get("rate_hz")
+    if unit is not None and not isinstance(unit, str):
+        raise InputError(f"{name}: the unit {plain(unit, 60)} of the recording is not a text")
+    if rate is not None and not 0.0 < float(rate) < math.inf:
+        raise InputError(
+            f"{name}: the rate {plain(rate, 60)} of the recording is not a positive number of Hz"
+        )
 
 
 def _last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:

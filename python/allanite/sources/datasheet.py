@@ -26,7 +26,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from allanite.common.documents import as_expected, text_of
 from allanite.common.errors import InputError, about
+from allanite.common.plain import plain
 from allanite.common.units import (
     ACCELERATION,
     ANGULAR_RATE,
@@ -231,16 +233,10 @@ def read_datasheet(path: str | Path) -> DataSheet:
 
 def _read(path: Path) -> DataSheet:
     """Read a sheet; the messages of errors do not contain the path."""
-    try:
-        text = path.read_text(encoding="utf-8")
+    text = text_of(path)
+    with as_expected("not a data sheet in TOML or JSON"):
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
-    except FileNotFoundError:
-        raise InputError("no such file") from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror or error})") from None
-    except ValueError as error:
-        raise InputError(f"not a data sheet in TOML or JSON ({error})") from None
-    return datasheet_of(parsed, path.stem)
+        return datasheet_of(parsed, path.stem)
 
 
 def datasheet_of(parsed: object, name: str) -> DataSheet:
@@ -295,8 +291,8 @@ def _figure(name: str, given: object) -> Quoted:
         value, unit = (match.group(1), match.group(2)) if match else (given, None)
     try:
         number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {given!r}: give a number and a unit") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name} = {plain(given, 60)}: give a number and a unit") from None
     if not unit:
         raise InputError(f'{name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
     if not (math.isfinite(number) and number > 0):

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from allanite.common.errors import InputError
+from allanite.common.documents import text_of
+from allanite.common.errors import InputError, about
+from allanite.common.plain import plain
 from allanite.sources.documents import PLATEAU, model_document
 
 if TYPE_CHECKING:
@@ -22,8 +24,21 @@ if TYPE_CHECKING:
 
 SENSORS = (("gyroscope", "gyr", "rad/s"), ("accelerometer", "acc", "m/s^2"))
 KALIBR = ("noise_density", "random_walk")
-#: Largest YAML file that is read, bytes. The files of both tools have a few hundred.
-MAX_FILE_BYTES = 1_000_000
+#: Largest YAML file that is read, bytes, and most levels. The files of both tools have a few hundred bytes and 3 levels.
+#: The parser needs 10 µs per byte, and with many levels a time that grows with their square.
+MAX_FILE_BYTES, MAX_DEPTH = 100_000, 20
+
+
+def _check_events(text: str, source: str) -> None:
+    """Raise an error for aliases, with which a few lines stand for gigabytes, and for deep nesting."""
+    depth = 0
+    for event in yaml.parse(text, yaml.SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            raise InputError(f"{source}: YAML with aliases (*name) is not read: write the values")
+        if depth > MAX_DEPTH:
+            raise InputError(f"{source}: more than {MAX_DEPTH} levels, not a file of these tools")
 
 
 def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
@@ -40,13 +55,16 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
     InputError
         The file is of neither kind, a value is not a positive number, or the rate for imu_utils is missing.
     """
-    if path.stat().st_size > MAX_FILE_BYTES:
-        raise InputError(f"{path}: too large for a YAML file of Kalibr or imu_utils")
+    with about(path):
+        text = text_of(path, MAX_FILE_BYTES, errors="replace")
     # OpenCV writes "%YAML:1.0", which is not a valid YAML directive.
-    text = re.sub(r"\A%YAML:[\d.]+", "", path.read_text(encoding="utf-8", errors="replace"))
+    text = re.sub(r"\A%YAML:[\d.]+", "", text)
     try:
+        _check_events(text, str(path))
         tree = yaml.safe_load(text)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+    except InputError:
+        raise
+    except (yaml.YAMLError, RecursionError, ValueError, OverflowError) as error:
         place = getattr(error, "problem_mark", None)
         row = f" (line {place.line + 1})" if place is not None else ""
         raise InputError(f"{path}: not a YAML file{row}") from None
@@ -122,8 +140,8 @@ def _positive(node: Mapping[str, Any], key: str, source: str) -> float:
         value = float(node[key])
     except KeyError:
         raise InputError(f"{source}: {key} is missing") from None
-    except (TypeError, ValueError):
-        raise InputError(f"{source}: {key} = {node[key]!r} is not a number") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{source}: {key} = {plain(node[key], 60)} is not a number") from None
     if not 0.0 < value < math.inf:
         raise InputError(f"{source}: {key} = {value:g} must be positive")
     return value

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import as_expected
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
+from allanite.common.memory import require_memory
+from allanite.common.validation import positive_rate
 from allanite.recording.findings import Finding
 from allanite.summary.stretch import Stretch
 
@@ -46,8 +50,13 @@ def save(summary: Summary, path: str | Path) -> None:
 def load(cls: type[Summary], path: str | Path) -> Summary:
     """Summary from a file."""
     source = Path(path)
-    with about(source):
+    with about(source), as_expected("damaged, or not a summary"):
         try:
+            if source.exists() and not source.is_file():
+                raise InputError("a folder, a pipe or a device, not a summary")
+            with zipfile.ZipFile(source) as archive:
+                # Unpacking can enlarge a file by a factor of 1000.
+                require_memory(sum(i.file_size for i in archive.infolist()), "the summary")
             with np.load(source, allow_pickle=False) as file:
                 header = json.loads(bytes(file["header"]).decode())
                 if header["schema"] != SCHEMA:
@@ -59,10 +68,10 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
             raise InputError("no such file") from None
         except OSError as error:
             raise InputError(f"cannot be read ({error.strerror or error})") from None
-        except (KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile):
-            raise InputError("damaged, or not a summary") from None
+        except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
+            raise ValueError(error) from None
         return cls(
-            header["rate"],
+            positive_rate(header["rate"]),
             tuple(header["units"]),
             tuple(header["columns"]),
             tuple(header["covariates_named"]),

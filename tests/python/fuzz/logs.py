@@ -68,7 +68,8 @@ def columnar(kind):
     return [_written(lambda path: write(table, str(path)), f"x.{kind}")]
 
 
-def rosbag(kind):
+def rosbag(kind, packed=None):
+    """A bag with one topic; its chunks are packed by a method of the library."""
     from rosbags import rosbag1, rosbag2
     from rosbags.typesys import Stores, get_typestore
 
@@ -83,9 +84,15 @@ def rosbag(kind):
     def write(path):
         if kind == "bag":
             bag = rosbag1.Writer(path)
+            if packed:
+                bag.set_compression(rosbag1.Writer.CompressionFormat[packed])
         else:
             storage = {"db3": "SQLITE3", "mcap": "MCAP"}[kind]
             bag = rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin[storage])
+            if packed:
+                bag.set_compression(
+                    rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat[packed]
+                )
         with bag:
             topic = bag.add_connection("/imu", imu, typestore=store)
             for k, x in enumerate(SAMPLES):
@@ -164,6 +171,14 @@ def archive():
     return [stream.getvalue()]
 
 
+def series():
+    """A series of Hector with a step."""
+    head = "# sampling period 1.0\n# offset 55020.0\n"
+    return [
+        (head + "".join(f"{55000 + k} {v:.4f}\n" for k, v in enumerate(SAMPLES[:, 0]))).encode()
+    ]
+
+
 def texts():
     """A seed of each text format that is more than a table."""
     x = SAMPLES[:, 0]
@@ -213,7 +228,10 @@ def texts():
         "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\nChannels\t1\nY_Unit_Label\tdeg/s\n"
         "X_Dimension\tTime\nDelta_X\t0.01\n***End_of_Header***\t\nX_Value\tGyro\tComment\n"
     ) + "".join(f"{k / 100}\t{v:.6f}\n" for k, v in enumerate(x))
+    echo = "header: \n  seq: 1\n  stamp: \n    secs: 5\n---\n" * 9
     found = (
+        series()[0].decode(),
+        echo,
         sketch,
         turns,
         lvm,

@@ -1,8 +1,9 @@
 """Valid logs with one field changed: `structured.py --mutants 100000 [--seed 0] [--format NAME]`.
 
 A mutant is written by the format's own library, or is such a file in which one count, size, offset, type or name has
-another value. Each format has a process of its own, in which readers of foreign libraries run in forks. Wanted of every
-mutant: a recording or one of allanite's errors in one line of at most 300 characters, within 10 s and 1 GB.
+another value. Each format has a process of its own, in which readers of foreign libraries run in forks. One log of a
+hundred is read in a new process, as every log of a user is. Wanted of every mutant: a recording and its deviations, or
+one of allanite's errors in one line of at most 300 characters, within 10 s and 1 GB.
 """
 
 import argparse
@@ -295,7 +296,14 @@ def npy(rng):
         ][rng.integers(5)]
     # Written here: the library would refuse most of these heads.
     width = int(rng.choice([2, 4]))
-    text = repr(head).encode().ljust(117) + b"\n"
+    text = repr(head).encode()
+    if rng.random() < 0.2:
+        # Brackets and quotes that are not closed.
+        at, more = int(rng.integers(len(text))), b"([{'\",:\n\\#-"
+        text = (
+            text[:at] + bytes([more[rng.integers(len(more))]]) + text[at + int(rng.integers(3)) :]
+        )
+    text = text.ljust(117) + b"\n"
     begin = b"\x93NUMPY" + bytes([width // 2, 0]) + len(text).to_bytes(width, "little")
     data = bytearray(begin + text + X.tobytes())
     if rng.random() < 0.3:
@@ -506,6 +514,16 @@ def columnar(kind):
     return make
 
 
+def bags():
+    """Bags of ROS 1 with plain and with packed chunks."""
+    return [bag for packed in (None, "BZ2", "LZ4") for bag in logs.rosbag("bag", packed)]
+
+
+def mcaps():
+    """MCAP with plain and with packed chunks."""
+    return [bag for packed in (None, "ZSTD") for bag in logs.rosbag("mcap", packed)]
+
+
 def mat5():
     seeds = targets._mat()
     return patched(".mat", lambda: [seeds[0], seeds[2]], words)
@@ -523,19 +541,20 @@ FORMATS = {
     ),
     "parquet": lambda: columnar("parquet"),
     "feather": lambda: columnar("feather"),
-    "bag": lambda: patched(".bag", lambda: logs.rosbag("bag"), bag_fields),
+    "bag": lambda: patched(".bag", bags, bag_fields),
     "db3": lambda: patched(
         ".db3",
         lambda: logs.rosbag("db3"),
         lambda d: [(k, w, "big") for w in (1, 2, 4) for k in range(0, 4096, w)],
     ),
-    "mcap": lambda: patched(".mcap", lambda: logs.rosbag("mcap"), mcap_fields),
+    "mcap": lambda: patched(".mcap", mcaps, mcap_fields),
     "ulog": lambda: patched(".ulg", targets._ulog, ulog_fields),
     "ardupilot": lambda: patched(".bin", logs.ardupilot, ardupilot_fields),
     "text": lambda: cells(".csv", targets._text),
     "rinex": lambda: cells(".clk", logs.rinex),
     "stable32": lambda: cells(".phd", logs.stable32, rate=1),
     "timelab": lambda: cells(".tim", logs.timelab, rate=1),
+    "hector": lambda: cells(".mom", logs.series),
     "sentences": lambda: cells(".txt", logs.sentences, rate=40),
     "formats of text": lambda: cells(".txt", logs.texts),
     "archive": lambda: patched(".zip", archives, archive_fields),
@@ -554,6 +573,7 @@ FORMATS = {
 def attack(name, count, seed, folder):
     """Read mutants of one format and return what happened; failures are kept in the working folder."""
     import allanite as al
+    from allanite.readers.texts.hector import offsets_of
 
     os.environ["ALLANITE_MEMORY"] = BUDGET
     run.fork_children()
@@ -562,11 +582,15 @@ def attack(name, count, seed, folder):
     warnings.simplefilter("ignore", DeprecationWarning)
     make = FORMATS[name]()
     rng = np.random.default_rng([seed, *name.encode()])
-    found = Counter(dict.fromkeys(("mutants", "read", "refused", "contained", "failures"), 0))
+    found = Counter(
+        dict.fromkeys(("mutants", "read", "refused", "contained", "children", "failures"), 0)
+    )
     slowest, longest = 0.0, 0
     before = run.largest()
     faults = []
-    for number in range(count):
+    number = -1
+    while found["mutants"] < count:
+        number += 1
         try:
             suffix, data, options = make(rng)
         except Exception:  # the library refuses to write it
@@ -579,6 +603,9 @@ def attack(name, count, seed, folder):
         try:
             recording = al.read(path, **options)
             json.dumps(recording.describe(), allow_nan=False).encode()
+            recording.deviations()
+            if suffix == ".mom":
+                offsets_of(path)
             found["read"] += 1
         except al.AllaniteError as error:
             said = str(error)
@@ -604,7 +631,7 @@ def attack(name, count, seed, folder):
             keep.write_bytes(data)
             faults.append(f"{keep}: {wrong[-1500:]}")
         found["mutants"] += 1
-    found["failures"] = len(faults)
+    found["failures"], found["children"] = len(faults), run.forks.children
     return {
         **found,
         "slowest": round(slowest, 2),
@@ -657,8 +684,8 @@ def main():
                 continue
         found = json.loads(done.stdout.splitlines()[-1])
         print(
-            "{name:10} {mutants:6} mutants, {read:6} read, {refused:6} refused, {contained:4} stopped in a child,"
-            " slowest {slowest:5.2f} s,"
+            "{name:15} {mutants:6} mutants, {read:6} read, {refused:6} refused, {contained:4} stopped in a child,"
+            " {children:3} in a process of their own, slowest {slowest:5.2f} s,"
             " {grown:4} MB grown, longest line {longest}, failures {failures}".format_map(
                 {"name": name, **found}
             ),
@@ -667,7 +694,10 @@ def main():
             flush=True,
         )
         total += Counter(
-            {key: found[key] for key in ("mutants", "read", "refused", "contained", "failures")}
+            {
+                key: found[key]
+                for key in ("mutants", "read", "refused", "contained", "children", "failures")
+            }
         )
     print(f"all: {dict(total)}")
     sys.exit(bool(total["failures"] or total["signals"]))

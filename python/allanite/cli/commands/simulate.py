@@ -137,18 +137,13 @@ def _simulate_all_axes(
     log: str | None,
 ) -> Recording:
     """Simulated recording of every axis in a file of characterize; prints the properties that are not simulated."""
-    import json
-    from pathlib import Path
-
     from allanite.axes.twin import twin
+    from allanite.common.documents import json_of
     from allanite.common.errors import InputError
     from allanite.readers import read
 
     with about(path):
-        try:
-            document = json.loads(Path(path).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise InputError(f"not a file of allanite characterize --save ({error})") from None
+        document = json_of(path)
         if not isinstance(document, dict):
             raise InputError("not a file of allanite characterize --save: it holds no JSON object")
     given = None

@@ -14,6 +14,8 @@ from allanite.readers._table import Table, check_shape, columns_of
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from allanite.readers._table import Picker
 
 #: Size above which a file is memory-mapped instead of read, bytes.
@@ -22,28 +24,41 @@ MAPPED = 1 << 26
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read an array of shape (n,) or (n, columns); pickled objects are never loaded."""
+    data = load(path)
+    k = data.shape[1]
+    names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
+    return Table(names, columns_of(data), (None,) * k, named=False)
+
+
+def load(path: Path, largest_read: int = MAPPED) -> NDArray[Any]:
+    """Array of shape (n, columns); it is memory-mapped if it has more than `largest_read` bytes.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or truncated, or does not hold numbers of one of these shapes.
+    TooShortError
+        The array has no samples.
+    """
     try:
         with path.open("rb") as stream:
             shape, dtype = _header(stream)
             there = path.stat().st_size - stream.tell()
             _check(shape, dtype, there)
             # A large array stays in its file, and need not fit into memory.
-            if there <= MAPPED:
+            if there <= largest_read:
                 stream.seek(0)
                 data = np.load(stream, allow_pickle=False)
             else:
                 data = np.load(path, mmap_mode="r", allow_pickle=False)
-    except AllaniteError:
+    except (AllaniteError, MemoryError, OSError):
         raise
-    except (ValueError, EOFError) as error:
+    except Exception as error:  # damaged heads make the library raise all kinds of errors
         raise InputError(
             f"damaged or truncated NPY file, or pickled objects, which are never loaded ({error}):"
             " save a plain array"
         ) from None
-    data = data.reshape(len(data), -1)
-    k = data.shape[1]
-    names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
-    return Table(names, columns_of(data), (None,) * k, named=False)
+    return data if data.ndim == 2 else data[:, np.newaxis]
 
 
 def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape, columns_of
@@ -81,11 +81,11 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
                 else:
                     found.setdefault(key, np.empty(0))
             return found
-    except InputError:
+    except (AllaniteError, MemoryError, OSError):
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise InputError(f"damaged or truncated NPZ file ({error})") from None
-    except ValueError as error:
+    except Exception as error:  # damaged heads make the library raise all kinds of errors
         where = f"key {key!r} of the NPZ file is" if key else "NPZ file"
         raise InputError(
             f"{where} damaged or truncated, or holds pickled objects, which are never loaded ({error}):"

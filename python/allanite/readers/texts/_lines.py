@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.errors import about
+from allanite.common.errors import InputError, about
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
+#: Seconds before and after 1970 that 64-bit date-times in nanoseconds can hold, less one second for the rounding.
+MAX_SECONDS_OF_DATES = 2.0**63 / 1e9 - 1.0
 #: Seconds per day. The clock of a terminal restarts at midnight.
 DAY = 86_400.0
 # Source: docs.arduino.cc, "Serial Monitor": IDE 1.8 and 2 with "Show timestamp".
@@ -35,8 +37,16 @@ def first_lines(head: bytes) -> list[str]:
 
 
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
-    """Seconds since 1970 as date-times of shape (n,), so that their unit is unambiguous."""
+    """Seconds since 1970 as date-times of shape (n,), so that their unit is unambiguous.
+
+    Raises
+    ------
+    InputError
+        A date is missing or outside of the years 1678 to 2262.
+    """
     found = np.asarray(list(seconds), dtype=np.float64)
+    if not np.all(np.abs(found) < MAX_SECONDS_OF_DATES):  # also false for NaN
+        raise InputError("a date is missing or outside of the years 1678 to 2262")
     whole = np.floor(found)
     ns = whole.astype(np.int64) * 10**9 + np.rint((found - whole) * 1e9).astype(np.int64)
     return ns.astype("datetime64[ns]")

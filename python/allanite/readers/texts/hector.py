@@ -7,7 +7,10 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers.texts._lines import MJD_OF_1970, date_times
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
 
 # Source: Hector user manual, "mom format": "# sampling period 1.0" (days), lines of "# offset" and other events, then MJD,
 # the observation and, if one was estimated, the model.
-_OFFSET = re.compile(r"^#\s*offset\s+(?P<day>[0-9.]+)", re.IGNORECASE)
+_OFFSET = re.compile(r"^#\s*offset\s+(?P<day>\S+)", re.IGNORECASE)
 _PERIOD = re.compile(rb"^#\s*sampling\s+period\s+[0-9.]+", re.IGNORECASE | re.MULTILINE)
 
 
@@ -37,9 +40,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
         The file does not have two or three columns.
     """
     table = text.read(path, text.all_numbers)
-    if table.named or not 2 <= len(table.columns) <= 3 or table.texts:
+    if not 2 <= len(table.columns) <= 3 or table.texts:
         raise InputError(
-            f"{len(table.columns)} columns, but a file of Hector has two or three: date (MJD), observation, model"
+            f"{len(table.columns) - len(table.texts)} columns of numbers and {len(table.texts)} of text, but a file of"
+            " Hector has two or three of numbers: date (MJD), observation, model"
         )
     return replace(
         table,
@@ -56,7 +60,13 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
 
 
 def offsets_of(path: Path) -> list[str]:
-    """Dates in the lines ``# offset MJD`` of a series of Hector; empty for any other file."""
+    """Dates in the lines ``# offset MJD`` of a series of Hector; empty for any other file.
+
+    Raises
+    ------
+    InputError
+        Such a line has no Modified Julian Date of the years 1678 to 2262.
+    """
     found: list[str] = []
     with suppress(OSError), path.open("rb") as stream:
         head = stream.read(8192)
@@ -65,9 +75,17 @@ def offsets_of(path: Path) -> list[str]:
         for line in head.decode("utf-8", "replace").splitlines():
             match = _OFFSET.match(line.strip())
             if match is not None:
-                [moment] = date_times([86400.0 * (float(match["day"]) - MJD_OF_1970)])
-                found.append(str(moment.astype("datetime64[s]")))
+                found.append(str(_date(match["day"]).astype("datetime64[s]")))
     return found
+
+
+def _date(day: str) -> np.datetime64:
+    """Date-time of a Modified Julian Date."""
+    try:
+        [moment] = date_times([86400.0 * (float(day) - MJD_OF_1970)])
+    except ValueError:  # also the InputError of a date that is out of range
+        raise InputError(f"the offset {plain(day, 40)} is not a Modified Julian Date") from None
+    return moment
 
 
 FORMAT = LogFormat(

@@ -38,7 +38,7 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
     for file, options in ((log, ()), (tmp_path / "x.npy", ("--rate", 10, "--column", "x1"))):
         whole = adev(file, *options)
         with monkeypatch.context() as patch:
-            patch.setattr(stream, "free_memory", lambda: 1e3)
+            patch.setattr(stream, "budget", lambda: 500.0)
             assert stream.too_large(str(file))
             chunked = adev(file, *options)
         assert "chunks" in chunked["diagnostics"][0]
@@ -157,7 +157,7 @@ def test_large_integers_in_chunks(run, tmp_path, monkeypatch):
     x = 2**60 + np.random.default_rng(3).integers(0, 100, 5_000)
     np.save(tmp_path / "counts.npy", x)
     whole = strict(run("adev", tmp_path / "counts.npy", "--rate", 1, "--json")[1])
-    monkeypatch.setattr(stream, "free_memory", lambda: 1e3)
+    monkeypatch.setattr(stream, "budget", lambda: 500.0)
     chunked = strict(run("adev", tmp_path / "counts.npy", "--rate", 1, "--json")[1])
     assert chunked["points"][0]["deviation"] == whole["points"][0]["deviation"] > 20
     # Angles that fall: differences of unsigned and of narrow integers must not wrap.
@@ -263,7 +263,7 @@ def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypat
     np.save(path, x)
     words = "column x1: sample 42, counted from 1, is -inf"
     refused(run("adev", path, "--rate", 1), 2, "x.npy", words)
-    monkeypatch.setattr(stream, "free_memory", lambda: 1e2)
+    monkeypatch.setattr(stream, "budget", lambda: 50.0)
     refused(run("adev", path, "--rate", 1), 2, "x.npy", words)
 
 

@@ -1,0 +1,88 @@
+"""Read documents: texts that users or other programs wrote, such as models, data sheets and saved states."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.common.errors import AllaniteError, InputError
+from allanite.common.memory import shown_bytes
+from allanite.common.plain import plain
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: Largest document that is read, bytes. Model files of many columns have some megabytes. Chosen by judgment; not measured.
+MAX_DOCUMENT_BYTES = 200_000_000
+
+
+def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "strict") -> str:
+    """Text of a document in UTF-8.
+
+    Parameters
+    ----------
+    path : str or Path
+    most : int
+        Maximum size, bytes.
+    errors : str
+        What happens to bytes that are not UTF-8, as of `bytes.decode`.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it is a folder, a pipe or a device, it is larger than `most`, or it is not UTF-8.
+    """
+    file = Path(path)
+    try:
+        size = file.stat().st_size
+        # A pipe would be waited for, and a device may have no end.
+        if not file.is_file():
+            raise InputError("a folder, a pipe or a device, not a file")
+        if size > most:
+            raise InputError(f"{shown_bytes(size)} are too many for such a file")
+        return file.read_text(encoding="utf-8", errors=errors)
+    except FileNotFoundError:
+        raise InputError("no such file") from None
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
+    except UnicodeDecodeError:
+        raise InputError("not a text in UTF-8") from None
+
+
+def json_of(path: str | Path) -> Any:
+    """Value of a JSON document.
+
+    Raises
+    ------
+    InputError
+        The document cannot be read (`text_of`), or is not JSON.
+    """
+    text = text_of(path)
+    with as_expected("not a JSON file"):
+        return json.loads(text)
+
+
+@contextmanager
+def as_expected(otherwise: str) -> Iterator[None]:
+    """Context for reading the parts of a document: an unexpected part raises an `InputError`.
+
+    Parameters
+    ----------
+    otherwise : str
+        Beginning of the message. What was found follows in parentheses.
+    """
+    try:
+        yield
+    except AllaniteError:
+        raise
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        RecursionError,
+        TypeError,
+        ValueError,
+    ) as error:
+        raise InputError(f"{otherwise} ({type(error).__name__}: {plain(error, 120)})") from None
