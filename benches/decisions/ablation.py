@@ -274,7 +274,8 @@ def measure(result: Path, parts: list[str], folder: Path | None, only: list[str]
     for name in only or [*SWITCHES, *(c for c in CONSTANTS if c not in LIMITS)]:
         for case in records:
             own = found[case.name]
-            if name not in own["noted"]:
+            whole = only is not None and isinstance(CONSTANTS.get(name), int)
+            if name not in own["noted"] and not whole:
                 continue
             for label, change in _changed(name):
                 key = f"{name}: {label}"
@@ -307,13 +308,18 @@ def table(result: Path) -> str:
         "| changed | acts on | searched again | better | worse | other |",
         "|---|---|---|---|---|---|",
     ]
-    idle = []
+    idle, waiting = [], []
     for name in (*SWITCHES, *(c for c in CONSTANTS if c not in LIMITS)):
-        acts = [one for one in found.values() if name in one["noted"]]
+        changed = [
+            one for one in found.values() if any(k.startswith(f"{name}: ") for k in one["changed"])
+        ]
+        acts = [one for one in found.values() if name in one["noted"] or one in changed]
         if not acts:
             traceable = name in SWITCHES or isinstance(CONSTANTS[name], float)
             idle += [name] if traceable else []
             continue
+        if not changed:
+            waiting.append(name)
         for label, _ in _changed(name):
             key = f"{name}: {label}"
             again = [(one["base"], one["changed"][key]) for one in acts if key in one["changed"]]
@@ -326,7 +332,14 @@ def table(result: Path) -> str:
             shown = name if name in SWITCHES else f"`{name}` {label}"
             cells = (shown, len(acts), len(again), *counts)
             lines.append(f"| {' | '.join(map(str, cells))} |")
-    lines += ["", "Without effect on these records: " + ", ".join(_shown(n) for n in idle) + "."]
+    lines += [
+        "",
+        "These did not act on these records: " + ", ".join(map(_shown, idle)) + ".",
+        "",
+        "These act, but were not changed yet: " + ", ".join(map(_shown, waiting)) + ".",
+        "",
+        "Whole numbers are changed only with `--only`, since their comparisons are not noted.",
+    ]
     return "\n".join(lines) + "\n"
 
 
