@@ -88,7 +88,7 @@ class Common:
     shared: tuple[SharedNoise, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record ``common``."""
+        """The part ``common`` of a characterization's JSON document."""
         return {
             "sensors": [s.to_dict() for s in self.sensors],
             "lines": [line.to_dict() for line in self.lines],
@@ -139,7 +139,7 @@ class Characterization:
 
     @property
     def recording(self) -> Recording:
-        """The recording, or the first of several."""
+        """The characterized recording; the first if the sensors of the device have several rates."""
         return self.recordings[0]
 
     def __getitem__(self, column: str) -> Study:
@@ -147,7 +147,7 @@ class Characterization:
 
     @cached_property
     def averages(self) -> tuple[Averaged, ...]:
-        """Reduction of the Allan deviation by averaging, for each axis that several sensors measured."""
+        """Weighted averages, one for each axis that several sensors measured, with the gain in Allan deviation."""
         return averaged(self.recordings, self.studies)
 
     @property
@@ -294,7 +294,7 @@ def common_of(studies: Mapping[str, Study]) -> Common:
     cross = cross_spectra(fits)
 
     def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:
-        """Task that compares the columns of one sensor."""
+        """Function without arguments that compares the named columns and returns their `Sensor`."""
         own = {name: fits[name] for name in names}
         kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
         within = tuple(c for c in cross if own.keys() >= {*c.columns})

@@ -130,7 +130,10 @@ def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
 
 
 def _octaves(last: int) -> list[tuple[int, int]]:
-    """First ordinate and end (exclusive) of each octave, lowest first, without 0 and half of the rate."""
+    """(first, end) of each octave of ordinates, lowest octave first; `end` is exclusive and at most `last`.
+
+    Ordinate 0 is excluded, and octaves with too few ordinates are omitted.
+    """
     out = []
     high = last
     while high - (low := high // 2) >= MIN_BAND_ORDINATES:

@@ -74,7 +74,7 @@ class Form:
 
     @property
     def agree(self) -> bool:
-        """True if the p-value of every parameter is at least 5 % over the number of parameters."""
+        """True if no parameter differs significantly between the axes, at 5 % over all parameters together."""
         least = min((n.pooled.p_value for n in self.numbers), default=1.0)
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
@@ -146,7 +146,7 @@ class _Axis:
         return not isinstance(found, Estimate) or found.detected
 
     def shown_beside(self, kept: Sequence[str]) -> tuple[str, ...]:
-        """Short names of the detected effects other than some labels."""
+        """Short names of the detected effects whose labels are not in `kept`."""
         return tuple(
             effect.short
             for label, effect in self.effects.items()
@@ -154,11 +154,11 @@ class _Axis:
         )
 
     def may_have(self, label: str, other: _Axis) -> bool:
-        """True if the record allows an effect with the values of another axis.
+        """True if the record of this axis allows the labeled effect with the values of the `other` axis.
 
-        The coefficient is the lower end of the other's interval. The rest of the model may change, and logL may fall by
-        what a 95 % interval allows. If the model of this axis is not adequate and lacks the effect, its record does not
-        allow it.
+        The coefficient is the lower end of the interval on the `other` axis. The remaining effects
+        may change, and logL may fall by what a 95 % interval allows. If the model of this axis is
+        not adequate and lacks the effect, its record does not allow the effect.
         """
         if label not in self.effects and not self.fit.adequate:
             return False
@@ -182,7 +182,10 @@ class _Axis:
 
 
 def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
-    """True if the effect belongs to the form."""
+    """True if each axis shows the effect, or its record allows the effect with the values of an axis that shows it.
+
+    If no axis shows the effect, true if the model of each axis has it.
+    """
     showing = [axis for axis in axes if axis.shows(label)]
     if not showing:
         return all(label in axis.effects for axis in axes)
@@ -191,7 +194,11 @@ def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
 
 
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
-    """Parameters of an effect that several axes show, compared in logarithms by their standard errors."""
+    """Yields one comparison per parameter of an effect, over the axes that show it.
+
+    Values are compared in logarithms, by their standard errors. Parameters known on fewer than two
+    axes are omitted.
+    """
     showing = [axis for axis in axes if axis.shows(label)]
     for parameter in showing[0].effects[label].parameters if showing else ():
         found = {axis: axis.values[label].get(parameter.name) for axis in showing}
@@ -214,10 +221,10 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
-    """Labels of the effects of each axis, the same for corresponding effects.
+    """Labels of the effects of each model; corresponding effects of different axes have the same label.
 
-    Several effects of a kind are numbered by their first shape on the axis that has most of them. On another axis, each
-    gets the label of the nearest one.
+    Several effects of a kind are numbered by their first shape, on the axis that has most of these
+    effects. On another axis, each effect gets the label of the effect with the nearest shape.
     """
     most: dict[str, list[float]] = {}
     for model in models:
@@ -228,7 +235,10 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 
 
 def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
-    """Labels of the effects of one model, given the first shapes of the numbered effects of each kind."""
+    """Labels of the effects of one model, such as ``SIN`` and ``SIN2``.
+
+    `most` holds, by kind, the logarithms of the first shapes that belong to the labels 1, 2, ….
+    """
     from scipy.optimize import linear_sum_assignment
 
     labels = [effect.short for effect in model]
@@ -241,7 +251,7 @@ def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...
 
 
 def _first_shape(effect: Effect) -> float:
-    """Ln of the first shape of an effect; 0 if it has none."""
+    """Natural logarithm of the first fitted shape of an effect; 0 if there is none, or if it is not a positive number."""
     shapes = [effect.values[name] for name in effect.free_shapes]
     return (
         float(np.log(shapes[0]))

@@ -98,12 +98,15 @@ class _Occurrence:
 
 
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
-    """Frequencies that several columns have within their errors, lowest first; repetition rates count too."""
+    """Lines whose frequencies agree within their errors on several columns, lowest first.
+
+    Repetition rates count as lines.
+    """
     return tuple(_common_line(group) for group in _groups(fits, _frequencies))
 
 
 def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
-    """Times at which the bias of several columns changed, within their errors, first to last."""
+    """Events at which the bias of several columns changed at one time, within the errors of the times; earliest first."""
     return tuple(
         CommonEvent(
             *_weighted_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group)
@@ -115,7 +118,10 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 def _groups(
     fits: Mapping[str, Fit], seen_by: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
-    """Groups of frequencies or times that agree between several columns."""
+    """Groups of frequencies or times that agree within their errors; each group has at least two columns.
+
+    `seen_by` returns the frequencies or times of one column.
+    """
     seen = sorted((s for pair in fits.items() for s in seen_by(*pair)), key=lambda s: s.value)
     groups: list[list[_Occurrence]] = []
     for one in seen:
@@ -127,7 +133,10 @@ def _groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
-    """Frequencies of lines and bands of a fit (the mean of a moving band), and repetition rates."""
+    """Frequencies (Hz) of the lines and bands of a fit, and rates at which bands or level changes repeat.
+
+    A moving band counts with its mean frequency.
+    """
     out: list[_Occurrence] = []
     coming: list[_Occurrence] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
@@ -154,7 +163,7 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _times(column: str, fit: Fit) -> list[_Occurrence]:
-    """Times of the one-off changes of the bias of a fit."""
+    """Times (s) at which one-time effects of a fit change the bias."""
     out = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if not isinstance(effect, Deterministic) or not effect.happens_once:
@@ -170,7 +179,7 @@ def _times(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
-    """Times of each excursion of an effect."""
+    """Start time (s) of each excursion of an effect."""
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
     if isinstance(own, Regressed):
@@ -190,7 +199,7 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if a line agrees with the mean frequency of a group that contains no line of the same column."""
+    """True if a frequency or time agrees with the mean of a group that has none of the same column yet."""
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)

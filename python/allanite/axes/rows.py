@@ -64,7 +64,10 @@ _Cell = tuple["Effect", "Parameter", Any]
 
 
 def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
-    """Parameters shown, by ``N``, ``GM.sigma``, ``SIN2.frequency``; effects of one kind follow each other."""
+    """Yields pairs (row label, cell) of the parameters to show: ``N``, ``GM sigma``, ``SIN2 frequency``.
+
+    Effects of one kind follow each other.
+    """
     kinds = [effect.kind for effect in fit.model]
     labeled_effects = zip(fit.model, fit.estimates, labels, strict=True)
     ordered = sorted(
@@ -80,7 +83,10 @@ def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
 
 
 def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
-    """Rows of one parameter: the table unit with intervals, then further units."""
+    """Rows of one parameter, one per unit: first the data-sheet unit with intervals, then further units without them.
+
+    A unit that cannot be converted, such as per °C, has a row of its own.
+    """
     unit = fits[0].recording.unit
     kind = parse_unit(unit).kind
     parameter = next(cell[1] for cell in cells if cell is not None)

@@ -123,7 +123,7 @@ def characterize(
 
 
 def _without_search_data(study: Study) -> Study:
-    """The study without data that only a search needs, and without suggestions that are never shown.
+    """The study without suggestions that are never shown; the data that only a search needs are deleted.
 
     Each of these holds a fit, which is as large as the record.
     """
@@ -145,10 +145,11 @@ def improve_columns(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
-    """Study of each column, built two at a time, or the error why there is none; each column has an initial model.
+    """One entry per column: its study, or the error that explains why there is none. Two columns are built at a time.
 
-    The other parameters are those of `characterize`. The columns share `seconds`; `allanite.improve_columns` gives
-    `seconds` to each column.
+    `models` are the initial models of the columns. The other parameters are those of
+    `characterize`. The columns share `seconds`; `allanite.improve_columns` gives `seconds` to each
+    column.
     """
     end = None
     if seconds is not None:
@@ -156,7 +157,7 @@ def improve_columns(
     waiting = list(columns)
 
     def share() -> float | None:
-        """Time limit of the column that begins: an equal share of the remaining time."""
+        """Time limit (s) of the column that begins, from an equal share of the remaining time; None without a limit."""
         left = len(waiting)
         waiting.pop()
         if end is None:
@@ -164,11 +165,11 @@ def improve_columns(
         return max((end - time.monotonic()) * min(parallel_columns(), left) / left, MIN_SECONDS)
 
     def task(column: Recording, model: Start) -> Callable[[], Study]:
-        """Task that builds the study of a column."""
+        """Function without arguments that builds and returns the study of a column."""
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
-            """Report the steps done of this column."""
+            """Pass on the number of steps done on this column to `on_progress`."""
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 

@@ -75,10 +75,10 @@ _Pair = tuple[tuple[str, str], "CrossBand"]
 def shared_noise(
     cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
 ) -> tuple[SharedNoise, ...]:
-    """Significant coherent noise, each source once: first that of common lines, then the rest, lowest first.
+    """Sources of significant coherent noise, each once: first common lines, then the others from the lowest frequency up.
 
-    Pairs of one octave that share a column are one source. So are neighboring octaves if the columns of one are among those
-    of the other.
+    Pairs of one octave that share a column are one source. So are neighboring octaves if the
+    columns of one octave are among those of the other octave.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     rest: list[_Pair] = []
@@ -135,7 +135,7 @@ def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
 
 
 def _joined(items: Iterable[T], joins: Callable[[T, T], bool]) -> list[list[T]]:
-    """Groups of items that are connected by `joins`."""
+    """Groups of items: two items are in one group if `joins` is true for them, or if other items connect them."""
     groups: list[list[T]] = []
     for item in items:
         near = [any(joins(item, one) for one in group) for group in groups]
@@ -150,7 +150,10 @@ def _joined(items: Iterable[T], joins: Callable[[T, T], bool]) -> list[list[T]]:
 def _coherence_of_line(
     line: CommonLine, pair: tuple[str, str], band: CrossBand, fits: Mapping[str, Fit]
 ) -> float:
-    """Squared coherence that a line would cause in an octave if all of it were common to both columns."""
+    """Squared coherence that a line would cause in one octave if both columns had the same line signal.
+
+    It is 0 if the line is not on both columns.
+    """
     shares = [_share(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:
         return 0.0
@@ -161,14 +164,17 @@ def _coherence_of_line(
 
 
 def _share(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
-    """Share of each bin that the random process of a line has on a column; 0 for a known function, which is subtracted."""
+    """Fraction of the power in each bin that a line's random process has on a column, shape (bins,).
+
+    It is 0 for a line that is a known function of time, because a fit subtracts the line.
+    """
     kind = line.kinds[line.columns.index(column)]
     own = [process for process in fit.solution.processes if process.effect.kind == kind]
     if not own:
         return np.zeros(fit.solution.spectrum.size)
 
     def away(place: int) -> float:
-        """Distance of a process from the line, Hz."""
+        """Distance in Hz from the line to the middle of the band of process number `place`."""
         middle = np.mean(own[place].effect.occupies or line.frequency)
         return abs(float(middle) - line.frequency)
 

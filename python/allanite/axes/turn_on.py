@@ -153,7 +153,11 @@ def turn_on_bias(
 def _temperature(
     means: NDArray[np.float64], temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
-    """Logged column that explains most of the means, its share, the remaining deviation and the slope; or blanks."""
+    """Logged column that explains most of the means, with its share of the variance, the residual deviation and the slope.
+
+    The name is empty and the numbers are 0 if no column explains a significant share, or if there
+    are too few logs.
+    """
     from scipy.stats import linregress
 
     best = ("", 0.0, 0.0, 0.0)

@@ -46,7 +46,11 @@ class Twin:
 
 
 def samples_of(study: Study) -> dict[str, Any]:
-    """Properties of a column's samples that its model lacks: mean, range, step, and values at which they were clipped."""
+    """Properties of a column's samples that its model lacks, by name for JSON.
+
+    They are the mean, range and step, the values at which samples were clipped, and the means of
+    logged columns.
+    """
     recording = study.recording
     x = recording.rate_samples()
     found: dict[str, Any] = {
@@ -151,7 +155,7 @@ def twin(
 
 
 def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
-    """Sentences about noise that several axes share; common lines keep their phases and are simulated."""
+    """Sentences on noise that several axes share and that a simulation lacks; common lines are simulated and not named."""
     steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
@@ -163,7 +167,10 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
 
 
 def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
-    """Model without the effects of columns that are not given and without excluded samples, and sentences about them."""
+    """The part of a model that can be simulated, and a sentence on each effect that is omitted.
+
+    Omitted are excluded samples, and effects of logged columns that are not given.
+    """
     kept = [e for e in model if e.follows is None or e.follows in covariates]
     omitted = [
         f"the effect of {e.follows}, of which no values are given" for e in model if e not in kept

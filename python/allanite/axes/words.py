@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def title(found: Characterization) -> str:
-    """``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · covariate temperature``."""
+    """One-line description, as ``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · covariate temperature``."""
     path = found.recording.path
     parts = [Path(path).name if path else "recording"]
     for r in found.recordings:
@@ -83,17 +83,17 @@ def _listed(words: Sequence[str]) -> str:
 
 
 def _p(value: float) -> str:
-    """Text of a p-value."""
+    """Printed text of a p-value."""
     return f"{value:.1g}" if value >= 1e-99 else "below 1e-99"
 
 
 def _over_axes(number: Agreement, sensor: Sensor) -> str:
-    """Clause with the axes that have a value, if not all have."""
+    """Clause that names the axes with a value of the parameter; empty if all axes have a value."""
     return "" if len(number.columns) == len(sensor.columns) else f" over {_listed(number.columns)}"
 
 
 def _difference_text(number: Agreement, sensor: Sensor) -> str:
-    """Clause on a parameter that differs."""
+    """Clause on a parameter that differs between axes, with its p-value."""
     return f"{number.pooled.name} (p {_p(number.pooled.p_value)}{_over_axes(number, sensor)})"
 
 

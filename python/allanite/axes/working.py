@@ -284,7 +284,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
 
 
 def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
-    """Frequencies, two-sided density, number of segments averaged, and variance of the samples."""
+    """Frequencies (Hz), two-sided density, number of averaged segments, and variance of the samples."""
     from scipy.signal import welch
 
     x = bridge_gaps(log.rate_samples())
@@ -295,7 +295,10 @@ def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
 
 
 def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
-    """Lines of a spectrum, and the spectrum without them: the level of the neighboring frequencies replaces each line."""
+    """Lines of a spectrum, and the density without them: the level of the neighboring frequencies replaces each line.
+
+    `nu` is the number of degrees of freedom of a density, `rate` the sampling rate in Hz.
+    """
     from scipy.ndimage import median_filter
     from scipy.stats import chi2
 
@@ -317,10 +320,14 @@ def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...]
 
 
 def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
-    """Lines with the base line of which each is a (folded) multiple; the base is the line with the most multiples."""
+    """The lines, where each (aliased) multiple of the base line states its order and the base frequency.
+
+    The base is the line with the most multiples among the lines. `width` is the frequency
+    resolution, Hz.
+    """
 
     def multiples(base: Line) -> dict[int, int]:
-        """Index of a line → multiple of the base that falls on it."""
+        """Order of the multiple of `base` at each line that is a multiple, by the index of the line."""
         out: dict[int, int] = {}
         for k in range(2, MAX_MULTIPLE + 1):
             whole = k * base.frequency
@@ -341,7 +348,11 @@ def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
 
 
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
-    """Lowest frequency without motion, Hz: the valley below 10 Hz, if lower bands are clearly above it."""
+    """Frequency in Hz below which the log shows motion; the lowest frequency of the spectrum if there is no motion.
+
+    It is the lowest point of the excess over the `quiet` density below 10 Hz, if lower bands are
+    clearly above it.
+    """
     top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
     count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)
     edges = np.unique(np.searchsorted(f, np.geomspace(f[0], top, count)))
@@ -360,7 +371,10 @@ def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
 
 
 def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
-    """Bands a tenth above the floor (lowest and highest frequency, rms), and the frequency at which the floor ends, Hz."""
+    """Bands with vibration (lowest and highest frequency in Hz, rms), and the upper end of the noise floor, Hz.
+
+    A band counts if its power is at least a tenth above the floor.
+    """
     high = float(f[-1])
     count = max(1, round(BANDS_PER_OCTAVE * float(np.log2(high / low))))
     edges = np.unique(np.searchsorted(f, np.geomspace(low, high * 1.0001, count + 1)))
@@ -377,7 +391,7 @@ def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], flo
 
 
 def _joined(bands: list[Any], width: float) -> tuple[Any, ...]:
-    """Bands with neighbors joined to one."""
+    """Bands (lowest and highest frequency in Hz, rms), with adjacent ones joined to one band."""
     out: list[list[float]] = []
     for low, high, rms in bands:
         if out and low < out[-1][1] + 1.5 * width:

@@ -117,7 +117,7 @@ class Axis:
     turn_on: Mapping[str, Any] | None = None
 
     def origin(self) -> dict[str, object]:
-        """JSON entries on where the numbers come from: source, warning, notes and assumptions."""
+        """JSON entries on the source of the numbers: source, warning (None if there is none), notes and assumptions."""
         return {
             "source": self.source,
             "warning": self.warning or None,
@@ -138,7 +138,11 @@ class Axis:
         return np.unique(np.round(m)) / self.sampling
 
     def steady(self, *, upper: bool = False) -> Model:
-        """The model with the mean level of its white noise; with `upper`, the `limits` with the largest level."""
+        """The fitted model with its white noise at the mean level over the record.
+
+        With `upper`, the model at its upper limits, with its white noise at the level of the
+        loudest segment.
+        """
         return _loudest(self.limits, self.span) if upper else self.model.steady(self.span)
 
     @property
@@ -148,7 +152,7 @@ class Axis:
 
     @property
     def expected_steady(self) -> Model:
-        """The `expected` model with the mean level of its white noise."""
+        """The model with every effect at its expected size, and its white noise at the mean level over the record."""
         return self.expected.steady(self.span)
 
     @property
@@ -194,7 +198,7 @@ class Axis:
     def _largest(
         self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """`total` plus the largest curve of each random process over its corners."""
+        """The curve `total` plus, for each random process, the largest of its curves at the ends of its intervals."""
         for forms in self.corners:
             total = total + np.maximum.reduce([curve(_loudest(form, self.span)) for form in forms])
         return total
@@ -209,7 +213,7 @@ def _loudest_span(model: Model, span: tuple[float, float]) -> tuple[float, float
 
 
 def _loudest(model: Model, span: tuple[float, float]) -> Model:
-    """The model with its white noise at the level of the loudest segment."""
+    """The model with its white noise at the constant level of the loudest segment within `span` (s)."""
     return model.steady(_loudest_span(model, span) if model.levels else span)
 
 
@@ -316,7 +320,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
 
 
 def _sentences(lines: Iterable[object]) -> tuple[str, ...]:
-    """The sentences of a document as text that is safe in every format."""
+    """The sentences of a document, converted to text that is safe in every file format."""
     return tuple(plain(line, MAX_SENTENCE_LENGTH) for line in lines)
 
 
@@ -355,7 +359,7 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
 
 
 def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """The fitted effect, and the effect with all combinations of the interval ends of its shape parameters."""
+    """The fitted effect, followed by its forms with all combinations of the interval ends of its shape parameters."""
     found = [effect]
     for name in effect.free_shapes:
         interval = (given.get(name) or {}).get("interval") or [None, None]
@@ -436,13 +440,17 @@ class _HalfWidths:
     positive: bool
 
     def at(self, shift: float) -> float:
-        """The value at a number of half widths above the fitted value."""
+        """The value `shift` half widths of the interval above the fitted value; below it if `shift` is negative."""
         place = self.middle + shift * (self.above if shift > 0.0 else self.below)
         return float(np.exp(place)) if self.positive else place
 
 
 def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
-    """Half widths of a parameter's interval; None if it was not detected, or has an open interval."""
+    """Distances from a fitted value to the ends of its interval.
+
+    None if the parameter was not detected, its interval is open or does not contain the value, or a
+    positive parameter has an interval that reaches 0.
+    """
     value, ends = effect.values[name], given.get("interval") or (None, None)
     if not isinstance(value, float) or None in ends or given.get("detected") is False:
         return None
@@ -457,14 +465,19 @@ def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWi
 
 
 def _joint_radius(size: int) -> float:
-    """Radius of the joint 95 % region of some parameters over that of the interval of one."""
+    """Radius of the joint 95 % region of `size` parameters, divided by the half width of one parameter's 95 % interval."""
     from scipy.stats import chi2
 
     return float(np.sqrt(chi2.ppf(0.95, size) / chi2.ppf(0.95, 1)))
 
 
 def _directions(size: int) -> NDArray[np.float64]:
-    """Unit vectors on all sides of a space: 16 in a plane, else to the middles of all faces and edges of a cube."""
+    """Directions in the space of `size` parameters, one per row, shape (directions, size).
+
+    In a plane, 16 vectors slightly longer than 1, so that the polygon through them encloses the
+    circle. In more dimensions, unit vectors to the middles of all faces and edges of a cube, and to
+    its corners.
+    """
     if size == 2:
         angle = np.arange(16) * np.pi / 8
         # Between two directions a plane touches the circle this much farther out.
@@ -474,7 +487,7 @@ def _directions(size: int) -> NDArray[np.float64]:
 
 
 def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """For each random process, one model per combination of its forms with the forms of the filters."""
+    """For each random process, the models to try: each of its forms combined with each form of the filters."""
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
     return tuple(
@@ -485,7 +498,10 @@ def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
 
 
 def warning_of(document: Mapping[str, Any]) -> str:
-    """Reason not to trust a fit, or an empty text. ASCII, because some programs refuse other characters in comments."""
+    """Reason not to trust a fit, without its name; empty if the fit is adequate or was not tested.
+
+    The text is ASCII, because some programs refuse other characters in comments.
+    """
     if document.get("adequate") is not False:
         return ""
     audit = (document.get("recording") or {}).get("audit") or ()
@@ -521,7 +537,7 @@ def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -
 
 
 def _times(value: Estimate, factor: float) -> Estimate:
-    """The estimate multiplied by a factor."""
+    """The estimate with value, standard error and interval multiplied by a factor."""
     return Estimate(
         factor * value,
         None if value.std_error is None else factor * value.std_error,
@@ -570,7 +586,7 @@ def used(
     as_fitted: bool = False,
     inflate: float = 1.0,
 ) -> Axis:
-    """The axis with the rate, the horizon and the factor on deviations of one export.
+    """A copy of the axis with the sampling rate, the horizon and the factor on deviations that hold for one export.
 
     Parameters
     ----------

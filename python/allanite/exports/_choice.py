@@ -23,12 +23,12 @@ LIMIT = "not detected, this is the 95 % upper limit"
 
 
 def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> Choice:
-    """N and K for an axis.
+    """The numbers N and K to be written for an axis.
 
     Parameters
     ----------
     axis : Axis
-        Its attributes also state the horizon, and whether the coefficients are written as fitted.
+        The axis. Its attributes also state the horizon, and whether the coefficients are written as fitted.
     overbound : bool
         Whether the numbers must cover the upper limits of the model.
     simulator : bool
@@ -42,7 +42,10 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> C
 def choose_lag(
     axis: Axis, time: float | None = None, *, overbound: bool = False, simulator: bool = False
 ) -> Choice:
-    """N and a Gauss-Markov process for an axis, with the given correlation time if there is one; see `choose`."""
+    """The numbers to be written for an axis: N and a Gauss-Markov process. `time` fixes the correlation time, s.
+
+    The other parameters are those of `choose`.
+    """
     if overbound:
         return overbound_lag(axis, time)
     if axis.as_fitted:
@@ -59,7 +62,11 @@ def choose_lag(
 
 
 def _as_fitted(axis: Axis) -> Choice:
-    """The fitted N and K; for a coefficient that was not detected, its upper limit."""
+    """The fitted N and K; for a coefficient that was not detected, its upper limit.
+
+    Without white noise in the model, N comes from the Allan deviation at one sample. Without a
+    random walk, K is negligibly small.
+    """
     numbers = {"N": 0.0, "K": 0.0}
     remarks, holds = [], []
     for name in numbers:
@@ -94,7 +101,11 @@ def _variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.f
 
 
 def covering(axis: Axis, rest: Model) -> float:
-    """Smallest K with which K and `rest` (SI) are at most 2 % below the Allan deviation of the white and slow noise."""
+    """Smallest K with which the sum of the random walk K and `rest` has 98 % of the Allan deviation at all τ.
+
+    The Allan deviation is that of the white and slow noise of an axis, in SI units. The result is 0
+    if `rest` alone is sufficient.
+    """
     tau = axis.taus
     slow = (1.0 - SLACK) ** 2 * _variance(axis, axis.slow, tau)
     missing = slow - rest.allan_variance(tau, axis.sampling)

@@ -86,7 +86,7 @@ class Quality:
 
     @property
     def log_ratio(self) -> float:
-        """Logarithm of `ratio`."""
+        """Natural logarithm of `ratio`, the Allan deviation of the written numbers divided by that of the model."""
         return float(np.log(self.ratio))
 
 
@@ -113,12 +113,15 @@ class _Target:
 
     @cached_property
     def allan(self) -> Array:
-        """Allan variance of the broad and slow noise. Vibration is excluded: the NEES counts its integrated effect."""
+        """Allan variance (SI) of the broad and slow noise at the averaging times `tau`.
+
+        Vibration is excluded: the NEES counts its integrated effect.
+        """
         return np.asarray(self.scale**2 * self.slow.allan_variance(self.tau, self.rate))
 
     @property
     def white(self) -> float:
-        """N of the model, or 0."""
+        """White-noise coefficient N of the model (SI), or 0 if the model has no white noise."""
         return self.scale * _value(self.model, "N")
 
     @property
@@ -137,13 +140,19 @@ class _Target:
         return sorted({*map(float, grid), *(T for _, T in self.lags if T > 0.0)})
 
     def nees(self, ratio: Array, time: Array) -> Array:
-        """NEES of filters with N = 1 at each coasting time, shape (candidates, times)."""
+        """NEES (true over predicted error variance) of candidate filters with N = 1, shape (candidates, coasting times).
+
+        Each candidate has a ratio K/N and a correlation time in s.
+        """
         errors = _filters(self.horizon, self.rate, tuple(ratio.tolist()), tuple(time.tolist()))
         true = true_variance(self.model, self.rate, mission_of(self.horizon, self.rate), errors)
         return np.asarray(self.scale**2 * true / errors.predicted)
 
     def tried(self, ratio: Array, time: Array) -> Tried:
-        """Candidates with these ratios K/N and correlation times (infinite: a random walk), and their costs."""
+        """Candidates with these ratios K/N and correlation times (s.
+
+        Infinite for a random walk), each with its N² and cost.
+        """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)
         slow = np.empty((ratio.size, tau.size))
@@ -165,7 +174,7 @@ class _Target:
         return found
 
     def search(self, times: Sequence[float]) -> Tried:
-        """Candidates with all ratios K/N, for one correlation time after another."""
+        """Candidates for every pair of a ratio K/N and one of the correlation times (s), grouped by correlation time."""
         ratios = self.ratios
         every_time = np.repeat(np.asarray(times, float), ratios.size)
         return self.tried(np.tile(ratios, len(times)), every_time)
@@ -177,7 +186,7 @@ class _Target:
         return np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
 
     def refined(self, found: Tried) -> tuple[float, float, float]:
-        """N, slow coefficient and correlation time of the best candidate, after a finer search around it."""
+        """N, slow coefficient, and correlation time (s) of the best candidate, after a finer search near it."""
         ratio, time = found.ratio[found.best], found.time[found.best]
         step = 1 / RATIOS_PER_DECADE
         near = ratio * np.geomspace(10**-step, 10**step, 13)
@@ -203,9 +212,10 @@ class Tried:
 
 
 def _cost(shares: Array, squares: Array, last: float) -> Array:
-    """Mean squared logarithm of the shares divided by N², with the extra weight `last` on the last share.
+    """Cost of each candidate, shape (candidates,): the mean of ln²(share/N²), with the extra weight `last` on the last.
 
-    A share is a variance of the model divided by that of a candidate with N = 1.
+    A share is a variance of the model divided by that of a candidate with N = 1. `shares` has the
+    shape (candidates, times), and `squares` holds N² of each candidate.
     """
     logs = np.log(np.maximum(shares / np.maximum(squares, 1e-300)[:, None], 1e-12))
     return np.asarray((logs**2).mean(axis=1) + last * logs[:, -1] ** 2)
@@ -222,7 +232,7 @@ def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False
 
 
 def shared_lag(axes: Sequence[Axis]) -> float:
-    """Correlation time in s with which all axes together follow their models best."""
+    """Correlation time in s that suits all axes together best, for formats with one correlation time."""
     targets = [_target(axis, simulator=False) for axis in axes]
     own = {T for target in targets for _, T in target.lags}
     if len(own) == 1 and all(target.lags for target in targets):
@@ -235,7 +245,7 @@ def shared_lag(axes: Sequence[Axis]) -> float:
 
 
 def quality(axis: Axis, choice: Choice) -> Quality:
-    """Comparison of written numbers with the whole model of an axis: ratio of Allan deviations, and NEES."""
+    """Comparison of the numbers to be written with the whole model of an axis: ratio of Allan deviations, and NEES."""
     bare = Choice(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
     return _quality(_target(axis, simulator=False), bare)
 
@@ -259,7 +269,10 @@ def _value(model: Model, name: str) -> float:
 def _filters(
     horizon: float, rate: float, ratio: tuple[float, ...], time: tuple[float, ...]
 ) -> Errors:
-    """Errors of bias filters with N = 1; cached, because every axis tries the same ratios."""
+    """Predicted errors of bias filters with N = 1, one filter per pair of ratio K/N and correlation time (s).
+
+    The result is cached, because every axis tries the same ratios.
+    """
     return coast(mission_of(horizon, rate), np.array(ratio), np.array(time))
 
 
@@ -287,19 +300,22 @@ def _lag(target: _Target, time: float | None) -> Choice:
 
 
 def small_walk(N: float, axis: Axis) -> float:
-    """K that adds `SMALL_WALK_SHARE` to the Allan variance of N at the horizon of an axis."""
+    """A negligible K, which adds the fraction `SMALL_WALK_SHARE` to the Allan variance of N at the horizon of an axis."""
     return _small(N, axis.horizon, axis.sampling)
 
 
 def _small(N: float, horizon: float, rate: float) -> float:
-    """K that adds `SMALL_WALK_SHARE` to the Allan variance of N at a horizon."""
+    """A negligible K, which adds the fraction `SMALL_WALK_SHARE` to the Allan variance of N at the horizon (s)."""
     last = np.array([max(horizon, 1.0 / rate)])
     white, unit = (e.allan_variance(last, rate)[0] for e in (white_noise(N), walk(1.0)))
     return float(np.sqrt(SMALL_WALK_SHARE * white / unit))
 
 
 def _unchanged(target: _Target, K: float) -> Choice | None:
-    """The fitted N and K if a filter with them is consistent, otherwise None."""
+    """The fitted N and K if a filter with them is consistent; None otherwise, or if the model has no white noise.
+
+    If K is 0 or negligible, a negligible positive K replaces it.
+    """
     N = target.white
     if not N > 0.0:
         return None
@@ -333,7 +349,7 @@ def _nees_of(target: _Target, choice: Choice) -> Array:
 def _remarks(
     target: _Target, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
-    """Remarks on N and on the slow coefficient: their ratio to the fitted values, and the reason."""
+    """Pairs (name, remark) for N and for the slow coefficient: ratio to the fitted value, and reason of the change."""
     last = f"{target.horizon:.4g} s"
     words = {}
     if not target.white > 0.0:
@@ -351,7 +367,7 @@ def _remarks(
 
 @lru_cache(maxsize=256)
 def _quality(target: _Target, choice: Choice) -> Quality:
-    """Comparison of numbers with a model."""
+    """Comparison of the numbers to be written with the model: ratio of Allan deviations, and NEES."""
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)
     whole = target.scale**2 * target.model.allan_variance(tau, fs)

@@ -39,7 +39,7 @@ def head(
     simulator: bool = False,
     samples: bool = False,
 ) -> list[str]:
-    """Lines of the head: whether to use the file, its conventions, and the effects of each axis in it."""
+    """Comment lines at the head of a file: whether to use the file, its conventions, and the effects of each axis in it."""
     return [
         verdict(pairs, simulator=simulator or samples),
         GENERAL,
@@ -49,7 +49,7 @@ def head(
 
 
 def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
-    """First line of the head: whether to use the file, why not, and how far its numbers are from the model.
+    """First comment of a file: whether to use the file, the reasons against it, and how far its numbers are from the model.
 
     The text is ASCII, because some programs refuse other characters in a comment.
     """
@@ -121,7 +121,7 @@ def _too_short(axes: Sequence[Axis]) -> list[str]:
 
 
 def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:
-    """Reason against a file with which a filter is overconfident."""
+    """Sentence for the head: a filter with the numbers of this axis is overconfident, and which effects they lack."""
     left = [label for label, _ in _left_out(axis, choice, simulator=False)]
     what = ", ".join(left) or "a part of the model"
     return (
@@ -160,7 +160,7 @@ def _counted(names: Iterable[str]) -> list[str]:
 
 
 def _alternatives(axis: Axis) -> Iterator[str]:
-    """Lines with intervals of coefficients under alternative models, if these intervals are clearly wider.
+    """Yields a line for each coefficient whose interval is clearly wider under alternative models.
 
     An example is ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
     """
@@ -207,7 +207,7 @@ def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
 
 
 def _all(axis: Axis) -> Iterator[tuple[str, Effect]]:
-    """Label and effect of each effect of a model."""
+    """Yields the label and the effect of each effect of the model of an axis."""
     return zip(axis.model.labels, axis.model.effects, strict=True)
 
 

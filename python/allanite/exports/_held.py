@@ -48,7 +48,7 @@ class Choice:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the Gauss-Markov process."""
+        """Standard deviation of the Gauss-Markov process, SI."""
         return float(self.q_c * np.sqrt(self.correlation_time / 2.0))
 
     def remark(self, name: str) -> str:

@@ -19,10 +19,10 @@ ALIGNMENT = 60.0
 
 
 def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
-    """Standard deviation of the bias at switch-on in SI, for a filter that starts with a bias of 0; None from one log.
+    """Standard deviation (SI) of the bias at switch-on for a filter that starts with bias 0; None if there is only one log.
 
-    For a gyroscope, the mean bias counts as well. For an accelerometer, gravity hides the mean, and only the spread counts.
-    A new switch-on deviates from the mean of n others by σ√(1 + 1/n).
+    For a gyroscope, the mean bias counts as well. For an accelerometer, gravity hides the mean, and
+    only the spread counts. A new switch-on deviates from the mean of n others by σ√(1 + 1/n).
     """
     found = axis.turn_on
     if found is None:
@@ -35,7 +35,7 @@ def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
 
 
 def unknown(axis: Axis) -> str:
-    """Sentence for an axis with one log: the initial bias is unknown, and the bias that remains after an alignment."""
+    """Sentence for an axis with one log: its bias at switch-on is unknown, and how much an alignment leaves of it."""
     tau = np.array([min(ALIGNMENT, axis.until)])
     # The means of two neighboring segments differ by √2 Allan deviations.
     left = axis.scale * math.sqrt(

@@ -30,12 +30,15 @@ def needs_both(axes: Iterable[Axis], target: str) -> None:
 def chosen(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
 ) -> list[tuple[Axis, Choice]]:
-    """Each axis with its chosen N and K."""
+    """Pairs of each axis and the numbers N and K to be written for it."""
     return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 
 def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
-    """Each axis with the largest N and K of all axes, for formats with one number per sensor."""
+    """Pairs of each axis and its numbers, with N and K replaced by the largest of all axes.
+
+    This is for formats with one number per sensor.
+    """
     if not pairs:
         return []
     donors = {name: _donor(pairs, name) for name in ("N", "K")}
@@ -49,12 +52,15 @@ def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
 
 
 def _donor(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
-    """Axis with the largest number of this name, and its numbers."""
+    """The pair (axis, numbers) with the largest number called `name`."""
     return max(pairs, key=lambda pair: getattr(pair[1], name))
 
 
 def largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
-    """Largest N or K of several axes, and a remark, for formats with one number per sensor."""
+    """Largest number called `name` (N or K) of several axes, and a remark that states its axis.
+
+    This is for formats with one number per sensor.
+    """
     axis, choice = _donor(pairs, name)
     value = getattr(choice, name)
     if not value > 0.0:

@@ -73,13 +73,16 @@ class _Limits:
             )
 
     def _curves(self, effect: Effect) -> NDArray[np.float64]:
-        """Allan variance and density of an effect on the grids, concatenated."""
+        """Allan variance at all τ, followed by the density at all frequencies, of an effect, as one array."""
         fs = self.axis.sampling
         f = np.concatenate([self.f, self.in_bands])
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
 
     def smallest(self, slow: Effect) -> tuple[NDArray[np.float64], float]:
-        """Smallest squares of N and of the slow coefficient, and the mean ratio of their curves to the limits."""
+        """The smallest (N², squared slow coefficient) whose curves cover the limits, and their mean ratio to the limits.
+
+        `slow` is the slow process with coefficient 1.
+        """
         from scipy.optimize import linprog
 
         there = self.limit > 0.0
@@ -97,7 +100,7 @@ class _Limits:
 
 
 def _bands(axis: Axis) -> Iterator[NDArray[np.float64]]:
-    """Frequencies in the bands of the model's processes, also at the ends of their intervals, Hz."""
+    """Yields frequencies (Hz) within the band of each band-limited process, also at the ends of its parameter intervals."""
     for forms in axis.corners:
         for form in forms:
             band = form.stochastic[0].occupies

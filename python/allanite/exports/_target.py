@@ -90,7 +90,7 @@ class Targets(Mapping[str, Target]):
             add_installed(ENTRY_POINTS, "export", self._add)
 
     def _add(self, target: object) -> None:
-        """Add one target; raise an error if its name or file name is already used."""
+        """Add one target; raise an error if its name or file name is already used by another target."""
         if not isinstance(target, Target):
             raise InputError(f"{target!r} is not an allanite.exports.Target")
         for other in self._targets.values():

@@ -53,12 +53,12 @@ def comments(lines: list[str], mark: str = "#") -> str:
 
 
 def block(lines: list[str]) -> str:
-    """Text of the lines as one XML comment; long lines wrap."""
+    """The lines as one XML comment; long lines wrap."""
     rows = [row for line in lines for row in _wrapped(line, "  ")]
     return "<!--\n" + "".join(f"{row}\n" for row in rows) + "-->\n"
 
 
 def verdict_in(text: str) -> str:
-    """The first comment of a file, ``Use: yes. …`` or ``Use: no. …``, as one line; empty if there is none."""
+    """The verdict comment of an exported file, ``Use: yes. …`` or ``Use: no. …``, on one line; empty if there is none."""
     found = re.search(r"Use: (yes|no)\b[^\n\"]*(\n(#|%|//|) {5,}[^\n]*)*", text)
     return "" if found is None else re.sub(r"\n(#|%|//|) +", " ", found[0]).strip()

@@ -17,10 +17,11 @@ PLACES = ("x", "y", "z")
 def in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
-    """Numbers of x, y and z, and remarks on axes without a model of their own.
+    """The numbers of x, y and z in this order, and remarks on axes without a model of their own.
 
-    The letter in its name assigns an axis; three axes without letters are taken in their order. An axis without a model
-    gets the largest of each number, because the density and Allan variance of a lag rise with its strength and time.
+    The letter in its name assigns an axis; three axes without letters are taken in their order. An
+    axis without a model gets the largest of each number, because the density and Allan variance of
+    a Gauss-Markov process rise with its strength and correlation time.
     """
     letters = [letter_of(axis.name) for axis in axes]
     if len(axes) == 3 and None in letters:

@@ -99,7 +99,7 @@ def _chosen(axis: Axis) -> Choice:
 
 
 def _white(axis: Axis) -> Choice:
-    """The fitted N without a slow process; without white noise, N from the Allan deviation at one sample."""
+    """The numbers of an axis with the fitted N and K = 0; without white noise, N from the Allan deviation at one sample."""
     fitted = replace(axis, as_fitted=True)
     return replace(choose(fitted), K=0.0, holds=None)
 

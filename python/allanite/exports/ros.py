@@ -105,7 +105,7 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
 
 
 def _within(term: Term, w: NDArray[np.float64]) -> float:
-    """Power of a term between the first and the last of these frequencies, in rad per sample."""
+    """Integrated spectrum of a term, U², between the first and the last of these frequencies (rad per sample)."""
     return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
 
 

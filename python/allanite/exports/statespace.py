@@ -53,7 +53,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _small(model: Model, rate: float, duration: float) -> StateSpace:
-    """State space with at most `STATES` states, or with all states if the model cannot be reduced."""
+    """State space with at most `STATES` states if the model can be reduced, otherwise with all its states."""
     try:
         return state_space(model, rate, states=STATES, duration=duration)
     except InputError:

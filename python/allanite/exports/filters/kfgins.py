@@ -53,6 +53,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         rows.append(places)
 
     def row(places: list[tuple[float, ...]], number: int, unit: float) -> str:
+        """Text ``[x, y, z]`` of the number at index `number` of each axis, divided by `unit`."""
         return "[" + ", ".join(f"{place[number] / unit:.6e}" for place in places) + "]"
 
     return comments(head(chosen, convention)) + (
