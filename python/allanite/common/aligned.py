@@ -10,7 +10,7 @@ C = TypeVar("C", bound=type[Any])
 
 
 def aligned(value: Any) -> Any:
-    """The value with every misaligned array in it, also in lists, tuples and dicts, replaced by an aligned copy."""
+    """Same value, with each misaligned array replaced by an aligned copy, also inside of lists, tuples and dicts."""
     if isinstance(value, np.ndarray):
         if value.flags.aligned:
             return value
@@ -25,7 +25,7 @@ def aligned(value: Any) -> Any:
 
 
 def aligned_when_unpickled(cls: C) -> C:
-    """Decorator for classes with arrays for the compiled core: aligns the arrays when an instance is unpickled.
+    """Class decorator: when an instance is unpickled, its misaligned arrays are replaced by aligned copies.
 
     The core only accepts aligned arrays. Pickle protocol 5 stores arrays outside of the pickle. A receiver such as Dask
     uses parts of a network message as memory of the arrays, and such a part may begin at an odd address.

@@ -30,7 +30,10 @@ class _Users:
                 _let_all_threads_set_limits()
 
     def leave(self) -> None:
-        """Count one computation less; the last one restores the threads, unless somebody else has set them since."""
+        """Count one computation less.
+
+        After the last, restore the threads, unless other code changed their number meanwhile.
+        """
         with self.lock:
             self.number -= 1
             blas = [one for one in _controller().info() if one["user_api"] == "blas"]
@@ -41,9 +44,10 @@ class _Users:
 
 
 def _let_all_threads_set_limits(*, force: bool = False) -> None:
-    """Release the right to set the threads of OpenBLAS, which threadpoolctl 3.8 gives to the first thread that sets them.
+    """Let every Python thread set the number of OpenBLAS threads; threadpoolctl 3.8 allows only the first that sets it.
 
-    Without this, the last computation could not restore what the first one set in another thread, and the limits of a
+    Without this function, the last computation could not restore the number that the first computation set in another
+    thread, and the limits of a
     user in a third thread would have no effect.
     """
     from threadpoolctl import OpenBLASController
@@ -61,7 +65,7 @@ if hasattr(os, "register_at_fork"):
 
 @lru_cache(maxsize=1)
 def _controller() -> Any:
-    """Controller of the threads of all loaded BLAS libraries."""
+    """`ThreadpoolController` of threadpoolctl for all loaded BLAS libraries; created once."""
     # SciPy brings its own BLAS library, which is only found after it was loaded.
     import scipy.linalg  # noqa: F401
     from threadpoolctl import ThreadpoolController

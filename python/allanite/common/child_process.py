@@ -21,7 +21,7 @@ def python_command(*arguments: str) -> list[str]:
 
 
 def child_environment() -> dict[str, str]:
-    """Environment of this process with ``PYTHONSAFEPATH`` set, which grandchildren inherit."""
+    """Environment of this process as a dict, with ``PYTHONSAFEPATH`` set. Grandchildren inherit the variable."""
     return {**os.environ, "PYTHONSAFEPATH": "1"}
 
 

@@ -74,7 +74,7 @@ class AllaniteError(Exception):
         self.remedy = remedy
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """The message as one line, with parameters named by `words`."""
+        """Complete message as one line: place, problem and remedy. `words` maps parameters to the names to print."""
         where = f"{self.where}: " if self.where else ""
         return plain(where + self.found + worded(self.remedy, words), MAX_MESSAGE_LENGTH)
 
@@ -117,7 +117,7 @@ class InternalError(RuntimeError):
 
 @contextmanager
 def about(where: object, instead: object = None) -> Iterator[None]:
-    """Context whose errors name a file or option in front of their message.
+    """Context that puts the name of a file or option in front of the message of each `AllaniteError`.
 
     Parameters
     ----------
@@ -141,9 +141,10 @@ class _Slot:
         self.name = name
 
     def __format__(self, number: str) -> str:
+        """Name of the parameter with the value filled in; `number` is the text of the value, or empty."""
         return self.name.format(number)
 
 
 def worded(remedy: str, words: Mapping[str, str] = CALL) -> str:
-    """Text of a remedy, with parameters named by `words`."""
+    """Text of a remedy with its placeholders ``{rate}`` replaced by the names in `words`; empty for an empty remedy."""
     return remedy.format_map({name: _Slot(word) for name, word in words.items()}) if remedy else ""

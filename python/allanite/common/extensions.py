@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 
 def declared_in(name: str, *packages: str) -> Iterator[Any]:
-    """Values of the variable `name` in the public modules of some packages that define it, by module name."""
+    """Values of the variable `name` in the public modules of some packages, ordered by module.
+
+    Modules without it are skipped.
+    """
     for package in packages:
         for found in sorted(iter_modules(import_module(package).__path__), key=lambda m: m.name):
             if not (found.ispkg or found.name.startswith("_")):
@@ -22,7 +25,7 @@ def declared_in(name: str, *packages: str) -> Iterator[Any]:
 
 
 def add_installed(group: str, what: str, add: Callable[[Any], None]) -> None:
-    """Call `add` with each object that installed packages name under a group of entry points.
+    """Load all entry points of a group from the installed packages and call `add` with each loaded object.
 
     An entry point that cannot be loaded or added is left out with a warning, because one faulty package must not
     disable the others.

@@ -37,7 +37,10 @@ def exists(text: str | Path) -> bool:
 
 
 def check_target(path: str | Path) -> None:
-    """Raise `InputError` if a file cannot be written. Call this before a long computation."""
+    """Raise `InputError` if the folder of a file does not exist, or if the path is a folder.
+
+    Call this before a long computation.
+    """
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: the folder {target.parent} does not exist")
@@ -47,7 +50,7 @@ def check_target(path: str | Path) -> None:
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """Context with a temporary path, which replaces `path` if the block ends without an error.
+    """Context with the path of a temporary file to write; the file replaces `path` if the block ends without an error.
 
     Raises
     ------
@@ -112,7 +115,7 @@ class OwnedFolder:
 
     @classmethod
     def remove_abandoned(cls, kind: str) -> None:
-        """Remove the folders of this kind and user whose processes were killed."""
+        """Remove the temporary folders of this kind that belong to this user and whose processes have ended."""
         for folder in Path(gettempdir()).glob(f"{_prefix(kind)}*"):
             with suppress(OSError):
                 if folder.is_symlink() or not _is_own(folder):
@@ -128,12 +131,12 @@ class OwnedFolder:
 
 
 def _prefix(kind: str) -> str:
-    """Beginning of the names of temporary folders of this kind."""
+    """First part of the names of temporary folders of this kind: ``"allanite-KIND-"``."""
     return f"allanite-{kind}-"
 
 
 def _is_own(path: Path) -> bool:
-    """True if this user owns a path; always True on Windows."""
+    """True if this user owns the file or folder; always True on Windows."""
     return os.name != "posix" or path.stat().st_uid == os.getuid()
 
 
@@ -152,7 +155,7 @@ def _lock(file: int) -> None:
 
 
 def _remove_abandoned_drafts(target: Path) -> None:
-    """Remove drafts of a file that killed processes left behind."""
+    """Remove the temporary files of `whole_file` for this target whose processes no longer run."""
     pattern = re.compile(rf"\.{re.escape(target.stem)}-(\d+)-\w+{re.escape(target.suffix)}")
     with suppress(OSError):
         for path in target.parent.iterdir():
@@ -162,7 +165,7 @@ def _remove_abandoned_drafts(target: Path) -> None:
 
 
 def _is_running(process: int) -> bool:
-    """True if a process with this number runs, or if this cannot be known."""
+    """True if a process with this number runs, or if the system does not tell."""
     if os.name != "posix":
         return True  # on Windows, os.kill(process, 0) would end the process
     try:

@@ -146,7 +146,10 @@ def call_isolated(
 
 
 def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], None] | None) -> int:
-    """Run an order in a new process, which writes to `results`; return its exit code."""
+    """Exit code of a new process that executes an order and writes the result to `results`.
+
+    After a timeout, it is −SIGALRM (1 on Windows).
+    """
     end = math.inf if order["wall"] is None else time.monotonic() + order["wall"] + GRACE
     root = str(Path(__file__).resolve().parents[2])
     here = str(Path.cwd())
@@ -185,7 +188,7 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
 
 
 def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputError:
-    """Error for a child that wrote no result, from its exit code."""
+    """`InputError` that explains, from the exit code, why a child wrote no result."""
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"code {code}"
     if name == "SIGXCPU":
         return InputError(
@@ -207,7 +210,7 @@ def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputErro
 
 
 def _error(described: dict[str, Any], worker: str) -> Exception:
-    """The error that the function raised in the child."""
+    """Exception that repeats, in the parent, the error that the function raised in the child."""
     kind = described["kind"]
     if kind == "memory":
         return over_budget(worker)
@@ -226,7 +229,7 @@ def _error(described: dict[str, Any], worker: str) -> Exception:
 
 
 def main() -> None:
-    """Read an order from standard input, and write its result to the file that is standard output."""
+    """Execute the order that the parent sends: read it from standard input, write the result to standard output."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     order = json.loads(_line(0))
     results = os.fdopen(os.dup(1), "wb")
@@ -276,14 +279,14 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
 
 
 def _resolved(name: str) -> Callable[..., Any]:
-    """The function with a name ``"package.module:function"``."""
+    """Function with the name ``"package.module:function"``; its module is imported."""
     module, _, attribute = name.partition(":")
     function: Callable[..., Any] = getattr(import_module(module), attribute)
     return function
 
 
 def _traced(error: Exception) -> str:
-    """Text with type, message and source line of an error."""
+    """Text with the type and message of an error and the source line that raised it."""
     frame = error.__traceback__
     while frame is not None and frame.tb_next is not None:
         frame = frame.tb_next
@@ -292,7 +295,7 @@ def _traced(error: Exception) -> str:
 
 
 def _line(descriptor: int) -> bytes:
-    """One line from a file descriptor; ends the process if the line is incomplete."""
+    """One line from a file descriptor. If the input ends before the line is complete, this process exits with code 1."""
     line = b""
     while not line.endswith(b"\n"):
         piece = os.read(descriptor, 1 << 16)
@@ -318,7 +321,7 @@ def _end_with_parent() -> None:
 
 
 def _limit(order: dict[str, Any]) -> None:
-    """Set the limits of this process; smaller limits of the system are kept."""
+    """Set the limits of an order on this process: wall time, processor time, memory. Lower system limits are kept."""
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
@@ -339,7 +342,7 @@ def _limit(order: dict[str, Any]) -> None:
 
 
 def _lower(which: int, most: int) -> None:
-    """Lower a soft limit to `most`, never raise it."""
+    """Lower the soft limit of the resource `which` to `most`, unless the limit is lower already."""
     import resource
 
     soft, hard = resource.getrlimit(which)

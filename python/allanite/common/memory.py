@@ -31,7 +31,7 @@ def free_memory() -> float:
 
 
 def address_space() -> float:
-    """Bytes of the address space that this process may use (``ulimit -v``); infinite without a limit."""
+    """Size of the address space that this process may use (``ulimit -v``), bytes; infinite if unlimited or on Windows."""
     try:
         import resource
     except ImportError:  # Windows has none
@@ -41,7 +41,7 @@ def address_space() -> float:
 
 
 def cleared_by_free_buffers(kept: Kept) -> Kept:
-    """Decorator above `lru_cache`: `allanite.free_buffers` empties the cache."""
+    """Decorator to put above `lru_cache`: the cache is emptied by `allanite.free_buffers`."""
     _CACHES.append(kept)
     return kept
 
@@ -88,7 +88,7 @@ def source_of_budget() -> str:
 
 
 def over_budget(what: str) -> InputError:
-    """Error for a computation of unknown size that ran out of memory."""
+    """`InputError` for a computation of unknown size that ran out of memory. `what` is the beginning of its message."""
     most = budget()
     twice = f", or set {VARIABLE}={math.ceil(2 * most / 1e9)}G" if math.isfinite(most) else ""
     return InputError(
@@ -97,7 +97,7 @@ def over_budget(what: str) -> InputError:
 
 
 def _bytes(text: str) -> float:
-    """Number of bytes in a text such as ``8G``."""
+    """Number of bytes in a text such as ``8G``, ``500MB`` or ``1e9``. Raises `InputError` for any other text."""
     digits, factor = text.strip().upper().removesuffix("B"), 1.0
     if digits[-1:] in tuple("KMGT"):
         factor = 1e3 ** ("KMGT".index(digits[-1]) + 1)

@@ -36,7 +36,7 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
-    """Text of the values of one parameter; of many values, their count, minimum and maximum."""
+    """Text of the values of one parameter; for more than 12 values (3 times), their count, minimum and maximum."""
     found = list(values)
     if len(found) <= (MAX_LISTED_TIMES if times else MAX_LISTED):
         return " ".join(number(v, 5 if times else 3) for v in found)
@@ -46,7 +46,8 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
 def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> str:
     """Text of the harmonics of a spectral line: ``34.6 Hz 0.00795 °/s (harmonic 2)``.
 
-    `overtones` holds multiple, amplitude and phase of each harmonic, one after another. For evenly spaced lines that are
+    `overtones` is a flat sequence: multiple, amplitude and phase of the first harmonic, then of the second, and so on.
+    For evenly spaced lines that are
     no harmonics, the text states their number, spacing, highest frequency and range of amplitudes.
     """
     given = list(overtones)
@@ -71,7 +72,7 @@ def chance_text(log10_p: float) -> str:
 
 
 def trials_text(trials: float) -> str:
-    """Text of the number of trials for which a p-value accounts."""
+    """Text of the number of trials for which a p-value accounts: ``a single trial``, ``120 trials``."""
     if trials >= 1e15:
         return "more than 10¹⁵ trials"
     return "a single trial" if trials < 1.5 else f"{number(trials, 2)} trials"

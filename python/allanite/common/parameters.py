@@ -140,12 +140,15 @@ class Estimate(float):
 
 
 def _finite(value: float | None) -> float | None:
-    """The value, or None if it is not finite."""
+    """The value, or None if the value is None, NaN or infinite."""
     return value if value is not None and math.isfinite(value) else None
 
 
 def _with_error(value: float, error: float | None) -> str:
-    """Text ``0.01263 ± 0.00012`` with two significant figures of the error, or one if the second is 0."""
+    """Text ``0.01263 ± 0.00012``, or the value alone without an error.
+
+    The error has two significant figures, or one if the second is 0.
+    """
     if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
         return f"{value:.6g}"
     exponent = math.floor(math.log10(error))

@@ -27,6 +27,9 @@ def plain(text: object, most: int | None = None) -> str:
 
 
 def file_name(text: str) -> str:
-    """Safe file name from the name of a column: letters, digits, ``-``, ``_`` and inner ``.``, at most 80 bytes."""
+    """Text made safe as a file name, at most 80 bytes.
+
+    Letters, digits, ``-``, ``_`` and inner ``.`` are kept, other characters become ``_``.
+    """
     safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
     return safe.strip(".").encode()[:80].decode("utf-8", "ignore") or "_"

@@ -26,7 +26,7 @@ _NAMES = r"(?:m?deg|arcsec|arcmin|m?rad|urad|rev)"
 
 
 def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
-    """Unit of a coefficient in tables.
+    """Unit in which tables print a coefficient.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
 
 
 def relative_unit(sample: str, power: float) -> str:
-    """Unit U·s^power, written with the angle or acceleration and the time of U: deg/√h for U = deg/h."""
+    """Unit U·s^power of a coefficient, for samples in the unit U; for U = deg/h in hours, e.g. deg/sqrt(h)."""
     parsed = parse_unit(sample)
     name = parsed.name
     if parsed.kind == FREQUENCY and name == "1":
@@ -81,7 +81,7 @@ def relative_unit(sample: str, power: float) -> str:
 
 
 def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
-    """An estimate in the unit of data sheets for its kind of sensor, or unchanged if there is no such unit.
+    """Estimate in the unit that data sheets use for its kind of sensor, or unchanged if `sheet` has no fitting unit.
 
     If a unit was requested, the estimate is in that unit, or unchanged if the unit does not fit.
     """
@@ -103,10 +103,10 @@ def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
 def in_table(
     value: Estimate, power: float | str, sheet: Mapping[str, str], sample: str
 ) -> Estimate:
-    """An estimate in the unit in which tables print it.
+    """Estimate converted to the unit that tables print (`table_unit`).
 
-    `power` and `sheet` are the declared ``unit`` and ``sheet`` of the parameter, `sample` is the unit U of the samples. An
-    estimate whose unit is not U·s^power is unchanged.
+    `power` and `sheet` are the declared ``unit`` and ``sheet`` of the parameter, `sample` is the unit U of the samples.
+    If `power` is not a float, the unit is not U·s^power and the estimate is unchanged.
     """
     if not isinstance(power, float):
         return value
@@ -114,7 +114,7 @@ def in_table(
 
 
 def sample_unit(text: str) -> str:
-    """Unit of samples that belongs to a unit of samples or of a coefficient.
+    """Unit of samples, found from the text of a unit of samples or of a coefficient.
 
     ``deg/sqrt(h)`` belongs to samples in deg/h, ``ug/sqrt(Hz)`` to µg, ``m/s/sqrt(h)`` to m/s².
 
@@ -155,7 +155,7 @@ _SAID_BY_NAME = re.compile(
 
 
 def column_unit(name: str, stated: str | None = None) -> str:
-    """Unit of a logged column as it is written after "per": °C, V, or the column's name if no unit is known.
+    """Text for a logged column after the word "per": its unit (°C, V), or the column's name if no unit is known.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ class Several(Mapping[str, T], Generic[T]):
         return self._results[column]
 
     def _missing(self, name: str) -> str:
-        """Message for a name that is no column."""
+        """Message of the error for an unknown column; it lists the columns."""
         return f"no column {name!r}: choose one of {', '.join(self)}"
 
     def __iter__(self) -> Iterator[str]:
@@ -81,7 +81,7 @@ class Several(Mapping[str, T], Generic[T]):
 
 
 def former_use(columns: Sized, instead: str) -> None:
-    """Warn that a function for one column got several columns, and name the function to use."""
+    """Warn of deprecated use: a function for one column got several `columns`. `instead` is the call to use."""
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
         DeprecationWarning,
@@ -90,5 +90,5 @@ def former_use(columns: Sized, instead: str) -> None:
 
 
 def by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:
-    """Results of `compute` for each column of a recording, by the column's name."""
+    """Dict from the name of each column of a recording to `compute(column)`."""
     return {column.columns[0]: compute(column) for column in recording}

@@ -16,7 +16,7 @@ _CELL = "text-align: {}; vertical-align: top"
 
 
 def brief(thing: Any) -> str:
-    """One line about a dataclass: arrays are shown by size and range, long sequences by their length.
+    """One-line text of a dataclass: arrays are shown by size and range, long sequences by their length.
 
     Use this function as ``__repr__`` of a class.
     """
@@ -25,7 +25,7 @@ def brief(thing: Any) -> str:
 
 
 def _short(value: Any) -> str:
-    """Short text of the value of one field."""
+    """Short text of a value: arrays by size and range, mappings by their keys, long values by length and type."""
     if isinstance(value, np.ndarray):
         return numbers(value)
     if isinstance(value, Mapping):
@@ -70,7 +70,7 @@ def html_table(
 
 
 def html_list(items: Sequence[str]) -> str:
-    """HTML list of sentences; empty without sentences."""
+    """HTML list (``<ul>``) of sentences; an empty text without sentences."""
     return f"<ul>{''.join(f'<li>{escape(i)}</li>' for i in items)}</ul>" if items else ""
 
 

@@ -12,7 +12,7 @@ SENSOR_START, CLOCK_START = "N+B+K", "Q+F+N+B+K"
 
 
 def start_of(quantity: str, units: Sequence[str]) -> str:
-    """The model string for samples of a quantity: with white and flicker PM for the phase of a clock.
+    """Model string from which a search starts: ``"Q+F+N+B+K"`` for the phase of a clock, else ``"N+B+K"``.
 
     Parameters
     ----------

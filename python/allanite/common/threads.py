@@ -42,7 +42,7 @@ def processors() -> int:
 
 
 def parallel_columns() -> int:
-    """Number of columns that are computed at a time."""
+    """Number of columns that are computed at the same time: at most 2, and at most the number of processors."""
     return min(WORKERS, processors())
 
 
@@ -57,7 +57,10 @@ class Ended(BaseException):
 
 @contextmanager
 def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
-    """Context whose computations, also in pools, end at their next `stop_if_unwanted` once `wanted` returns False."""
+    """Context that ends its computations once `wanted` returns False.
+
+    Then the next `stop_if_unwanted` raises `Ended`, also in the threads of a `Pool`.
+    """
     token = _wanted.set(wanted)
     try:
         yield
@@ -76,7 +79,7 @@ def stop_if_unwanted() -> None:
 def with_deadline(
     deadline: float | None, clock: Callable[[], float] = time.monotonic
 ) -> Iterator[None]:
-    """Context that ends its computation with `TimeoutError` at its next `stop_if_unwanted` after the deadline.
+    """Context whose computation ends with `TimeoutError` after the deadline, when it next calls `stop_if_unwanted`.
 
     The deadline is a reading of `clock`; None means no deadline.
     """
@@ -110,7 +113,10 @@ class Pool(ThreadPoolExecutor):
         self._over = False
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Start a task; compute it in the calling thread if other columns already occupy every processor."""
+        """Future of a task `fn(*args, **kwargs)`.
+
+        If columns already occupy every processor, the caller computes it at once.
+        """
         if len(_at_work.get(())) >= processors():
             done: Future[T] = Future()
             try:
@@ -122,7 +128,7 @@ class Pool(ThreadPoolExecutor):
         return super().submit(run, self._while_open, fn, *args, **kwargs)
 
     def _while_open(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> T:
-        """Result of `fn`, which ends early once the pool is closed or the caller no longer wants the result."""
+        """Result of `fn(*args, **kwargs)`. `Ended` is raised once an error closed the pool or the caller gave up."""
         caller = _wanted.get()
         with while_wanted(lambda: not self._over and (caller is None or caller())):
             return fn(*args, **kwargs)
@@ -140,12 +146,12 @@ class Pool(ThreadPoolExecutor):
 
 
 def has_running_jobs() -> bool:
-    """True while an abandoned task is still running. Only the end of the process stops such a task."""
+    """True if any thread of a `Pool` or of `side_by_side` exists, also one whose result nobody waits for any more."""
     return any(thread.name.startswith(NAME) for thread in threading.enumerate())
 
 
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
-    """Results of tasks that are computed in parallel, in their order. An `AllaniteError` of a task replaces its result.
+    """Results of parallel tasks, in the order of `tasks`. If a task raises an `AllaniteError`, the error is its result.
 
     An interrupt or any other error is raised at once, and tasks that have not begun do not begin.
     """
@@ -185,7 +191,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
 
 
 def results_or_raise(found: Sequence[T | AllaniteError]) -> list[T]:
-    """The results of `side_by_side`; raises the first error among them."""
+    """The results of `side_by_side` as a list; raises the first `AllaniteError` among them."""
     out = []
     for one in found:
         if isinstance(one, AllaniteError):

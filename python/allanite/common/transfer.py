@@ -27,7 +27,7 @@ KINDS = "biufcmMSU"
 
 
 def write_value(value: Any, file: IO[bytes]) -> None:
-    """Write a value made of None, bool, int, float, str, list, tuple, dict (keys: str) and arrays.
+    """Write a value to a file. Allowed are None, bool, int, float, str, list, tuple, dict (keys: str) and arrays.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def read_value(file: IO[bytes]) -> Any:
 
 
 def _content(file: IO[bytes], size: int) -> Any:
-    """Bytes of the arrays: a private memory map of a large file, or a copy of a small file."""
+    """First `size` bytes of a file, which hold its arrays: a private memory map if above 4 MiB, else a copy."""
     if size > MAPPED:
         return mmap.mmap(file.fileno(), size, access=mmap.ACCESS_COPY)
     file.seek(0)
@@ -72,7 +72,7 @@ def _content(file: IO[bytes], size: int) -> Any:
 
 
 def _packed(value: Any, file: IO[bytes]) -> Any:
-    """JSON form of a value. Each list is tagged with its kind, so that no list of texts is taken for an array."""
+    """JSON form of a value; the elements of its arrays are written to `file`. Each list begins with its kind."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in KINDS:
             raise TypeError(f"an array of {value.dtype} cannot be transferred")
@@ -89,14 +89,14 @@ def _packed(value: Any, file: IO[bytes]) -> Any:
 
 
 def _key(key: Any) -> str:
-    """The key of a dict, which must be a str."""
+    """The key of a dict, unchanged. Raises `TypeError` if the key is no str."""
     if not isinstance(key, str):
         raise TypeError(f"a dict with a key of {type(key).__name__} cannot be transferred")
     return key
 
 
 def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
-    """Write the elements in C order and return the byte at which they begin."""
+    """Write the elements of an array in C order, and return the offset in the file at which they begin."""
     begin = file.tell()
     file.write(bytes(-begin % ALIGNMENT))
     begin = file.tell()
@@ -113,7 +113,7 @@ def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
 
 
 def _unpacked(value: Any, content: Any) -> Any:
-    """The value of a JSON form that `_packed` made, with arrays from `content`."""
+    """Value whose JSON form `_packed` made; `content` are the bytes of its arrays."""
     if not isinstance(value, list):
         return value
     kind, *rest = value

@@ -104,7 +104,7 @@ class _Quantity:
         return (self.angle, self.length, self.time)
 
     def times(self, other: _Quantity, power: int = 1) -> _Quantity:
-        """Product with `other` to an integer power."""
+        """Product of this quantity and `other` ** `power`."""
         return _Quantity(
             self.scale * other.scale**power,
             self.angle + power * other.angle,
@@ -125,7 +125,7 @@ _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
 
 
 def normalized(text: str) -> str:
-    """A unit in the ASCII spelling of the grammar: superscripts as ``^``, ``root-hour`` of data sheets as √h."""
+    """Unit in the spelling that the parser reads: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root hour`` √hour."""
     text = _ROOT.sub("√", text)
     text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
     # Frequency relative to the nominal frequency of a counter: Hz/10 MHz, Hz/1e7.
@@ -160,17 +160,17 @@ class _Parser:
         self.at = 0
 
     def peek(self) -> tuple[str, str]:
-        """Kind and text of the next token."""
+        """Kind and text of the next token, which is not consumed; ``("end", "")`` at the end."""
         return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
 
     def take(self) -> tuple[str, str]:
-        """Kind and text of the next token, which is consumed."""
+        """Kind and text of the next token, which is then consumed."""
         token = self.peek()
         self.at += 1
         return token
 
     def whole(self) -> _Quantity:
-        """Quantity of the whole text."""
+        """Quantity of the whole text. Raises `ValueError` at the first token that does not fit."""
         result = self.expression()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
@@ -312,7 +312,7 @@ def is_frequency(text: str | None) -> bool:
 
 
 def rate_unit(text: str, quantity: str) -> Unit:
-    """Unit of the rate that belongs to samples of a quantity: ``deg/s`` for an angle in ``deg``.
+    """Unit of the rate for samples in the unit `text`: ``deg/s`` if the quantity is an angle in ``deg``.
 
     The unit of the rate itself is accepted as well (``quantity="angle", unit="1"`` for a clock phase in seconds).
     """
@@ -324,7 +324,7 @@ def rate_unit(text: str, quantity: str) -> Unit:
 
 
 def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
-    """Units in a text such as ``deg/s,m/s^2``, by kind of sensor.
+    """Dict from kind of sensor to unit, from a text such as ``deg/s,m/s^2``.
 
     Raises
     ------
@@ -387,7 +387,7 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 
 def _side(text: str) -> tuple[str, float]:
-    """The unit without "one-sided" or "two-sided", and the factor relative to a two-sided density."""
+    """Unit without the words "one-sided" or "two-sided", and a factor: √2 for one-sided, else 1."""
     # A longer text is no unit, and a search in many brackets would take long.
     match = _SIDES.search(text) if len(text) <= 2 * MAX_UNIT_LENGTH else None
     if match is None:
@@ -397,7 +397,7 @@ def _side(text: str) -> tuple[str, float]:
 
 
 def _dimension(quantity: _Quantity) -> str:
-    """Text of a dimension for messages: the kind of sensor and the power of seconds."""
+    """Text of a dimension for messages: kind of sensor and power of seconds (``angular rate × s^1/2``)."""
     angle, length, time = quantity.powers
     for (a, l, t), kind in _KINDS.items():
         if angle == a and length == l:

@@ -26,7 +26,7 @@ MAX_RATE = 1e30
 
 
 def positive(value: object, name: str, unit: str, remedy: str) -> float:
-    """The value as a float, which must be positive and at most `MAX_NUMBER`.
+    """The value as a float. The value must be positive and at most 1e150.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def positive_rate(rate: object) -> float:
     Raises
     ------
     InputError
-        The rate is no number, not positive, or beyond `MAX_RATE`.
+        The rate is no number, not positive, or outside of 1e-30 to 1e30 Hz.
     """
     number = _number(rate)
     if math.isnan(number) and not isinstance(rate, float):
@@ -144,7 +144,7 @@ def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
 
 
 def sample_index(seconds: float, rate: float) -> int:
-    """Index of the sample at a time in seconds.
+    """Index of the sample nearest to a time: `seconds` times `rate` (Hz), rounded.
 
     Raises
     ------

@@ -97,7 +97,7 @@ class Accumulator:
 
     @property
     def n(self) -> int:
-        """Number of samples taken so far."""
+        """Number of samples added so far, with the missing ones."""
         return self._core.samples()
 
     @property
@@ -107,7 +107,7 @@ class Accumulator:
 
     @property
     def gaps(self) -> int:
-        """The number `missing` under its former name, with a warning."""
+        """Former name of `missing`; warns of deprecated use."""
         message = "Accumulator.gaps is now Accumulator.missing"
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         return self.missing
@@ -123,7 +123,7 @@ class Accumulator:
         Raises
         ------
         InputError
-            Infinite samples, or not one column of real numbers; nothing of the chunk is taken then.
+            Infinite samples, or not one column of real numbers; the accumulator is unchanged then.
         """
         x = one_column(chunk)
         if x.dtype.kind in "iu" and x.dtype.itemsize == 8 and x.size:
@@ -135,7 +135,7 @@ class Accumulator:
         self._core.update(np.require(x, np.float64, ["C", "A"]))
 
     def merge(self, other: Accumulator) -> None:
-        """Add `other`, the segment that follows this one.
+        """Add the samples of `other`, an accumulator of the segment that directly follows this segment.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Accumulator:
         )
 
     def state(self) -> dict[str, Any]:
-        """State as plain values, from which `restored` makes the same accumulator."""
+        """Dict of plain values from which `Accumulator.restored` makes the same accumulator."""
         return {
             "rate": self.rate,
             "octaves": self._octaves,
@@ -220,7 +220,7 @@ class Accumulator:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Accumulator:
-        """Accumulator with this `state`."""
+        """Accumulator from the dict that `state()` of another accumulator returned."""
         out = cls(state["rate"], state["octaves"], quantity=state["quantity"], unit=state["unit"])
         start, samples, gaps, origin, levels = state["core"]
         out.start, out._base = start, state["base"]
@@ -242,7 +242,7 @@ class Accumulator:
 
 
 def _minus_base(x: NDArray[Any], base: int) -> NDArray[Any]:
-    """Integers minus `base`: exact if the result is below 2^63 in magnitude, and exact as doubles below 2^53."""
+    """Array of integers minus `base`: exact int64 if all results fit, else doubles."""
     if int(x.min()) - base >= -(2**63) and int(x.max()) - base < 2**63:
         # Modulo 2^64, of which the signed difference is the right one.
         return (x.view(np.uint64) - np.uint64(base % 2**64)).view(np.int64)
@@ -252,10 +252,12 @@ def _minus_base(x: NDArray[Any], base: int) -> NDArray[Any]:
 def _power_laws(
     m: NDArray[np.int64], variance: NDArray[np.float64], samples: int
 ) -> NDArray[np.float64]:
-    """Exponents α = −1 − µ of the power laws, from the slope µ of the variance between half and twice each factor.
+    """Noise exponent α = −1 − µ at each averaging factor.
 
-    Slopes from few averages would choose the interval by chance. There the last reliable exponent continues; white FM
-    continues halfway to flicker FM, as for records in memory.
+    Here µ is the log-log slope of the variance from half to twice the factor.
+
+    At factors with fewer than 90 averages, the slope is too uncertain. There the last reliable exponent is used, or
+    −0.5 (between white and flicker FM) if that exponent is 0.
     """
     alpha = np.zeros(m.size)
     sure = (variance > 0) & (m * MIN_POINTS <= samples)

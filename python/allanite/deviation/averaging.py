@@ -35,22 +35,25 @@ class Samples:
 
     @property
     def angle(self) -> bool:
-        """True if the samples are the phase itself."""
+        """True if the samples are the integral of the rate (angle, or phase of a clock)."""
         return self.quantity == "angle"
 
     @property
     def scale(self) -> float:
-        """Factor from a deviation of the samples to one in the unit of the rate."""
+        """Factor that converts a deviation of the samples to the unit of the rate.
+
+        It is 1 for rates, else the sampling rate.
+        """
         return 1.0 if self.quantity == "rate" else self.rate
 
     @property
     def points(self) -> int:
-        """Number of phase points."""
+        """Number of phase points: the number of samples, plus 1 if they are rates or increments."""
         return self.samples.size + (not self.angle)
 
 
 def samples_of(x: object, rate: float, quantity: str) -> Samples:
-    """Samples of an array, recording, pandas or xarray object, without a copy where possible."""
+    """`Samples` of an array, recording, pandas or xarray object. A recording overrides `rate` and `quantity`."""
     unit = "1"
     if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
         from allanite.recording import Recording
@@ -72,7 +75,7 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
 
 
 def one_column(x: object) -> NDArray[Any]:
-    """Real samples in a native type, shape (n,); masked samples become NaN."""
+    """Samples as an array of integers or floats in native byte order, shape (n,). Masked samples become NaN."""
     array = x if type(x) is np.ndarray else _array(x)
     if array.ndim != 1:
         raise InputError(
@@ -90,7 +93,7 @@ def one_column(x: object) -> NDArray[Any]:
 
 
 def _array(x: Any) -> NDArray[Any]:
-    """Array of an object, with masked samples as NaN and numbers as doubles where possible."""
+    """Array of an object; masked samples become NaN, and objects that hold numbers become doubles."""
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
@@ -105,7 +108,7 @@ def _array(x: Any) -> NDArray[Any]:
 def averaging_factors(
     src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Requested averaging factors, ascending, and notes on changes."""
+    """Averaging factors from 1 to `most` that `taus` or `factors` request, ascending, and remarks on omitted or rounded times."""
     if factors is None and isinstance(taus, str):
         if taus not in ("octave", "decade", "all"):
             raise InputError(
@@ -132,7 +135,7 @@ def averaging_factors(
 def _explicit_factors(
     src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Whole factors of given times or factors, ascending and unique, and notes on changes."""
+    """Averaging factors from given times (if `seconds`) or factors, whole, ascending and unique, and remarks on changes."""
     try:
         wanted = np.atleast_1d(np.asarray(values))
         whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0

@@ -25,22 +25,25 @@ HADAMARD_TOTAL_BIAS = {0: 0.995, -1: 0.851, -2: 0.771}
 
 
 def allan_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Degrees of freedom of `count` second differences, `stride` points apart."""
+    """Equivalent degrees of freedom of an Allan variance: `count` second differences, `stride` points apart."""
     return degrees_of_freedom(alpha, m, count, stride=stride)
 
 
 def hadamard_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Degrees of freedom of `count` third differences, `stride` points apart."""
+    """Equivalent degrees of freedom of a Hadamard variance: `count` third differences, `stride` points apart."""
     return degrees_of_freedom(alpha, m, count, order=3, stride=stride)
 
 
 def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Degrees of freedom of `count` second differences of phase averages."""
+    """Equivalent degrees of freedom of a modified Allan variance from `count` second differences of phase averages."""
     return degrees_of_freedom(alpha, m, count, summed=True)
 
 
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Degrees of freedom by NIST SP 1065 table 8; for phase noise, which the table lacks, those of the Allan variance."""
+    """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
+
+    For phase noise they are those of the Allan variance.
+    """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
     b, c = TOTAL[max(round(alpha), -2)]
@@ -48,20 +51,23 @@ def total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Degrees of freedom by NIST SP 1065 table 10."""
+    """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10)."""
     b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
     return _published(b, c, alpha, m, points, summed=True)
 
 
 def _published(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
-    """Degrees of freedom b T/τ − c, at most those of all overlapping terms."""
+    """Degrees of freedom b T/τ − c with the published b and c; at least 1, at most those of all overlapping terms."""
     # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
     return max(1.0, min(b * (points - 1) / m - c, most))
 
 
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Degrees of freedom by NIST SP 1065 table 11; at m = 1 those of the identical Hadamard variance."""
+    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11).
+
+    At m = 1 they are those of the Hadamard variance.
+    """
     if m == 1:
         return hadamard_edf(alpha, m, count, points)
     b0, b1 = HADAMARD_TOTAL[min(max(round(alpha), -2), 0)]
@@ -70,23 +76,23 @@ def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def total_bias(alpha: int, m: int, points: int) -> float:
-    """Variance of the total estimator over the true one, published for τ up to half of the record."""
+    """Published ratio of the mean total variance to the true variance; 1 for τ above half of the record."""
     share = m / (points - 1)
     return 1.0 - TOTAL_BIAS.get(alpha, 0.0) * share if share <= 0.5 else 1.0
 
 
 def modified_total_bias(alpha: int, m: int, points: int) -> float:
-    """Variance of the modified total estimator over the true one."""
+    """Published ratio of the mean modified total variance to the true variance, which depends on alpha only."""
     return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
 
 
 def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
-    """Variance of the Hadamard total estimator over the true one, at m > 1."""
+    """Published ratio of the mean Hadamard total variance to the true variance; 1 at m = 1."""
     return 1.0 if m == 1 else HADAMARD_TOTAL_BIAS[min(max(alpha, -2), 0)]
 
 
 def theo1_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Degrees of freedom of Theo1 by NIST SP 1065 table 12, for the effective averaging time."""
+    """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m."""
     law, n, tau = min(max(round(alpha), -2), 2), points, 0.75 * m
     if law == 2:
         edf = 0.86 * (n + 1) * (n - 4 * tau / 3) / (n - tau) * tau / (tau + 1.14)

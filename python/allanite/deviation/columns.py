@@ -43,7 +43,7 @@ class Deviations(Several[Deviation]):
         self.recording = recording
 
     def document(self, column: str) -> dict[str, Any]:
-        """JSON record of one `column`, schema ``allanite/adev/1``."""
+        """JSON record of one column with version and recording, schema ``allanite/adev/1``."""
         head = {"schema": "allanite/adev/1", "version": _kernels.version()}
         description = self.recording.column(column).describe()
         return {**head, "recording": description, **self[column].to_dict()}
@@ -107,7 +107,7 @@ def deviations(
 
 
 def of_columns(recording: Recording, compute: Callable[[Recording], Deviation]) -> Deviations:
-    """Deviations from the function `compute` of each column."""
+    """`Deviations` with the result of `compute(column)` for each column of a recording."""
     return Deviations(recording, by_column(recording, compute))
 
 

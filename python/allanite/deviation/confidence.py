@@ -59,7 +59,7 @@ def degrees_of_freedom(
 
 
 def _nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
-    """Lags 0 … M−1 at which the sum is evaluated, dense near 0, m, 2m, … where the autocorrelation has corners."""
+    """Lags from 0 to at most `count` − 1 at which the sum over lags is evaluated; dense near multiples of m."""
     farthest = min(count - 1, 40 * (order + 1) * m)
     if farthest <= 64:
         return np.arange(farthest + 1, dtype=np.float64)
@@ -73,7 +73,10 @@ def _nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
 def _autocovariance(
     lags: NDArray[np.float64], alpha: float, m: int, order: int, summed: bool
 ) -> NDArray[np.float64]:
-    """Σ_i w_i g(|lag + i m|) up to a factor, with the generalized covariance g of the phase."""
+    """Autocovariance of the differences of the phase at each lag, up to a constant factor.
+
+    It is Σ_i w_i g(|lag + i m|), with the generalized covariance g of the phase.
+    """
     # Differences of order o exist for d < o + ½.
     d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed
     weights = WEIGHTS[order] if not summed else WEIGHTS[3] if order == 2 else _FOURTH
@@ -90,8 +93,8 @@ _FOURTH = np.array([70.0, -56.0, 28.0, -8.0, 1.0])
 def _covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:
     """Generalized covariance of noise with spectrum |2 sin(w/2)|^(−2d), up to a factor.
 
-    Γ(t + d)/Γ(t + 1 − d). For d = ½, 3/2, … this is an even polynomial, which differences remove; there it is the
-    derivative with respect to d.
+    The value is Γ(t + d)/Γ(t + 1 − d) at the lag t. For d = ½, 3/2, … this expression is an even polynomial, which
+    differences remove. There the function returns the derivative of the expression with respect to d.
     """
     from scipy.special import poch, psi
 
@@ -110,7 +113,7 @@ def _covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:
 def interval(
     deviation: NDArray[np.float64], edf: NDArray[np.float64], level: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Interval of a deviation whose square is χ² with `edf` degrees of freedom.
+    """Lower and upper ends of the confidence interval of a deviation whose square is χ² with `edf` degrees of freedom.
 
     Parameters
     ----------

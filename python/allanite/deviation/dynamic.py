@@ -93,11 +93,11 @@ class DynamicDeviation:
         }
 
     def shown(self, most: int) -> NDArray[np.int64]:
-        """Indices of at most `most` averaging times, evenly spread, with the first and the last."""
+        """Indices of the averaging times to display: at most `most`, evenly spread, with the first and the last."""
         return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Figure of the deviations over the time of the window.
+        """Figure of the deviations over the time of the window's center.
 
         Parameters
         ----------
@@ -223,7 +223,7 @@ def dynamic_oadev(
 def _gap_remarks(
     src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
 ) -> tuple[str, ...]:
-    """Remarks on missing samples: their number, the terms lost, and windows without any term."""
+    """Remarks on missing samples: their number, the share of terms lost, and the number of windows without any term."""
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))
     share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)

@@ -78,9 +78,10 @@ def estimate(
 def kernel_results(
     row: Estimator, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int, float]:
-    """Variance, number of terms and power law at every factor, number of gaps, and the unit of the samples.
+    """Variance, number of terms and noise exponent α at every factor, number of missing samples, and scale of the samples.
 
-    The unit is 1 unless the squares of the samples overflow or underflow: then the samples are divided by a power of two.
+    The scale is 1 unless the squares of the samples overflow or underflow: then the samples are divided by the scale, a
+    power of two, before the computation.
     """
     variance, n, alpha, gaps = row.kernel(samples, m, angle)
     # The usual case, quickly: a short record costs no more than its sums.
@@ -106,7 +107,10 @@ def _corrected(
     points: int,
     unbiased: bool,
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Variance with or without the published bias, and a note about it."""
+    """Variance and a remark on the bias.
+
+    If `unbiased`, the variance is divided by the published bias, else it is unchanged.
+    """
     bias = np.array([published(int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
     if (bias == 1.0).all():
         return variance, ()

@@ -82,7 +82,7 @@ class Deviate(Protocol):
         factors: ArrayLike | None = None,
         quantity: str = "rate",
     ) -> Deviation:
-        """Deviation of a record."""
+        """Deviation of a record over averaging times."""
 
 
 class Correctable(Protocol):
@@ -99,18 +99,18 @@ class Correctable(Protocol):
         quantity: str = "rate",
         unbiased: bool = ...,
     ) -> Deviation:
-        """Deviation of a record."""
+        """Deviation of a record over averaging times; if `unbiased`, the published bias is divided out."""
 
 
 def _row(**what: Any) -> Estimator:
-    """Estimator that is added to the table."""
+    """New `Estimator` with these attributes, which is also added to the table `ESTIMATORS`."""
     row = Estimator(**what)
     ESTIMATORS[row.name] = row
     return row
 
 
 def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
-    """Function with the name and docstring of its estimator."""
+    """The same function, after its name and docstring were set to those of its estimator."""
     function.__name__ = function.__qualname__ = row.name
     function.__module__ = "allanite.deviation"
     function.__doc__ = TEXT.format(
@@ -129,7 +129,10 @@ def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any
 
 
 def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
-    """Function of a new estimator without a published bias; `nbs14` is the output of its example."""
+    """Public function that computes a new estimator without a published bias.
+
+    `nbs14` is the output of the example in its docstring.
+    """
     row = _row(**what)
 
     def deviation(
@@ -152,7 +155,10 @@ def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
 
 
 def _corrected(more: str, nbs14: str, **what: Any) -> Correctable:
-    """Function of a new estimator with a published bias; `nbs14` is the output of its example."""
+    """Public function that computes a new estimator with a published bias.
+
+    `nbs14` is the output of the example in its docstring.
+    """
     row = _row(**what)
 
     def deviation(
@@ -178,18 +184,18 @@ def _corrected(more: str, nbs14: str, **what: Any) -> Correctable:
 def _allan(
     kernel: Any, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[Any, Any, Any, int]:
-    """Kernel whose variances of phase samples are divided by m²."""
+    """Output of an Allan `kernel`; for samples of phase, its variances are divided by m²."""
     variance, *rest = kernel(samples, m, angle)
     return (variance / m**2 if angle else variance, *rest)
 
 
 def _core(name: str) -> Any:
-    """Compiled kernel with this name."""
+    """Compiled kernel of this name, as a function of samples, averaging factors and a flag for phase samples."""
     return partial(_kernels.family_variance, name)
 
 
 def _time(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-    """Scale of time deviations: τ/√3 times that of the rate."""
+    """Factor from a modified deviation of the samples to a time deviation: `scale`·τ/√3 at each averaging time."""
     return scale * tau / np.sqrt(3.0)
 
 

@@ -135,7 +135,7 @@ class Deviation:
         return replace(self, level=float(level), _bands={})
 
     def _interval_array(self, name: str) -> NDArray[np.float64]:
-        """One of `low`, `high` and `edf`, which are computed on first use."""
+        """Array ``"low"``, ``"high"`` or ``"edf"``, shape (k,). All three are computed at the first call."""
         # Computed on first use, since it takes longer than the deviation of a short record.
         if not self._bands:
             edf = np.full(self.tau.shape, np.nan) if self._freedom is None else self._freedom()
@@ -209,7 +209,7 @@ class Deviation:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 
     def _rows(self) -> zip[tuple[Any, ...]]:
-        """Values of each averaging time."""
+        """Rows of the table, one per averaging time: τ, m, n, deviation, low, high, edf."""
         return zip(
             self.tau,
             self.factors,
@@ -223,7 +223,7 @@ class Deviation:
 
 
 def cell_text(value: float, width: int, form: str) -> str:
-    """Text of a value in a table; a dash for an unknown one."""
+    """Text of a value in a table, right-aligned to `width`; a dash if the value is not finite."""
     return (format(value, form) if np.isfinite(value) else "-").rjust(width)
 
 

@@ -67,7 +67,10 @@ class Estimator:
         return np.asarray(np.maximum(self.terms(m, points), 0), np.int64)
 
     def freedom(self, alpha: Floats, m: Ints, n: Ints, points: int) -> Floats:
-        """Equivalent degrees of freedom at each τ; NaN without an estimate or if not known."""
+        """Equivalent degrees of freedom at each averaging factor.
+
+        NaN without a term, or if the estimator has no formula.
+        """
         if self.edf is None:
             return np.full(m.size, np.nan)
         rows = zip(alpha, m, n, strict=True)

@@ -71,7 +71,7 @@ def _freedom(
     counts: NDArray[np.int64],
     points: int,
 ) -> NDArray[np.float64]:
-    """Degrees of freedom of the overlapping deviation at the near averaging factors, then of Theo1 at the far ones."""
+    """Degrees of freedom of the Allan deviation at the factors `near`, then of Theo1 at the factors `far`."""
     split = near.size
     first = OADEV.freedom(laws[:split], near, counts[:split], points)
     second = THEOH.freedom(laws[split:], far, counts[split:], points)
@@ -79,7 +79,7 @@ def _freedom(
 
 
 def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    """Theo1 deviation at even averaging factors."""
+    """Theo1 deviation at the even averaging factors m, with the remarks `notes` and those on gaps."""
     variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
     lost = THEO1.complete(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)

@@ -62,18 +62,18 @@ class Bins:
     __repr__ = brief
 
     def mean(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Bin means of values given at the nodes."""
+        """Mean of `values` in each bin, shape (bins,). The values are given at the ordinates `nodes`."""
         weight = np.bincount(self.owner)
         return np.asarray(np.bincount(self.owner, weights=values) / weight)
 
     def power(self, ordinates: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Bin means of squared ordinates (length n, j = 0 unused)."""
+        """Mean square of the ordinates in each bin, shape (bins,). `ordinates` has length n; j = 0 is not used."""
         return _kernels.squares(ordinates, self.edges) / np.diff(self.edges)
 
     def folded(
         self, ordinates: NDArray[np.float64], folds: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Number and sum of squares of the ordinates j ≡ fold (mod `folds`) in each bin, both of shape (folds, bins)."""
+        """Number and sum of squares, both (folds, bins), of the ordinates in each bin with j mod `folds` = fold."""
         number = np.empty((folds, self.count.size))
         total = np.empty_like(number)
         for fold in range(folds):
@@ -92,7 +92,7 @@ class Bins:
         return center * rate / (2.0 * self.n)
 
     def limits(self, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper frequency of each bin in Hz."""
+        """Lower and upper frequency limits of the bins, Hz: two arrays of shape (bins,)."""
         half = rate / (2.0 * self.n)
         edges = (self.edges.astype(np.float64) - 0.5) * half
         return edges[:-1], edges[1:]
@@ -116,13 +116,16 @@ def _endless_bins() -> tuple[list[int], list[int]]:
 
 @lru_cache(maxsize=64)
 def cells_of(bins: int) -> list[int]:
-    """First bin of each cell among the lowest `bins` bins."""
+    """Index of the first bin of each cell (1/24 decade) among the lowest `bins` bins."""
     return [cell for cell in _endless_bins()[1] if cell < bins]
 
 
 @lru_cache(maxsize=2 * NODES_PER_CELL)
 def _node_positions(most: int, wide: bool) -> NDArray[np.float64]:
-    """Positions of the nodes in a bin, as fractions: pairs of Gauss-Legendre nodes in wide bins, else even spacing."""
+    """Positions of `most` nodes in a bin, from 0 to 1.
+
+    Wide bins have Gauss-Legendre pairs if `most` is even; other nodes are evenly spaced.
+    """
     even = (np.arange(most) + 0.5) / most
     if most % 2 or not wide:
         return even
@@ -132,7 +135,10 @@ def _node_positions(most: int, wide: bool) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=32)
 def bins_of(n: int) -> Bins:
-    """Bins of a record of n samples: single ordinates first, then parts of 24 cells per decade."""
+    """Bins of a record of n samples.
+
+    Low frequencies have one ordinate per bin; above, 24 cells per decade have up to 8 bins each.
+    """
     edges = [edge for edge in _endless_bins()[0] if edge < n]
     edges.append(n)
     # A last bin much narrower than its neighbor is merged with it.
@@ -170,9 +176,10 @@ def bins_of(n: int) -> Bins:
 def bridge_gaps(
     samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float64]:
-    """Samples with NaN (and `missing`) replaced so that the spectrum is preserved.
+    """Samples as doubles without gaps: NaN, and samples flagged in `missing`, are filled so that the spectrum is preserved.
 
-    Each run is bridged by a straight line between the means of up to 8 samples on each side. White noise with the record's
+    Each run of missing samples is bridged by a straight line between the means of up to 8 samples on each side. White
+    noise with the record's
     own sample-to-sample scatter (fixed seed) is added, so that neither steps nor quiet segments appear. The recording
     counts the filled samples. All deviations skip them and never see filled values.
     """
@@ -251,7 +258,7 @@ class Spectrum:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/psd/1``."""
+        """JSON record, schema ``allanite/psd/1``: frequency, density and interval of each bin."""
         return {
             "schema": "allanite/psd/1",
             "sided": "two-sided",
