@@ -40,7 +40,8 @@ MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """Filter that turns white noise into the sum of some terms: σ of the noise, b (b0 = 1), a (without a0 = 1).
+    """Filter that turns white noise into the sum of some terms: σ of the white noise, numerator b, denominator a. b
+    begins with b0 = 1; a begins with a1, because a0 = 1 is left out.
 
     The terms are exponentials and white noise. Their spectrum times |a|² is the spectrum of a moving average; b is its
     minimum-phase factor.
@@ -69,7 +70,7 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
 
 
 def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
-    """Generators of a random effect in the compiled core: name and parameters of each.
+    """Random-number generators of the compiled core that together simulate an effect: name and parameters of each.
 
     White noise is changed by the modifiers of the model.
     """
@@ -100,7 +101,7 @@ def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[
 
 
 def _has_density(lag: Exponential) -> bool:
-    """True if the spectrum of an exponential is nowhere negative.
+    """True if the spectrum of an exponential term is nowhere negative.
 
     The numerator of the spectrum is linear in cos w. It is therefore enough to test both ends of the spectrum.
     """
@@ -108,12 +109,14 @@ def _has_density(lag: Exponential) -> bool:
 
 
 def _generator(term: Term) -> tuple[str, list[float]]:
-    """Name and parameters of the generator of one term."""
+    """Name and parameters of the generator of the compiled core that simulates one term."""
     return term.generator or _filter_generator((term,))
 
 
 def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
-    """Name and parameters of the generator of a sum of terms: white noise behind one second-order filter."""
+    """Name and parameters of the generator that simulates a sum of terms as white noise after one second-order
+    filter.
+    """
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
             "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
@@ -188,7 +191,7 @@ def simulate_chunks(
     axis: int = 0,
     replicate: int = 0,
 ) -> Iterator[Recording]:
-    """Consecutive segments of the recording that `simulate` returns. The samples are the same, bit for bit.
+    """Iterator over consecutive segments of the recording that `simulate` returns, with exactly the same samples.
 
     Only one segment at a time is in memory, unless an effect needs the whole record (for example a logged column).
 
@@ -286,7 +289,7 @@ class _Source:
         return Recording(total, rate=self.rate, unit=self.unit, covariates=given or None)
 
     def _noise(self, count: int, first: int) -> Array:
-        """Sum of the random processes after all filters, shape (count,), from sample `first` on.
+        """Sum of the random processes after all filters, shape (count,), beginning at the sample with index `first`.
 
         The samples must be taken in order; a negative `first` lies before the record.
         """
@@ -310,23 +313,28 @@ class _Source:
 
 
 def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stochastic, list[Gain]]]:
-    """Processes that make up an effect, each with the factors on its samples over time.
+    """Processes that make up an effect, each with a list of functions of time whose values multiply its samples.
 
-    A moving band is a sum of processes, one for each segment of the record. Any other effect is one process.
+    A moving band is a sum of processes, one for each segment of the record. Any other effect is one
+    process.
     """
     if not isinstance(effect, Moving):
         return [(effect, [])]
 
     def gain(part: int) -> Gain:
+        """Factor over time of the process of the segment with index `part`, as a function of time."""
         return lambda time, _=None: np.sqrt(weights(time, span, len(effect.stretches))[part])
 
     return [(part, [gain(i)]) for i, part in enumerate(effect.stretches)]
 
 
 def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
-    """Function of time (s) that returns the factor on the samples of a band whose level changes."""
+    """Function of time (s) that returns the factor by which the samples of a band with a changing level are
+    multiplied.
+    """
 
     def gain(time: Array, _: Mapping[str, Array] | None = None) -> Array:
+        """Factor at each time (s): square root of the power of the effect over one sample."""
         return np.asarray(np.sqrt(effect.power_between(time, time + 1.0 / rate, span)))
 
     return gain
@@ -351,7 +359,7 @@ class _Swelling:
         self.delayed = np.zeros(half)
 
     def next(self, samples: Array, first: int) -> Array:
-        """The next filtered samples; `first` is the index of the first input sample in the record."""
+        """Filtered samples for the next input samples; `first` is the index of the first input sample in the record."""
         from scipy.signal import lfilter
 
         # With a denominator, rounding does not depend on how the record is divided into segments.
@@ -371,7 +379,7 @@ class _Running:
         self.state = np.zeros(len(response.poles))
 
     def next(self, samples: Array, _: int) -> Array:
-        """The next filtered samples."""
+        """Filtered samples for the next input samples."""
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)
@@ -401,7 +409,7 @@ def _length(duration: float | None, n: int | None, rate: float) -> int:
 
 
 def _require(model: Model) -> None:
-    """Raise an error if a parameter that a simulation needs has no value."""
+    """Raise `InputError` if a parameter that a simulation needs has no value."""
     for effect in model:
         for p in effect.parameters:
             optional = p.role in {"derived", "choice"} or p.optional

@@ -56,12 +56,13 @@ def _require(condition: object, message: str) -> None:
 
 
 def check_effect(effect: Effect, covariates: Columns | None = None) -> None:
-    """Test all properties that an effect declares; raises an error for the first property that does not hold.
+    """Test all properties that an effect declares; raises `AssertionError` for the first property that does not hold.
 
     Parameters
     ----------
     effect : Effect
-        Effect with a value of every parameter. The values must suit a record of 2048 samples at 50 Hz: time constants of
+        Effect with a value of every parameter. The values must suit a record of 2048 samples at 50 Hz: time constants
+        of
         0.1 to 10 s, times within 41 s, frequencies below 25 Hz.
     covariates : mapping of str to ndarray, shape (2048,), optional
         Logged columns that the effect follows, by name.
@@ -170,7 +171,9 @@ def _as_model(effect: Effect) -> Model:
 
 
 def integrated(density: Array, weight: Array, w: Array, m: float, rate: float) -> float:
-    """Allan variance at averaging factor m: ∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df, by quadrature.
+    """Allan variance at the averaging factor m, by quadrature of the spectral density.
+
+    It is ∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df.
 
     Parameters
     ----------
@@ -269,7 +272,7 @@ FACTORS = np.unique(np.round(np.geomspace(1, LENGTH // 4, 14)).astype(np.int64))
 
 
 def _allan(samples: Array, factors: NDArray[np.int64]) -> Array:
-    """Overlapping Allan variance by its definition, shape (..., factors)."""
+    """Overlapping Allan variance of samples in the last axis at each averaging factor, shape (..., factors)."""
     phase = np.concatenate([np.zeros((*samples.shape[:-1], 1)), np.cumsum(samples, -1)], -1)
     out = []
     for m in factors:
@@ -289,6 +292,7 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     alone = isinstance(effect, Modifier) and bool(effect.whole or effect.band)
 
     def run(simulated: Model, seed: int) -> Array:
+        """Simulated samples of a model with this seed, shape (2048,)."""
         found = simulate(simulated, n=LENGTH, rate=RATE, seed=seed, covariates=columns)
         return np.asarray(found.samples)
 

@@ -58,12 +58,16 @@ class Curve:
 
 
 def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] = ()) -> Curve:
-    """Return the curve of a fitted law over the range of some temperatures, °C.
+    """`Curve` of a fitted law with its 95 % band, over the range of some temperatures, °C.
 
-    The band is simultaneous: with 95 % confidence it contains the law at all temperatures at once. Its half-width is the
-    root mean square deviation of random laws at each temperature, times the 95 % quantile of the largest such ratio. The
-    random laws are drawn from the joint distribution of coefficients, lags and widths of hysteresis over all noise models
-    that agree with the record (`fit.likelihood.marginal`). If several forms have similar evidence, each contributes laws
+    The band is simultaneous: with 95 % confidence it contains the law at all temperatures at once. Its half-width is
+    the
+    root mean square deviation of random laws at each temperature, times the 95 % quantile of the largest ratio of a
+    random law's deviation to this value. The
+    random laws are drawn from the joint distribution of coefficients, lags and widths of hysteresis over all noise
+    models
+    that agree with the record (`fit.likelihood.marginal`). If several forms have similar evidence, each contributes
+    laws
     in proportion to its evidence.
 
     Parameters
@@ -101,9 +105,13 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
 def _curves(
     coefficients: NDArray[np.float64], center: float, grid: NDArray[np.float64], reference: float
 ) -> NDArray[np.float64]:
-    """Return laws with coefficients about `center`, shifted to zero at `reference`; shape (laws, temperatures)."""
+    """Values of laws at the temperatures `grid`, shifted to 0 at `reference`, shape (laws, temperatures).
+
+    `coefficients` (laws, 3) are those of the powers of T − `center`.
+    """
 
     def powers(u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """First, second and third power of u, shape (n, 3)."""
         return np.column_stack([u, u**2, u**3])
 
     rows = powers(grid - center) - powers(np.array([reference - center]))
@@ -111,7 +119,7 @@ def _curves(
 
 
 def _places(fit: Fit) -> NDArray[np.float64]:
-    """Return a matrix that turns amplitudes into coefficients of the powers of T, shape (amplitudes, 3)."""
+    """Matrix, shape (amplitudes, 3): fitted amplitudes @ matrix are the coefficients of T, T² and T³."""
     rows = []
     for own in fit.solution.functions:
         for k in range(own.amplitudes.size):
@@ -126,7 +134,7 @@ def _places(fit: Fit) -> NDArray[np.float64]:
 
 
 def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
-    """Return the coefficients of the law and the height of its hysteresis loop."""
+    """Coefficients of T, T² and T³, shape (3,), and the height of the hysteresis loop (0 without hysteresis)."""
     amplitudes = [own.amplitudes for own in fit.solution.functions]
     coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _places(fit)
     play = memory_of(fit, Hysteresis)
@@ -137,7 +145,7 @@ def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
 
 
 def _drawn(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Draw coefficients of the law at random, jointly with offsets, lags and widths of hysteresis; shape (count, 3)."""
+    """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3)."""
     solution = fit.solution
     places = _places(fit)
     if not places.any():

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def plot_thermal(
     found: ThermalCalibration, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Plot for each axis the law b(T) with its band and the data, and the Allan deviation before and after correction.
+    """Figure with two panels per axis: the law b(T) with its band and the data, and the Allan deviation.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def plot_thermal(
 
 
 def _law(axis: AxisLaw, row: int) -> Panel:
-    """Return the panel with the law, its band and the means of the samples."""
+    """Panel with the law b(T), its band and the means of the samples."""
     document = axis.to_dict()
     measured, curve = document["measured"], axis.curve
     t, bias, direction = (
@@ -78,7 +78,7 @@ def _law(axis: AxisLaw, row: int) -> Panel:
 
 
 def _residual(axis: AxisLaw, row: int) -> Panel:
-    """Return the panel with the Allan deviation before and after correction."""
+    """Panel with the Allan deviation before and after correction."""
     r = axis.remainder
     marks = (
         Line(r.tau, r.before, "before", "before correction", dash="dash"),

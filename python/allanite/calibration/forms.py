@@ -61,7 +61,7 @@ class Form:
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """Return the effects that make up this form, and a step of the bias at the start of each later run."""
+        """Effects that make up this form, after one bias step at the start of each run except the first."""
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
             BiasStep(time=start / rate, hold=("time",)) for start in starts
@@ -116,7 +116,7 @@ FORMS = tuple(
 def tried_forms(
     runs: Runs, noise: Model, on_progress: Callable[[int, int], None] | None = None
 ) -> tuple[Tried, ...]:
-    """Fit every form with the same noise model; the constant is first.
+    """Fits of all forms with the same noise model; the constant form is first.
 
     Parameters
     ----------
@@ -147,21 +147,21 @@ def tried_forms(
 
 
 def _opposes_temperature(fit: Fit) -> bool:
-    """Return True if the hysteresis has the opposite sign of the linear term: it then describes a drift, not hysteresis."""
+    """True if the hysteresis has the opposite sign of the linear term, so that it describes a drift."""
     law, own = (memory_of(fit, kind) for kind in (Covariate, Hysteresis))
     return law is not None and own is not None and law.amplitudes()[0] * own.amplitudes()[0] < 0.0
 
 
 def fitted(first: Fit, model: Model) -> Fit:
-    """Fit another model to the samples of a fit."""
+    """Fit of another model to the samples of the fit `first`, from whose solution it starts."""
     solution = solve(first.data, model, like=first.solution, rounds=MAX_ROUNDS)
     return Fit(first.recording, solution.model, "whittle", first.data, solution)
 
 
 def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """Return the effects; the last one has the lag, or width of hysteresis, that raises the likelihood most.
+    """The same effects, the last with the value of its lag or hysteresis width that raises the likelihood most.
 
-    `plain` is the fit of the same polynomial without lag and hysteresis. Its noise weights the samples.
+    `plain` is the fit of the same polynomial without lag and hysteresis. The noise of `plain` weights the samples.
     """
     *others, last = effects
     points = grid_points(last, plain.data)
@@ -171,28 +171,28 @@ def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[De
 
 
 def near_the_best(tried: Sequence[Tried]) -> list[Tried]:
-    """Return the forms whose evidence is at most `MAX_RIVAL_LOG_EVIDENCE` below that of the best."""
+    """Fitted forms whose log evidence is at most `MAX_RIVAL_LOG_EVIDENCE` below the highest."""
     top = max((one.log_evidence for one in tried), default=0.0)
     return [one for one in tried if one.log_evidence >= top - MAX_RIVAL_LOG_EVIDENCE]
 
 
 def chosen(tried: Sequence[Tried]) -> Tried:
-    """Return the form with the fewest coefficients among those of `near_the_best`; at a tie the one with more evidence."""
+    """Form with the fewest coefficients among those of `near_the_best`; for equal numbers, with the higher evidence."""
     return min(near_the_best(tried), key=lambda one: (one.form.numbers, -one.log_evidence))
 
 
 def law_of(fit: Fit) -> list[Deterministic]:
-    """Return the effects of a fit that depend on the temperature."""
+    """Effects of a fit that depend on the temperature."""
     return [e for e in fit.model.deterministic if e.follows is not None]
 
 
 def memory_of(fit: Fit, kind: type[Deterministic]) -> Deterministic | None:
-    """Return the effect of this kind in a fit, or None."""
+    """First deterministic effect of this class in a fit, or None."""
     return next((e for e in fit.model.deterministic if isinstance(e, kind)), None)
 
 
 def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the design matrix of the law at the Fourier ordinates of the fit.
+    """Design matrix of the law at the Fourier ordinates of the fit, its fitted values, and a mask of the law's columns.
 
     Returns
     -------
@@ -221,7 +221,7 @@ def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[
 
 
 def cost(fit: Fit) -> float:
-    """Return how much the coefficients of the law lower ln of the evidence.
+    """Amount by which the coefficients of the law lower the log evidence, nats; 0 without such coefficients.
 
     The cost of a coefficient (`parameter_cost`) grows with the precision to which it is known, given the coefficients
     before it. The order is: offsets of runs, powers, memory.

@@ -43,7 +43,7 @@ class NoiseLaw:
     detected: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold: percent_per_degree, interval and detected."""
         return {
             "percent_per_degree": self.percent,
             "interval": list(self.interval),
@@ -76,7 +76,7 @@ class Loop:
         return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold: value, interval, detected and range_celsius."""
         return {
             "value": self.value,
             "interval": list(self.interval),
@@ -101,7 +101,7 @@ class Remainder:
     __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold: lists tau_s, before and after."""
         return {
             "tau_s": self.tau.tolist(),
             "before": self.before.tolist(),
@@ -175,12 +175,12 @@ class AxisLaw:
 
     @property
     def alternatives(self) -> tuple[Form, ...]:
-        """Other forms whose evidence is nearly as high as that of the best."""
+        """Forms, other than the chosen one, whose evidence is nearly as high as the highest."""
         near = (one.form for one in near_the_best(self.tried))
         return tuple(form for form in near if form != self.form)
 
     def polynomial(self, reference: float) -> NDArray[np.float64]:
-        """Return the coefficients (x0, x1, x2, x3) of the law in powers of (T − reference); x0 has the mean offset."""
+        """Coefficients (x0, x1, x2, x3) of the bias in powers of (T − reference); x0 includes the mean offset."""
         c1, c2, c3 = self.curve.coefficients
         d = reference - self.curve.reference
         return np.array(
@@ -193,7 +193,7 @@ class AxisLaw:
         )
 
     def bias(self, temperature: float | NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the bias at some temperatures, °C, with the mean offset of the runs.
+        """Bias at some temperatures (°C), with the mean offset of the runs, in the unit of the samples.
 
         Temperatures outside of `range` are limited to it.
         """
@@ -204,7 +204,7 @@ class AxisLaw:
 
     @property
     def random(self) -> dict[str, Estimate]:
-        """Fitted coefficients of the noise.
+        """Dict of the fitted noise coefficients by name.
 
         The lower end of K's interval is reduced by the part that the steps of a coarse thermometer can cause.
         """
@@ -225,7 +225,7 @@ class AxisLaw:
 
     @property
     def numbers(self) -> dict[str, Estimate]:
-        """Fitted coefficients of the law, with intervals."""
+        """Dict of the fitted coefficients of the law that have an interval, by name (``COV.coefficient``)."""
         out: dict[str, Estimate] = {}
         for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
             if effect.follows is None:
@@ -237,7 +237,7 @@ class AxisLaw:
 
     @property
     def headline(self) -> str:
-        """The answer in one sentence."""
+        """One sentence: form, size and temperature range of the law, or that no dependence was detected."""
         name, (low, high) = self.name, self.range
         covered = f"{number(low, 3)} to {number(high, 3)} °C"
         unit = printed(self.unit)
@@ -258,7 +258,7 @@ class AxisLaw:
 
     @property
     def limit(self) -> float | None:
-        """Largest linear coefficient inside the 95 % interval, for a record without a detected dependence."""
+        """Largest absolute linear coefficient inside its 95 % interval, unit/°C; None without an interval."""
         linear = next((one for one in self.tried if one.form.name == "linear"), None)
         if linear is None:
             return None
@@ -266,7 +266,10 @@ class AxisLaw:
         return None if found.interval is None else float(max(map(abs, found.interval)))
 
     def _at_long_tau(self) -> str:
-        """Return the end of the headline: where correcting helps most; empty if it helps by less than 10 %."""
+        """Text at the end of the headline: the τ at which correcting helps most.
+
+        Empty if it helps by less than 10 %.
+        """
         remainder = self.remainder
         if not remainder.tau.size:
             return ""
@@ -277,7 +280,7 @@ class AxisLaw:
         return f"; correcting divides the Allan deviation at {number(remainder.tau[place])} s by {number(ratio, 2)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form of one axis."""
+        """Dict for JSON with all results of the axis."""
         curve, low_high = self.curve, self.range
         temperature = self.runs.temperature
         measured = _binned(self)
@@ -327,7 +330,10 @@ class AxisLaw:
 
 
 def _binned(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
-    """Return means of the samples by temperature, separately for warming and cooling, without the offset of each run."""
+    """Means of the samples in bins of temperature, as lists of temperature, bias and direction (1 warming, −1 cooling).
+
+    The offset of each run is subtracted.
+    """
     out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
     runs = axis.runs
     values = np.asarray(runs.recording.samples, dtype=float).copy()

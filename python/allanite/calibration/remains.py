@@ -37,10 +37,10 @@ MAX_SAMPLES = 1 << 20
 
 
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
-    """Return the mean bias difference between cooling and warming.
+    """Mean bias while cooling minus bias while warming; None if no temperature was passed in both directions.
 
-    The difference is fitted together with a polynomial of the same power, without lag and hysteresis. The noise of the fit
-    weights the samples.
+    The difference is fitted together with a polynomial of the same power, without lag and
+    hysteresis. The noise of the fit weights the samples.
     """
     both = runs.both_ways
     if both is None:
@@ -56,7 +56,10 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
 
 
 def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
-    """Return the change of the white noise per °C: the slope of the logarithm of its level against temperature."""
+    """Change of the white noise per °C, from the slope of ln(level) against temperature.
+
+    The result is None if the level cannot be followed over time.
+    """
     from scipy.special import log_ndtr
 
     series = level_series(fit.solution, fit.data, whiten(fit.solution, fit.data))
@@ -81,16 +84,16 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
 
 
 def law_signal(fit: Fit) -> NDArray[np.float64]:
-    """Return the contribution of the law to the samples, with mean zero, shape (n,)."""
+    """Contribution of the law to each sample, with mean zero, shape (n,)."""
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)
 
 
 def walk_of_steps(fit: Fit, runs: Runs) -> float:
-    """Return the largest K that the steps of a coarse thermometer can cause.
+    """Largest random walk K that the steps of a coarse thermometer can cause; 0 without such steps.
 
-    It is the K that the law would make of the rounding of the thermometer. The temperature without steps, which the fit
-    uses, is wrong by less than this rounding, over similar times; in the residual this error looks like a random walk.
+    This is the K that results if the rounding of the thermometer passes through the law. The fit uses a temperature
+    without steps, whose error is smaller than the rounding. In the residual, that error looks like a random walk.
     """
     walk = next((p for p in fit.solution.processes if p.effect.short == "K"), None)
     if walk is None or runs.step == 0.0 or not law_of(fit):
@@ -105,7 +108,7 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Return the bias of each run at the reference temperature."""
+    """Bias of each run at the reference temperature, in the unit of the samples."""
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.
     mean = 0.0
@@ -118,7 +121,7 @@ def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
 
 
 def remainder(fit: Fit, runs: Runs) -> Remainder:
-    """Return the Allan deviation of the samples before and after correction.
+    """Allan deviation of the samples before and after correction, at common averaging times.
 
     Each run is evaluated separately. Their variances are averaged, weighted by their numbers of terms.
     """
@@ -145,7 +148,7 @@ def remainder(fit: Fit, runs: Runs) -> Remainder:
 
 
 def growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
-    """Return the growth of the angle, velocity or phase error from the random effects; empty for other sensors."""
+    """Growth of the angle, velocity or phase error due to the random effects (one element); empty for other sensors."""
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()
     longest = max(part.stop - part.start for part in runs.parts) / fit.recording.rate

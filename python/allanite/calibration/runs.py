@@ -67,7 +67,7 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """Return the runs averaged to about `most` samples or fewer; unchanged if they have no more."""
+        """Runs whose samples are averaged so that about `most` remain; the same object if there are no more."""
         k = -(-self.recording.n // most)
         if k < 2:
             return self
@@ -98,7 +98,10 @@ class Runs:
 
     @property
     def direction(self) -> NDArray[np.float64]:
-        """½ while the temperature falls, −½ while it rises, between these near a change of direction; shape (n,)."""
+        """Direction of the temperature: ½ while it falls, −½ while it rises, between these values near a reversal.
+
+        Shape (n,).
+        """
         width = TURN_FRACTION * float(np.ptp(self.temperature))
         found = [
             (play(t, width) - t) / (2.0 * width) for t in np.split(self.temperature, self.starts)
@@ -117,7 +120,7 @@ class Runs:
 
 
 def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tuple[str, ...]:
-    """Return the names of the temperature columns that all logs have, or only the one that was asked for.
+    """Names of the temperature columns that all logs have; only `temperature` if it is given.
 
     Raises
     ------
@@ -144,7 +147,7 @@ def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tu
 
 
 def join(columns: Sequence[Recording], thermometer: str) -> Runs:
-    """Join one axis of several logs into one record.
+    """One axis of several logs, joined into one record.
 
     Parameters
     ----------

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def thermal_table(found: ThermalCalibration) -> str:
-    """Return for each axis a headline, and below it the details and the noise after correction."""
+    """Text with a headline for each axis, and below it the details and the noise after correction."""
     return "\n\n".join("\n".join(_axis(axis)) for axis in found)
 
 
 def _axis(axis: AxisLaw) -> list[str]:
-    """Return the lines of one axis."""
+    """Lines of text about one axis."""
     unit = printed(axis.unit)
     lines = [axis.headline]
     if axis.alternatives:
@@ -63,7 +63,7 @@ def _axis(axis: AxisLaw) -> list[str]:
 
 
 def _deviations(axis: AxisLaw, unit: str) -> str:
-    """Return a line with the Allan deviation before and after correction at up to three averaging times."""
+    """Line of text with the Allan deviation before and after correction at up to three averaging times."""
     r = axis.remainder
     if not r.tau.size:
         return ""
@@ -84,7 +84,7 @@ def _deviations(axis: AxisLaw, unit: str) -> str:
 
 
 def _growth(before: Growth, after: Growth) -> str:
-    """Return a line with the growth of an error after the last fix, without and with correction."""
+    """Line of text with the growth of an error after the last fix, without and with correction."""
     unit, factor = before.shown
     shown = (
         f"{number(t, 3)} s {number(factor * a, 2)} → {number(factor * b, 2)}"

@@ -51,7 +51,7 @@ class _Triad:
         return round(0.5 * (self.low + self.high), 2)
 
     def polynomials(self, reference: float) -> dict[str, list[float]]:
-        """Return (x0, x1, x2, x3) of x, y and z in SI units; zeros for a missing axis."""
+        """Dict from x, y and z to the coefficients (x0, x1, x2, x3) in SI units; zeros for a missing axis."""
         out = {}
         for letter in "xyz":
             axis = self.axes.get(letter)
@@ -62,7 +62,7 @@ class _Triad:
 
 
 def render(found: ThermalCalibration, target: str) -> str:
-    """Return the text of a parameter file.
+    """Text of a parameter file for a target such as PX4.
 
     Parameters
     ----------
@@ -81,7 +81,10 @@ def render(found: ThermalCalibration, target: str) -> str:
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """Return the sensors of one kind in the order of the log; at most `most` are allowed."""
+    """Sensors of one kind in the order of the log.
+
+    Raises `InputError`, which names `consumer`, for more than `most`.
+    """
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
         if parse_unit(axis.unit).kind == kind:
@@ -99,7 +102,10 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
 def _gyroscopes_and_accelerometers(
     found: ThermalCalibration, most: int, consumer: str
 ) -> tuple[list[_Triad], list[_Triad]]:
-    """Return the gyroscopes and the accelerometers; at most `most` of each are allowed."""
+    """List of gyroscopes and list of accelerometers.
+
+    Raises `InputError` without any, or for more than `most` of one kind.
+    """
     sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
     if not any(sensors):
         raise InputError(
@@ -109,7 +115,7 @@ def _gyroscopes_and_accelerometers(
 
 
 def _notes(axes: Sequence[AxisLaw]) -> list[str]:
-    """Return comment lines: form and temperature range of each axis, and what a polynomial cannot represent."""
+    """Comment lines: form and temperature range of each axis, and what a polynomial cannot represent."""
     notes = []
     for axis in axes:
         low, high = axis.range
@@ -125,7 +131,7 @@ def _notes(axes: Sequence[AxisLaw]) -> list[str]:
 
 
 def _head(found: ThermalCalibration, *lines: str) -> list[str]:
-    """Return the comment lines at the beginning of a file: source, explanation of the format, notes on the axes."""
+    """Comment lines at the beginning of a file: source, the given `lines`, and notes on the axes."""
     logs = (
         ", ".join(re.sub(r"\s+", " ", str(p)) for p in found.paths if p) or "recordings in memory"
     )
@@ -138,7 +144,7 @@ def _head(found: ThermalCalibration, *lines: str) -> list[str]:
 
 
 def _px4(found: ThermalCalibration) -> str:
-    """Return text with PX4 commands: param set TC_G…, TC_A…."""
+    """Text of PX4 commands: param set TC_G…, TC_A…."""
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = [
         f"# {line}"
@@ -171,7 +177,7 @@ def _px4(found: ThermalCalibration) -> str:
 
 
 def _ardupilot(found: ThermalCalibration) -> str:
-    """Return the text of a parameter file of ArduPilot: INS_TCAL…."""
+    """Text of a parameter file of ArduPilot: INS_TCAL…."""
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = [
         f"# {line}"
@@ -200,7 +206,7 @@ def _ardupilot(found: ThermalCalibration) -> str:
 
 
 def _c(found: ThermalCalibration) -> str:
-    """Return the text of a C header with one function for each axis."""
+    """Text of a C header with one function for each axis."""
     lines = [
         f" * {line}"
         for line in _head(
@@ -234,7 +240,7 @@ def _c(found: ThermalCalibration) -> str:
 
 
 def _identifiers(found: ThermalCalibration) -> list[str]:
-    """Return a valid C name for each axis, all different."""
+    """Valid C name for each axis; all names differ."""
     names: list[str] = []
     for axis in found:
         name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"
@@ -244,7 +250,7 @@ def _identifiers(found: ThermalCalibration) -> list[str]:
 
 
 def _csv(found: ThermalCalibration) -> str:
-    """Return CSV text with one row for each axis."""
+    """CSV text with a header and one row for each axis."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     head = (
@@ -272,7 +278,7 @@ def _csv(found: ThermalCalibration) -> str:
 
 
 def _json(found: ThermalCalibration) -> str:
-    """Return JSON text with the polynomial and the fitted numbers of each axis."""
+    """JSON text with the polynomial and the fitted coefficients of each axis."""
     axes = []
     for axis in found:
         low, high = axis.range

@@ -79,7 +79,7 @@ class ThermalCalibration:
         return len(self.axes)
 
     def export(self, target: str) -> str:
-        """Return the text of a parameter file.
+        """Text of a parameter file for a target.
 
         Parameters
         ----------
@@ -90,7 +90,7 @@ class ThermalCalibration:
         return render(self, target)
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Plot for each axis the law b(T) with its band and the data, and the Allan deviation before and after correction.
+        """Figure with two panels per axis: the law b(T) with its band and the data, and the Allan deviation.
 
         Parameters
         ----------
@@ -103,7 +103,7 @@ class ThermalCalibration:
         return plot_thermal(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: ``allanite/thermal/1``."""
+        """Dict for JSON, schema ``allanite/thermal/1``."""
         return {
             "schema": "allanite/thermal/1",
             "version": _kernels.version(),
@@ -124,7 +124,7 @@ def thermal(
     temperature: str | None = None,
     on_progress: Callable[[str, int, int], None] | None = None,
 ) -> ThermalCalibration:
-    """Fit the thermal law b(T) of every axis to one or more logs in which the temperature changes.
+    """Thermal law b(T) of every axis, fitted to one or more logs in which the temperature changes.
 
     Parameters
     ----------
@@ -186,12 +186,13 @@ def thermal(
 def _reporter(
     on_progress: Callable[[str, int, int], None] | None, name: str, times: int
 ) -> Callable[[int, int], None] | None:
-    """Return a function that reports the progress of one axis over several thermometers."""
+    """Function (forms done, forms in all) that reports the progress of one axis over `times` thermometers, or None."""
     if on_progress is None:
         return None
     before = 0
 
     def report(done: int, total: int) -> None:
+        """Call `on_progress` with the axis and the progress over all thermometers."""
         nonlocal before
         on_progress(name, before + done, total * times)
         before += total * (done == total)
@@ -205,13 +206,13 @@ def _searched(
     noise: Model,
     report: Callable[[int, int], None] | None,
 ) -> tuple[Runs, tuple[Tried, ...]]:
-    """Return the joined logs of one axis, and the fits of all forms to averages of these logs."""
+    """Joined logs of one axis with this thermometer, and the fits of all forms to averages of these logs."""
     runs = join(columns, thermometer)
     return runs, tried_forms(runs.averaged(MAX_SEARCH_SAMPLES), noise, report)
 
 
 def _axis(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
-    """Fit the chosen form to all samples and compute the results after correction."""
+    """Law of one axis: the chosen form fitted to all samples, with the results after correction."""
     best = chosen(tried)
     shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}
     effects: list[Deterministic] = [

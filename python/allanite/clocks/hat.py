@@ -77,7 +77,7 @@ class ClockDeviation:
     edf: Array
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as JSON; an unknown value is null."""
+        """Dict that JSON can hold: the name of the clock and its values at each averaging time; null for NaN."""
         rows = zip(
             self.tau, self.variance, self.deviation, self.low, self.high, self.detected, self.edf,
             strict=True,
@@ -123,7 +123,7 @@ class Clocks(Mapping[str, ClockDeviation]):
         return len(self._clocks)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form, ``allanite/hat/1``."""
+        """Dict for JSON with the results of all clocks, schema ``allanite/hat/1``."""
         return {
             "schema": "allanite/hat/1",
             "version": _kernels.version(),
@@ -152,7 +152,7 @@ class Clocks(Mapping[str, ClockDeviation]):
 def three_cornered_hat(
     recording: Recording, pairs: list[tuple[str, str]] | None = None, seed: int = 0
 ) -> Clocks:
-    """Return the Allan deviation of each of three or more independent clocks, with intervals.
+    """Allan deviation of each of three or more independent clocks, with intervals.
 
     Parameters
     ----------
@@ -172,7 +172,8 @@ def three_cornered_hat(
     Raises
     ------
     InputError
-        There are fewer than three clocks, a pair is missing, the columns are differences of pairs without `pairs`, or the
+        There are fewer than three clocks, a pair is missing, the columns are differences of pairs without `pairs`, or
+        the
         record is too short.
 
     References
@@ -243,7 +244,7 @@ def three_cornered_hat(
 def _differences(
     recording: Recording, pairs: list[tuple[str, str]] | None
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
-    """Return the names of the clocks, and the recording of each pair."""
+    """Names of the clocks, and a dict from each pair of names (a, b) to the recording of a − b."""
     if pairs is None:
         names = list(recording.columns)
         if len(names) < 3:
@@ -270,7 +271,7 @@ def _differences(
 
 
 def _refuse_differences(names: list[str], samples: Array) -> None:
-    """Raise an error if three columns are the differences of each pair of three clocks: A − B, B − C, C − A.
+    """Raise `InputError` if three columns are differences of three clocks: A − B, B − C and C − A.
 
     Three such columns, each with one of both signs, add up to zero except for rounding and constants.
     """
@@ -290,7 +291,7 @@ def _refuse_differences(names: list[str], samples: Array) -> None:
 
 
 def _phase(one: Recording) -> Array:
-    """Return the phase of a pair; frequencies are summed to a phase."""
+    """Phase of a difference of two clocks, s, shape (n,) or (n + 1,); frequencies are summed to a phase."""
     if one.quantity == "angle":
         return np.asarray(one.samples, dtype=np.float64)
     y = np.asarray(one.rate_samples(), dtype=np.float64) / one.rate
@@ -299,17 +300,17 @@ def _phase(one: Recording) -> Array:
 
 
 def _allan_differences(phase: Array, m: int, rate: float) -> Array:
-    """Return the differences of adjacent mean frequencies over m samples, for every possible start."""
+    """Differences of adjacent mean frequencies over m samples, for every possible first sample."""
     return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
 
 
 def _between(allan: dict[tuple[str, str], Array], a: str, b: str) -> Array:
-    """Return the Allan differences a − b, whichever order was measured."""
+    """Allan differences of clock a minus clock b, also if `allan` holds the pair (b, a)."""
     return allan[a, b] if (a, b) in allan else -allan[b, a]
 
 
 def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
-    """Return the variance of each clock, the mean of its Groslambert covariances over all pairs of other clocks.
+    """Allan variance of each clock: the mean of its Groslambert covariances over all pairs of other clocks.
 
     The result is None if a product has no samples.
     """
@@ -329,9 +330,10 @@ def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array
 def _intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return 95 % intervals of the deviations, and for each clock whether its noise is detected.
+    """Lower and upper ends of the 95 % intervals of the deviations, and a mask of the clocks whose noise is detected.
 
-    The covariances have a Wishart distribution. The prior of a variance v is 1/(v + e), where e is the standard error of
+    The covariances have a Wishart distribution. The prior of a variance v is 1/(v + e), where e is the standard error
+    of
     the estimate at v = 0. For a detected clock this prior does not depend on the unit of v; for another clock it allows
     v = 0.
     """
@@ -345,6 +347,7 @@ def _intervals(
     place = place + 0.3 * rng.standard_normal((CHAINS, k))
 
     def height(log_v: Array) -> Array:
+        """Log-posterior of each row of log-variances, up to a constant, shape (chains,)."""
         v = np.exp(log_v)
         inverse = 1.0 / v[:, 1:]
         whole = 1.0 / v[:, 0] + inverse.sum(axis=1)

@@ -45,7 +45,7 @@ class Holdover:
     high: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the attributes as a dictionary of values that JSON can hold."""
+        """Dict of the attributes in s, with ``_s`` appended to each name."""
         return {
             "after_s": self.after,
             "expected_s": self.expected,
@@ -67,7 +67,7 @@ MIN_WEIGHT = 0.02
 def holdovers_of(
     fits: Sequence[FittedNoise], series: StampedSeries, after: Sequence[float], design: Array
 ) -> list[Holdover]:
-    """Return the predictions, averaged over noise models and over the coefficients of each.
+    """Predicted phase at each time in `after`, averaged over noise models and over the coefficients of each model.
 
     The error in holdover depends on slow noise that is hardly visible in the record, so that neither one model nor one
     set of coefficients is enough. The weight of a model is its evidence. Within a model, the prediction is averaged over
@@ -89,6 +89,7 @@ def holdovers_of(
     times = float(series.times[-1]) + np.asarray(after, dtype=float)
 
     def predicted(noise: StampedNoise) -> tuple[float, tuple[Array, Array]]:
+        """Log-likelihood of a noise, and (mean, variance) of the phase at each time under this noise."""
         log_likelihood, mean, variance = series.predicted(noise, times, design)
         return log_likelihood, (mean, variance)
 
@@ -108,7 +109,7 @@ def holdovers_of(
 
 
 def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:
-    """Mean, standard deviation and interval of a weighted sum of normal distributions."""
+    """`Holdover` from a weighted mixture of normal distributions with these means and standard deviations."""
     from scipy.optimize import brentq
     from scipy.special import ndtr
 
@@ -118,6 +119,7 @@ def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:
     low, high = float((mean - 10.0 * std).min()), float((mean + 10.0 * std).max())
 
     def end(share: float) -> float:
+        """Quantile of the mixture at the probability `share`."""
         return float(
             brentq(
                 lambda x: float(weight @ ndtr((x - mean) / std)) - share,

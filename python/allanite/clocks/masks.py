@@ -45,7 +45,7 @@ class Piece:
     terms: tuple[tuple[float, float], ...]
 
     def at(self, tau: float) -> float:
-        """Return the limit at τ, ns."""
+        """Limit at the averaging time τ (s), ns."""
         return float(sum(coefficient * tau**power for coefficient, power in self.terms))
 
 
@@ -70,7 +70,7 @@ class Limit:
         return self.pieces[0].low, self.pieces[-1].high
 
     def at(self, tau: Array) -> Array:
-        """Return the limit at averaging times, s, shape of `tau`; NaN where there is none."""
+        """Limit (s) at the averaging times `tau` (s), shape of `tau`; NaN outside of all pieces."""
         flat = np.atleast_1d(np.asarray(tau, dtype=float))
         out = np.full(flat.shape, np.nan)
         for piece in self.pieces:
@@ -110,7 +110,7 @@ class Mask:
 
 
 def _limit(source: str, *pieces: tuple[float, float, tuple[tuple[float, float], ...]]) -> Limit:
-    """The limit of a source, with pieces (low, high, terms)."""
+    """`Limit` from its source and its pieces (low, high, terms)."""
     return Limit(tuple(Piece(low, high, terms) for low, high, terms in pieces), source)
 
 
@@ -124,7 +124,7 @@ def _mask(
     constant: float | None = None,
     source: str = "",
 ) -> Mask:
-    """The mask with limits on MTIE and TDEV; either may be None."""
+    """`Mask` with limits on MTIE and TDEV; a limit that is None is left out."""
     limits = {kind: limit for kind, limit in (("mtie", mtie), ("tdev", tdev)) if limit is not None}
     return Mask(name, title, MappingProxyType(limits), filter_hz, time_error, constant, source)
 
@@ -237,7 +237,7 @@ MASKS: Mapping[str, Mask] = MappingProxyType({mask.name: mask for mask in _MASKS
 
 
 def mask_named(name: str) -> Mask:
-    """Return the mask of a name; upper and lower case are equal.
+    """Mask with this name, in upper or lower case.
 
     Raises
     ------

@@ -37,10 +37,11 @@ SAMPLES_PER_PART = 512
 
 
 def thinned(n: int) -> NDArray[np.int64]:
-    """Return the indices of samples that are kept of a record of n samples.
+    """Ascending indices of the samples to keep from a record of n samples; older samples are kept more sparsely.
 
     These are the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those, and so on.
-    The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present phase,
+    The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present
+    phase,
     the sparse samples before them determine slow noise.
     """
     rows: list[NDArray[np.int64]] = []
@@ -57,7 +58,7 @@ def thinned(n: int) -> NDArray[np.int64]:
 def clock_noise(
     series: StampedSeries, rate: float, progress: Callable[[int], None] | None = None
 ) -> list[FittedNoise]:
-    """Return fits of sums of the five noises, best first.
+    """Fits of all tried sums of the five clock noises, highest evidence first.
 
     The search starts with the best single noise or pair. Each step adds, removes or replaces the one noise that raises the
     evidence most, until no step raises it.
@@ -65,6 +66,7 @@ def clock_noise(
     fits: dict[tuple[int, ...], FittedNoise] = {}
 
     def fit(places: tuple[int, ...], start: FittedNoise | None = None) -> FittedNoise:
+        """Fit of the noises with these indices in `EFFECTS`; each sum is fitted once."""
         if places not in fits:
             candidate = Candidate(tuple(EFFECTS[i] for i in places))
             fits[places] = fit_noise(series, candidate, rate, integrated_noise, start)

@@ -120,7 +120,7 @@ class Timing:
     steered: str | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form, ``allanite/timing/1``."""
+        """Dict for JSON, schema ``allanite/timing/1``."""
         return {
             "schema": "allanite/timing/1",
             "version": _kernels.version(),
@@ -231,7 +231,7 @@ def timing(
     steering: tuple[str, float] | None = None,
     progress: Callable[[str, int], None] | None = None,
 ) -> Timing:
-    """Analyze a clock: time error, masks, jumps, frequency, drift, noise and holdover.
+    """Analysis of a clock: time error, masks, jumps, frequency, drift, noise and holdover.
 
     Parameters
     ----------
@@ -242,8 +242,10 @@ def timing(
     after : sequence of float
         Times after the last sample for which holdover is predicted, s.
     steering : (str, float), optional
-        Name of a covariate with the frequency that a servo set, and the phase in s that a value of 1 adds per second. Its
-        integral is subtracted from the phase, so that noise, frequency and holdover are those of the free-running clock.
+        Name of a covariate with the frequency that a servo set, and the phase in s that a value of 1 adds per second.
+        Its
+        integral is subtracted from the phase, so that noise, frequency and holdover are those of the free-running
+        clock.
     progress : callable, optional
         Called with a column and the number of noise models fitted.
 
@@ -288,6 +290,7 @@ def timing(
         return several
 
     def report(done: int) -> None:
+        """Call `progress` with the column's name and the number of noise models fitted."""
         if progress is not None:
             progress(recording.columns[0], done)
 
@@ -351,7 +354,7 @@ def _timing(
     steering: tuple[str, float] | None,
     report: Callable[[int], None],
 ) -> Timing:
-    """Analyze one column."""
+    """Analysis of one column; `report` is called with the number of noise models fitted."""
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
     scale = parse_unit(column.unit).scale
@@ -405,7 +408,7 @@ def _timing(
 
 
 def _integral(column: Recording, name: str, times: Array) -> Array:
-    """Return the phase that a servo added: the integral of its frequency, constant between samples."""
+    """Integral of the covariate `name` over time, shape (n,); its last value is held between samples and over gaps."""
     if name not in column.covariates:
         raise InputError(
             f"the log has no column {name!r}; columns other than the phase: {', '.join(column.covariates) or 'none'}"
@@ -434,7 +437,7 @@ class _Fitted:
 
     @property
     def best(self) -> FittedNoise:
-        """Noise model with the highest evidence."""
+        """Fit of the noise model with the highest evidence."""
         return self.fits[0]
 
     @classmethod
@@ -448,7 +451,7 @@ class _Fitted:
         rate: float,
         report: Callable[[int], None],
     ) -> _Fitted:
-        """Fit a phase. Outliers are removed, and steps and temperature are fitted."""
+        """Fit of a phase without single outliers: noise, offset, frequency, steps, temperature, and drift if needed."""
         own, values = times[there], phase[there].copy()
         for jump in jumps:
             if not jump.stays:
@@ -488,7 +491,7 @@ class _Fitted:
         return cls(without, fits, tuple(functions), origin, mean, errors, freedom)
 
     def _estimate(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
-        """Return the amplitude of a known function, or None if it was not fitted."""
+        """Amplitude of the known function `name` times `factor`, with its interval; None if it was not fitted."""
         from scipy.special import stdtrit
 
         if name not in self.names:
@@ -500,17 +503,20 @@ class _Fitted:
         return Estimate(value, error, (value - half, value + half), unit, True, name)
 
     def frequency(self) -> Estimate:
-        """Return the fractional frequency at the last sample."""
+        """Estimate of the fractional frequency at the last sample."""
         found = self._estimate("frequency", "1")
         assert found is not None
         return found
 
     def temperature(self) -> Estimate | None:
-        """Return the change of the fractional frequency per unit of temperature, if a temperature was logged."""
+        """Change of the fractional frequency per unit of temperature; None if no temperature was fitted."""
         return self._estimate("temperature", "1")
 
     def drift(self) -> Estimate:
-        """Return the drift per day. If the record does not need one, it is fitted here only to obtain its interval."""
+        """Estimate of the change of the fractional frequency per day.
+
+        Without evidence for a drift, the estimate is marked as not detected.
+        """
         found = self._estimate("drift", "1/d", 86400.0)
         if found is not None:
             return found
@@ -524,14 +530,14 @@ class _Fitted:
         return Estimate(value, error, (value - half, value + half), "1/d", False, "drift")
 
     def constant_error(self) -> float | None:
-        """Return the standard error of the mean of the phase; None if the noise is not stationary."""
+        """Standard error of the mean phase under the fitted noise, s; None if the noise is not stationary."""
         if self.best.noise.walk > 0.0 or any(summed for _, _, summed in self.best.noise.lags):
             return None
         alone = StampedSeries(self.series.times, self.series.values, self.series.design[:1])
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
 
     def holdover(self, after: Sequence[float]) -> list[Holdover]:
-        """Predict the phase at times after the last sample, at the mean temperature of the last tenth of the record."""
+        """Predicted phase at each time after the last sample (s), at the mean temperature of the record's last tenth."""
         if not after:
             return []
         # The likelihood filter takes the times in ascending order.
@@ -544,12 +550,12 @@ class _Fitted:
 
 
 def _series(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:
-    """Return a series with its known functions."""
+    """`StampedSeries` of times, values and the rows of known functions."""
     return StampedSeries(times, values, np.array(list(functions.values())))
 
 
 def _sentence(verdict: Verdict, duration: float) -> str:
-    """Return a line about one limit of a mask: result, measured value, limit, interval."""
+    """One line of text about one limit of a mask: result, measured value, limit, interval."""
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:
         return f"{head}: the mask needs a record of {span_text(verdict.needs)}"
@@ -563,7 +569,7 @@ def _sentence(verdict: Verdict, duration: float) -> str:
 
 
 def _named(model: Model) -> str:
-    """Return the noises of a clock with their usual names and sizes."""
+    """Text of the noises of a clock with their usual names and sizes: ``white FM N 1e-10``."""
     names = {
         "quantization": "white PM",
         "flicker_phase": "flicker PM",
@@ -576,7 +582,7 @@ def _named(model: Model) -> str:
 
 
 def _value_text(estimate: Estimate) -> str:
-    """Return the text of an estimate without its unit: value ± standard error, or the interval if not detected."""
+    """Text of an estimate without its unit: value ± standard error, or the interval if not detected."""
     low, high = estimate.interval or (np.nan, np.nan)
     if not estimate.detected:
         return f"not detected ({low:.2g} to {high:.2g})"

@@ -61,7 +61,7 @@ class Verdict:
     source: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the attributes as a dictionary of values that JSON can hold."""
+        """Dict of the attributes for JSON; names of times end with ``_s``."""
         return {
             "mask": self.mask,
             "kind": self.kind,
@@ -78,7 +78,7 @@ class Verdict:
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
-    """Return a verdict for each limit of a mask.
+    """One verdict for each limit of a mask.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
     phase : ndarray, shape (n,)
         Time error in s on a regular grid, NaN where missing.
     rate : float
-        Hz.
+        Sampling rate, Hz.
     """
     duration = phase.size / rate
     out = []
@@ -104,7 +104,7 @@ def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
 
 
 def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration: float) -> Verdict:
-    """Return the verdict on one number, such as the largest time error, against its limit."""
+    """Verdict on one number, such as the largest time error (s), against its limit."""
     result = "undecided"
     if value is not None and value > limit:
         result = "fails"
@@ -116,7 +116,7 @@ def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration
 
 
 def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
-    """Return the verdict on a deviation against its limit at all averaging times."""
+    """Verdict on the deviation `kind` of a phase against its limit at all averaging times."""
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
     needs = MIN_LENGTH_OVER_TAU[kind] * last
@@ -160,7 +160,7 @@ def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> 
 
 
 def _measured(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
-    """Return a deviation at averaging times that cover the limit, including its corners."""
+    """Deviation `kind` at averaging times that cover the limit, with the ends of its pieces."""
     estimator = getattr(deviation, kind)
     low, high = limit.span
     longest = phase.size / (3.0 if kind == "tdev" else 1.0)
@@ -180,7 +180,10 @@ def _measured(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
 
 
 def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
-    """Return a phase after a first-order low-pass filter; missing samples are interpolated before filtering."""
+    """Phase after a first-order low-pass filter with this cutoff (Hz).
+
+    Missing samples are interpolated for the filter and stay missing.
+    """
     from scipy.signal import lfilter
 
     there = np.isfinite(phase)
@@ -192,7 +195,7 @@ def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
 
 
 def averages(phase: Array, rate: float, length: float = AVERAGING_TIME) -> Array:
-    """Return the means over all windows of a length, s, in which at most half of the samples are missing; shape (k,)."""
+    """Mean over each window of `length` s in which at most half of the samples are missing, shape (k,)."""
     m = round(length * rate)
     if m < 1 or m > phase.size:
         return np.zeros(0)

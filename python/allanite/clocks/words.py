@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def time_text(seconds: float) -> str:
-    """Return a time error with three digits, in s, ms, µs, ns or ps."""
+    """Text of a time error with three digits, in s, ms, µs, ns or ps."""
     for name, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
         if abs(seconds) >= size:
             return f"{seconds / size:.3g} {name}"
@@ -12,7 +12,7 @@ def time_text(seconds: float) -> str:
 
 
 def span_text(seconds: float) -> str:
-    """Return a duration with three digits, in days, hours, minutes or seconds."""
+    """Text of a duration with three digits, in days, hours, minutes or seconds."""
     for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"

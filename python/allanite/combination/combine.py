@@ -113,12 +113,12 @@ class Combination:
         return min(fit.recording.rate for fit in self.fits)
 
     def state_space(self) -> Any:
-        """Return F, Q, H, R of the combined sensor at its rate (`allanite.StateSpace`)."""
+        """`StateSpace` (F, Q, H, R, P0) of the noise of the combined sensor at its rate."""
         return self.model.state_space(self.rate)
 
     @property
     def headline(self) -> str:
-        """The answer in one sentence."""
+        """One sentence: how much averaging lowers the Allan deviation of the best unit, and units that deviate."""
         middle = int(np.argmax(self.gain))
         ends = sorted({0, middle, self.tau.size - 1})
         shown = ", ".join(f"{number(self.gain[k], 3)} at {number(self.tau[k], 2)} s" for k in ends)
@@ -129,7 +129,7 @@ class Combination:
         return text
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Plot the Allan deviations of the units, of their mean and of the combination, and the best weights.
+        """Figure of the Allan deviations of the units, their mean and the combination, and of the best weights over τ.
 
         Parameters
         ----------
@@ -142,7 +142,7 @@ class Combination:
         return plot_combination(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: ``allanite/combine/1``."""
+        """Dict for JSON, schema ``allanite/combine/1``."""
         space = self.state_space()
         return {
             "schema": "allanite/combine/1",
@@ -221,7 +221,7 @@ def combine(
     tau: float | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Combination:
-    """Return the weights for averaging several units of one axis, the gain at each τ, and deviating units.
+    """Weights for averaging several units of one axis, the gain at each τ, and deviating units.
 
     Parameters
     ----------
@@ -232,7 +232,8 @@ def combine(
     model : Model, Effect or str
         Noise model of each unit; random effects only.
     tau : float, optional
-        Averaging time for which the weights are optimal, s. By default the weights minimize the mean of the logarithm of
+        Averaging time for which the weights are optimal, s. By default the weights minimize the mean of the logarithm
+        of
         the deviation over all τ.
     on_progress : callable, optional
         Called with (units done, all units).
@@ -296,6 +297,7 @@ def combine(
     mean = np.full(len(fits), 1.0 / len(fits))
 
     def deviation(w: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Allan deviation of the average with the weights w at each averaging time."""
         return np.sqrt(np.einsum("i,kij,j->k", w, covariance, w))
 
     return Combination(
@@ -317,7 +319,7 @@ def combine(
 
 
 def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[str, list[Recording]]:
-    """Return the units of each axis, with one recording for each board.
+    """Dict from the name of each axis (``gyro#_x``) to the recordings of its units, one recording per board.
 
     Columns belong to one axis if their names differ only in numbers.
 
@@ -357,13 +359,13 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
 
 
 def _places(boards: Sequence[Sequence[Recording]]) -> list[range]:
-    """Return the indices of the units of each board."""
+    """Range of the indices of the units on each board; indices count over all boards."""
     ends = np.cumsum([0, *map(len, boards)]).tolist()
     return [range(a, b) for a, b in pairwise(ends)]
 
 
 def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
-    """Return a name for each unit: the column, preceded by the file if there are several."""
+    """Name of each unit: the column, preceded by the file if there are several boards. Equal names get a number."""
     names = []
     for column in columns:
         file = re.sub(r".*[/\\]", "", column.path or "")
@@ -374,9 +376,9 @@ def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
 
 
 def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
-    """Return averaging times an octave apart.
+    """Averaging times, s, an octave apart.
 
-    They begin at the longest sampling interval. The shortest record has `MIN_AVERAGES` averages at the last one.
+    The first is the longest sampling interval. The shortest record has `MIN_AVERAGES` averages at the last.
     """
     rate = min(fit.recording.rate for fit in fits)
     longest = min(fit.recording.duration for fit in fits) / MIN_AVERAGES
@@ -385,7 +387,7 @@ def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
 
 
 def _minimum_variance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the weights with sum 1 and minimum variance: C⁻¹1/(1ᵀC⁻¹1)."""
+    """Weights with sum 1 and minimum variance of the average: C⁻¹1/(1ᵀC⁻¹1)."""
     size = np.sqrt(np.diag(covariance))
     # The pseudoinverse also handles units with identical noise, whose covariance is singular.
     scaled = np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-9, hermitian=True)
@@ -394,7 +396,7 @@ def _minimum_variance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the weights with the lowest mean of ln σ over all τ, by fixed-point iteration.
+    """Weights with sum 1 and the lowest mean of ln σ over all τ; `covariance` has the shape (τ, units, units).
 
     At the minimum all elements of Σ C_k w/(wᵀC_k w) are equal, so that w is the minimum-variance solution for the
     covariance Σ C_k/(wᵀC_k w).
@@ -413,7 +415,7 @@ def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
 def _measured(
     columns: Sequence[Recording], weights: NDArray[np.float64], tau: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Return the Allan deviation of the weighted average of the samples of one board."""
+    """Measured Allan deviation of the weighted average of the samples of one board, shape of `tau`."""
     rate = columns[0].rate
     samples = np.column_stack([column.rate_samples() for column in columns])
     factors = np.round(tau * rate).astype(int)
@@ -423,10 +425,10 @@ def _measured(
 def _combined(
     fits: Sequence[Fit], shared: Sequence[Correlation], weights: NDArray[np.float64]
 ) -> Model:
-    """Return the noise model of the combination.
+    """Noise model of the weighted average of the units.
 
-    The correlation of two units varies with frequency. For each coefficient it is averaged over the frequencies at which
-    its effect dominates.
+    The correlation of two units varies with frequency. For each coefficient, the correlation is
+    averaged over the frequencies at which its effect dominates.
     """
     effects = []
     for place, effect in enumerate(fits[0].model.stochastic):

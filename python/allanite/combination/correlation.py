@@ -45,13 +45,13 @@ class Correlation:
     __repr__ = brief
 
     def at(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the correlation at some frequencies; outside of all octaves that of the nearest octave."""
+        """Correlation at the frequencies f (Hz), shape of `f`; outside of all octaves, that of the nearest octave."""
         place = np.searchsorted(self.edges, f, side="right") - 1
         return self.values[np.clip(place, 0, self.values.size - 1)]
 
 
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
-    """Return the correlation of each pair of units on one board whose noise is correlated.
+    """Correlation of each pair of units on one board with a significant correlation; other pairs are left out.
 
     Parameters
     ----------
@@ -71,10 +71,10 @@ def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]
 
 
 def _values(bands: Sequence[CrossBand]) -> list[float]:
-    """Return a correlation for each octave.
+    """Correlation in each octave.
 
-    An octave without a significant correlation gets that of the nearest significant octave if it lies in its interval,
-    and 0 otherwise. Octaves with few ordinates have wide intervals.
+    An octave without a significant correlation gets the value of the nearest significant octave if this value lies in
+    its own interval, else 0. Octaves with few ordinates have wide intervals.
     """
     sure = [k for k, band in enumerate(bands) if band.significant]
     out = []
@@ -91,10 +91,11 @@ def _values(bands: Sequence[CrossBand]) -> list[float]:
 def allan_covariance(
     fits: Sequence[Fit], shared: Sequence[Correlation], tau: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the covariance of the Allan increments of the units, shape (τ, units, units).
+    """Allan covariance of the units at each averaging time, shape (τ, units, units); its diagonal are the Allan variances.
 
     The variances are those of the models. The covariance of two units is the product of their deviations times a mean
-    correlation. The weight of a frequency in this mean is its contribution to the Allan variance of the geometric mean of
+    correlation. The weight of a frequency in this mean is its contribution to the Allan variance of the geometric mean
+    of
     both spectra.
     """
     variance = np.column_stack(

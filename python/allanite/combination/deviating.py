@@ -55,13 +55,16 @@ class DeviatingUnit:
 
 
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:
-    """Return the units whose power differs from that of the others, the most certain first.
+    """Units whose power differs significantly from that of the other units, in the order in which they were found.
 
     The logarithm of the power of each unit is compared with the mean over the other units, in every octave and in every
-    range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference is
-    the sum of the statistical error of the records and of the spread between units. This spread is the one observed among
+    range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference
+    is
+    the sum of the statistical error of the records and of the spread between units. This spread is the one observed
+    among
     the others, moderated by the known spread of units of one type (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3, 3), so
-    that three units are enough. The test statistic has Student's distribution. After a unit was found it is removed, and
+    that three units are enough. The test statistic has Student's distribution. After a unit was found it is removed,
+    and
     the others are compared again.
     """
     edges, levels, chance = _levels(fits)
@@ -95,7 +98,7 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 def _difference(
     levels: NDArray[np.float64], chance: NDArray[np.float64], place: int, others: list[int]
 ) -> tuple[float, float]:
-    """Return the p-value of the difference of one unit from the others, and the difference in ln power."""
+    """p-value of the difference of the unit with index `place` from the other units, and the difference in ln power."""
     from scipy.special import stdtr
 
     n = len(others)
@@ -116,7 +119,7 @@ def _difference(
 def _levels(
     fits: Sequence[Fit],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the edges of octaves, Hz, ln of the power relative to the first unit's model, and the variance of this ln.
+    """Edges of octaves, Hz, ln of the power of each unit relative to the first unit's model, and the variance of this ln.
 
     The last two have the shape (units, octaves).
     """

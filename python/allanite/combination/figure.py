@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def plot_combination(
     found: Combination, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Plot the Allan deviations of the units, of their mean and of the combination, and below them the best weights.
+    """Figure of the Allan deviations of the units, their mean and the combination, and below it the best weights.
 
     Parameters
     ----------

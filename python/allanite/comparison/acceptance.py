@@ -71,7 +71,7 @@ class FigureVerdict:
         return self.figure.unit
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold: name, printed value, unit, limit, measured, interval, verdict, needs_s, remark."""
         return {
             "name": self.figure.name,
             "printed": self.figure.value,
@@ -138,7 +138,7 @@ class Acceptance:
         return max((f.needs for f in self.figures if f.needs is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form, ``allanite/accept/1``."""
+        """Dict for JSON, schema ``allanite/accept/1``."""
         return {
             "schema": "allanite/accept/1",
             "version": _kernels.version(),
@@ -171,7 +171,10 @@ class Acceptance:
         return "\n".join([*lines, *(f"! {remark}" for remark in self.remarks)])
 
     def plot(self, path: Any = None) -> Any:
-        """Plot the measured Allan deviation, the last model, and the limits of the sheet; write it to `path` if given."""
+        """Figure of the measured Allan deviation, the last model and the limits of the sheet.
+
+        Written to `path` if given.
+        """
         from allanite.plots import plot_compare
 
         recording = self.recording
@@ -187,7 +190,9 @@ class Acceptance:
 
 
 def limit_line(figure: Quoted, unit: str, tau: Any, margin: float = 1.0) -> tuple[Any, Any] | None:
-    """Return averaging times and Allan deviation of an effect at its limit: the figure of the sheet times `margin`.
+    """Averaging times and Allan deviation of an effect whose coefficient is the figure of the sheet times `margin`.
+
+    The deviation is in `unit`.
 
     The result is None for a figure without an effect.
     """
@@ -208,10 +213,11 @@ def accept(
     margin: float = 0.0,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Acceptance:
-    """Compare every figure of a data sheet with the measured 95 % interval.
+    """Acceptance test of one axis: every figure of a data sheet is compared with the measured 95 % interval.
 
     The model N+B+K, extended by the coefficients that the sheet states, is fitted. If it does not describe the record,
-    missing effects are added first (`improve`), so that a vibration or a temperature does not count as noise of the part.
+    missing effects are added first (`improve`), so that a vibration or a temperature does not count as noise of the
+    part.
 
     Parameters
     ----------
@@ -254,7 +260,7 @@ def accept(
 
 
 def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptance:
-    """Return the acceptance test of the last model of a study. The sheet must be for the same kind of sensor."""
+    """Acceptance test with the last model of a study. The data sheet `own` must be for the same kind of sensor."""
     fit = study.fit
     tested = []
     for figure in own.figures:
@@ -271,7 +277,7 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
 
 
 def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
-    """Return the verdict on a figure that states a coefficient."""
+    """Verdict on a figure that states a coefficient."""
     unit = fit.recording.unit
     try:
         measured = fit[figure.coefficient]
@@ -298,7 +304,7 @@ def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
 
 
 def _verdict(low: float, high: float, limit: float) -> str:
-    """Return "meets", "does not meet" or "undecided" for an interval and a limit."""
+    """``"meets"``, ``"does not meet"`` or ``"undecided"`` for the interval low … high and its limit."""
     if high <= limit:
         return MEETS
     return DOES_NOT_MEET if low > limit else UNDECIDED
@@ -325,14 +331,14 @@ def _needed(
 
 
 def _too_close(verdict: str, needs: float | None) -> str:
-    """Return a remark on an undecided figure that no record of reasonable length can decide, or an empty text."""
+    """Remark on an undecided figure for which even a record of 30 days is too short; else an empty text."""
     if verdict != UNDECIDED or needs is not None:
         return ""
     return "too close to the limit: even a record of 30 days would not be enough for a decision"
 
 
 def _minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
-    """Return the verdict on a figure that states the minimum of the Allan deviation.
+    """Verdict on a figure that states the minimum of the Allan deviation.
 
     The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected.
     """

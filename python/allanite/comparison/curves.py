@@ -54,12 +54,12 @@ class Drawn:
     __repr__ = brief
 
     def at(self, tau: float) -> float | None:
-        """Return the deviation at an averaging time, or None if the curve has no point within 1 % of it."""
+        """Deviation at the averaging time τ (s), or None if the curve has no point within 1 % of τ."""
         i = int(np.argmin(np.abs(self.tau - tau)))
         return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
 
     def near(self, tau: float) -> Drawn | None:
-        """Return the point at an averaging time, interpolated linearly in the logarithms; None outside of the curve.
+        """Curve with one point at the averaging time τ (s), interpolated in the logarithms; None outside of the curve.
 
         Logs with different rates have different averaging times, so that interpolation is needed.
         """
@@ -67,6 +67,7 @@ class Drawn:
             return None
 
         def value(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+            """The values interpolated at τ, shape (1,), or None."""
             if values is None:
                 return None
             logs = np.interp(np.log(tau), np.log(self.tau), np.log(np.maximum(values, 1e-300)))
@@ -81,7 +82,7 @@ class Drawn:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold: name, kind, unit, and a list of points."""
         points = [
             {"tau_s": float(t), "deviation": float(d)}
             for t, d in zip(self.tau, self.deviation, strict=True)
@@ -113,7 +114,7 @@ class Curves:
     __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form, ``allanite/compare/1``."""
+        """Dict for JSON, schema ``allanite/compare/1``."""
         return {
             "schema": "allanite/compare/1",
             "version": _kernels.version(),
@@ -145,14 +146,14 @@ class Curves:
         return "\n".join([*names, "", *table])
 
     def plot(self, path: str | Path | None = None) -> Any:
-        """Plot all curves with logarithmic axes; write the figure to `path` (SVG, PNG, PDF) if given."""
+        """Figure of all curves with logarithmic axes; written to `path` (SVG, PNG, PDF) if given."""
         from allanite.plots import plot_compare
 
         return plot_compare(self, path)
 
 
 def _in_first_unit(curve: Drawn, curves: Sequence[Drawn]) -> Drawn:
-    """Return a curve in the unit of the first curve of the same kind of sensor."""
+    """The curve, converted to the unit of the first among `curves` of the same kind of sensor."""
     kind = parse_unit(curve.unit).kind
     unit = next(one.unit for one in curves if parse_unit(one.unit).kind == kind)
     if unit == curve.unit:
@@ -168,7 +169,7 @@ def _in_first_unit(curve: Drawn, curves: Sequence[Drawn]) -> Drawn:
 
 
 def _ratio(one: Drawn | None, other: Drawn | None) -> str:
-    """Return the ratio of two points, with a 95 % interval if at least one of them has an interval.
+    """Text of the ratio of two points, with a 95 % interval if at least one point has an interval; a dash if unknown.
 
     The variances of the logarithms of the two deviations, taken as independent, are added.
     """
@@ -186,7 +187,7 @@ def _ratio(one: Drawn | None, other: Drawn | None) -> str:
 
 
 def _log_distance(point: Drawn, end: str) -> float:
-    """Return |ln(end of the interval / deviation)|; 0 for a point without an interval."""
+    """|ln(interval end / deviation)| of a point; `end` is ``"low"`` or ``"high"``. It is 0 without an interval."""
     values = getattr(point, end)
     return 0.0 if values is None else abs(float(np.log(values[0] / point.deviation[0])))
 
@@ -196,7 +197,7 @@ def compare(
     rate: float | None = None,
     unit: str | None = None,
 ) -> Curves:
-    """Compute the Allan deviations of logs and models for a comparison.
+    """Allan deviations of logs and models, for a comparison.
 
     Parameters
     ----------
@@ -210,7 +211,8 @@ def compare(
     Returns
     -------
     Curves
-        One curve for each item, in its own unit and in the given order. Models have the averaging times of the first log.
+        One curve for each item, in its own unit and in the given order. Models have the averaging times of the first
+        log.
 
     Raises
     ------
@@ -269,7 +271,7 @@ def compare(
 
 
 def of_deviations(found: Mapping[str, Deviation]) -> Curves:
-    """Return the curves of some deviations by name, with their intervals if they have any."""
+    """`Curves` of some deviations by name, with their intervals if known."""
     return Curves(
         tuple(
             Drawn(
@@ -286,7 +288,7 @@ def of_deviations(found: Mapping[str, Deviation]) -> Curves:
 
 
 def of_studies(studies: Mapping[str, Study]) -> Curves:
-    """Return for each column the measured Allan deviation and that of its last model."""
+    """`Curves` with two curves per column: the measured Allan deviation and that of the last model."""
     from allanite.plots.curves import interval
 
     curves = []

@@ -39,7 +39,7 @@ class Comparison:
     remarks: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form, ``allanite/datasheet/1``."""
+        """Dict for JSON, schema ``allanite/datasheet/1``."""
         return {
             "schema": "allanite/datasheet/1",
             "name": self.sheet.name,
@@ -79,12 +79,12 @@ class Comparison:
 
 
 def _in_its_unit(row: Row) -> float:
-    """Return the measured value in the unit of the sheet."""
+    """Measured value in the unit that the sheet prints."""
     return row.measured.value * row.figure.value / row.sheet if row.sheet else math.nan
 
 
 def _ratio(ratio: Estimate) -> str:
-    """Return a ratio with its interval, or its upper limit if the effect was not detected."""
+    """Text of a ratio with its interval, or of its upper limit if the effect was not detected."""
     if not ratio.detected:
         return f"< {ratio.interval[1]:.3g}" if ratio.interval else "?"
     if ratio.interval is None:
@@ -93,7 +93,7 @@ def _ratio(ratio: Estimate) -> str:
 
 
 def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
-    r"""Compare a fit with a data sheet, and explain ratios that are typical of a mistake with units.
+    r"""Comparison of a fit with a data sheet, with remarks on ratios that are typical of a mistake with units.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
 
 
 def with_figures(model: Model, sheet: DataSheet) -> Model:
-    """Return the model, extended by an effect for each coefficient of the sheet that it does not have."""
+    """Model with additional effects, so that it has every coefficient that the sheet states."""
     present = {effect.kind for effect in model}
     for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
         effect = find(name.partition(".")[0])
@@ -167,16 +167,18 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
 
 
 def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
-    """Return an interval multiplied by a factor."""
+    """Interval multiplied by a factor, or None."""
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
 def minimum_of(fit: Any, edf: float = MIN_EDF) -> Estimate:
-    """Return the minimum of the Allan deviation with its 95 % interval, in the unit of the recording.
+    """Minimum of the Allan deviation over τ with its 95 % interval, in the unit of the recording.
 
     The upper end is that of the measured point at which the fitted model is lowest, among points with at least `edf`
-    degrees of freedom; the minimum cannot be larger. The lower end is the minimum of the detected effects, each with the
-    lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the record. The lower
+    degrees of freedom; the minimum cannot be larger. The lower end is the minimum of the detected effects, each with
+    the
+    lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the record. The
+    lower
     end is then 0, and the minimum counts as not detected.
 
     Parameters
@@ -233,20 +235,20 @@ def _least(fit: Any) -> float:
 
 
 def _remark(figure: Quoted, ratio: Estimate) -> str:
-    """Return the mistake that explains a ratio, or an empty text."""
+    """Text of the typical mistake (such as a wrong unit) that explains a ratio, or an empty text."""
     if not ratio.detected:
         return ""
     return slip(figure.coefficient, ratio.value, _tolerance(ratio))
 
 
 def _tolerance(ratio: Estimate) -> float:
-    """Return the tolerance of the logarithm of a ratio: three standard errors, at least 5 %."""
+    """Tolerance of ln(ratio): three standard errors, at least 0.05."""
     width = 3 * (ratio.std_error or 0.0) / ratio.value if ratio.value > 0 else 0.0
     return max(width, 0.05)
 
 
 def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
-    """Return a remark if N is as much too large as skipping samples makes it, otherwise an empty text.
+    """Remark that samples seem to have been skipped, if N is too large by a factor that skipping explains; else empty.
 
     The log alone cannot show this, because skipping samples of white noise leaves white noise.
     """

@@ -15,7 +15,7 @@ MIN_INTERVAL_SCORE = 5.2
 
 
 def rows(fit: Fit) -> list[dict[str, Any]]:
-    """JSON records of the bins: limits in Hz, measured over expected power, standard normal score."""
+    """List of dicts, one per bin: limits in Hz, ratio of measured to expected power, standard normal score z."""
     low, high = fit.data.bins.limits(fit.data.rate)
     ratio = fit.solution.power / fit.solution.spectrum
     return [
@@ -25,7 +25,11 @@ def rows(fit: Fit) -> list[dict[str, Any]]:
 
 
 def worst(fit: Fit) -> tuple[float, float] | None:
-    """Interval of bins with the largest |Σz|/√k in Hz, or None if it is below `MIN_INTERVAL_SCORE`."""
+    """Frequency interval, Hz, in which the fit fails most; None if it fails nowhere.
+
+    It is the range of k bins with the largest |Σz|/√k, if this score is at least
+    `MIN_INTERVAL_SCORE`.
+    """
     z = fit.z
     total = np.concatenate([[0.0], np.cumsum(z)])
     first, last = np.triu_indices(z.size + 1, 1)

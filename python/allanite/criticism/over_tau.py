@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def rows(curve: Curve) -> list[dict[str, Any]]:
-    """JSON records of the averaging times: measured and model deviation, their ratio, standard normal score."""
+    """List of dicts, one per averaging time: measured and model deviation, their ratio, standard normal score z."""
     return [
         {
             "tau_s": float(t),
@@ -27,7 +27,10 @@ def rows(curve: Curve) -> list[dict[str, Any]]:
 
 
 def worst(curve: Curve) -> tuple[float, float] | None:
-    """The range of τ about the largest |z| in which |z| stays above 2 on the same side, if the largest fails."""
+    """Range of τ, s, in which the fit fails most; None if no point fails.
+
+    It is the range around the largest |z| in which z stays above 2 (or below −2).
+    """
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     top = int(np.argmax(np.abs(z)))
     if abs(z[top]) < MIN_FAILING_SCORE:

@@ -40,7 +40,7 @@ class TimeMap:
     __repr__ = brief
 
     def rows(self) -> list[dict[str, Any]]:
-        """JSON records of the cells."""
+        """List of dicts, one per cell: its limits in time and frequency, ratio and score z."""
         return [
             {
                 "start_s": float(self.start_s[s]),
@@ -55,7 +55,7 @@ class TimeMap:
         ]
 
     def worst(self) -> tuple[float, float] | None:
-        """Time range in s about the cell that differs most from its band; None if its score is below `MIN_CELL_SCORE`."""
+        """Time range, s, around the cell with the largest |z|; None if this |z| is below `MIN_CELL_SCORE`."""
         if self.z.size == 0:
             return None
         band, top = np.unravel_index(int(np.argmax(np.abs(self.z))), self.z.shape)
@@ -72,7 +72,10 @@ class TimeMap:
 
 
 def time_map(data: Data, whitened: Whitened) -> TimeMap:
-    """Map of a whitened record; the scores compare each cell with the mean of its band, which isolates changes in time."""
+    """Map of measured over expected power in segments of time.
+
+    The score of a cell compares it with the mean of its band, so that only changes over time count.
+    """
     bands = [band for band in whitened.bands[::-1] if band[2].size > MIN_CELL_VALUES * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)
@@ -99,9 +102,12 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
 
 
 def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
-    """Scatter of the power of neighboring cells over that of χ², at least 1; each value is the mean of `each` squares.
+    """Factor, at least 1, by which the power of neighboring cells scatters more than χ² predicts.
 
-    Heavy tails, and bands narrower than an octave, leave fewer independent values. Differences of neighbors do not respond
+    Each value of `power` is the mean of `each` squares.
+
+    Heavy tails, and bands narrower than an octave, leave fewer independent values. Differences of neighbors do not
+    respond
     to single changes of level.
     """
     found = 1.0

@@ -48,12 +48,12 @@ class Where:
     __repr__ = brief
 
     def worst(self) -> dict[str, list[float] | None]:
-        """Worst interval of each view, for the JSON."""
+        """Dict from ``tau``, ``frequency`` and ``time`` to the worst interval [low, high], or None."""
         found = {"tau": self.worst_tau, "frequency": self.worst_frequency, "time": self.worst_time}
         return {k: None if v is None else list(v) for k, v in found.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record of the residuals."""
+        """Dict for JSON with the residuals and the worst interval of each view."""
         return {
             "tau": self.tau,
             "frequency": self.frequency,
@@ -118,14 +118,14 @@ class Where:
 
 
 def _ratio_text(factor: float) -> str:
-    """Clause with the ratio of the model to the measured deviation."""
+    """Text such as ``the model is ×1.2 too high``; `factor` is model over measured deviation."""
     if factor > 1.0:
         return f"the model is ×{factor:.3g} too high"
     return f"the model is ×{1.0 / factor:.3g} too low"
 
 
 def _range_text(low: float, high: float, unit: str) -> str:
-    """Clause with the range of a failure, or an empty string for a single point."""
+    """Text with the range of a failure, or an empty text if low equals high."""
     return (
         ""
         if low == high
@@ -134,7 +134,7 @@ def _range_text(low: float, high: float, unit: str) -> str:
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
-    """Residuals of a fit on all views."""
+    """Residuals of a fit over τ, frequency and time, with the interval in which it fails most on each."""
     times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),

@@ -108,7 +108,7 @@ def _array(x: Any) -> NDArray[Any]:
 def averaging_factors(
     src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Averaging factors from 1 to `most` that `taus` or `factors` request, ascending, and remarks on omitted or rounded times."""
+    """Averaging factors from 1 to `most` that `taus` or `factors` request, ascending, and remarks on changes."""
     if factors is None and isinstance(taus, str):
         if taus not in ("octave", "decade", "all"):
             raise InputError(

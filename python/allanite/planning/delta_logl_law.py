@@ -50,25 +50,25 @@ class Rise:
 
     @property
     def _free_ordinates(self) -> Array:
-        """Ordinates of each bin that known functions leave."""
+        """Number of ordinates of each bin that known functions do not absorb, shape (bins,)."""
         return self.count if self.taken is None else np.maximum(self.count - self.taken, 0.0)
 
     @property
     def non_centrality(self) -> float:
-        """ΔlogL on the expected record, without the contribution of chance."""
+        """ΔlogL on the expected record, in which every bin has its expected power."""
         a = self.ratio - 1.0
         gain = self._free_ordinates @ a - self.count @ np.log1p(a)
         return float(0.5 * (gain + self.signal.sum()))
 
     @property
     def mean(self) -> float:
-        """Expected ΔlogL."""
+        """Expected ΔlogL, nats."""
         _, gain, _ = self._projection()
         return self.non_centrality + 0.5 * self.added - 0.5 * float(np.trace(gain))
 
     @property
     def spread(self) -> float:
-        """Standard deviation of ΔlogL."""
+        """Standard deviation of ΔlogL from record to record."""
         weights, gain, unit = self._projection()
         # Coefficients of ε², and of ε times the signal, in T after its projection on U is removed.
         along = unit @ weights
@@ -78,7 +78,10 @@ class Rise:
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
     def _projection(self) -> tuple[Array, Array, Array]:
-        """Weights of U in T, shape (p,), D = J⁻¹ − V⁻¹, and the slopes, in directions that make V the identity."""
+        """Weights of the score U in T, shape (p,), the matrix J⁻¹ − V⁻¹, and the slopes, shape (bins, p).
+
+        All three are in coordinates in which V is the identity.
+        """
         none = np.zeros((0, 0))
         if self.slopes.shape[1] == 0:
             return np.zeros(0), none, np.zeros((self.count.size, 0))
@@ -100,7 +103,7 @@ class Rise:
     def above(self, x: float) -> float:
         """Probability that ΔlogL exceeds `x`, from a gamma distribution with this mean and spread.
 
-        It is exact for an absent effect (½χ²) and normal for a strong one.
+        The distribution is exact for an absent effect (½χ²) and nearly normal for a strong effect.
         """
         from scipy.special import gammaincc
 
@@ -109,7 +112,7 @@ class Rise:
 
 
 def needed_delta_logl(family: Family, families: int) -> float:
-    """Smallest ΔlogL that a check with this number of families calls significant."""
+    """Smallest ΔlogL of an effect of this family that is significant, if `families` families share the false alarms."""
     target = np.log(FALSE_ALARM_PROBABILITY / families)
     low, high = 0.5, 50.0
     while log_p_value(family, high) > target:

@@ -98,7 +98,10 @@ class Power:
         )
 
     def relative(self, name: str) -> float:
-        """Standard error of the parameter `name` (``K``, ``GM.correlation_time``) over its value."""
+        """Standard error of the parameter `name` (``K``, ``GM.correlation_time``) divided by its value.
+
+        Infinite for 0.
+        """
         return self.standard_errors[name] / abs(self.value(name)) if self.value(name) else np.inf
 
     def to_dict(self) -> dict[str, Any]:
@@ -218,7 +221,7 @@ def detection_power(
 
 
 def as_effect(effect: Effect | str) -> Effect:
-    """Effect from a string that describes exactly one."""
+    """The effect, or the one effect that a string describes. Raises `InputError` if the effect cannot be planned."""
     if isinstance(effect, str):
         parsed = parse_model(effect)
         if len(parsed) != 1:
@@ -239,12 +242,12 @@ class Odds:
 
     @property
     def probability(self) -> float:
-        """Probability that the effect is found."""
+        """Probability that `check` finds the effect."""
         return self.judged.above(self.needed)
 
 
 def odds_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
-    """Distribution of ΔlogL of an effect beside a model, and the ΔlogL that `check` requires."""
+    """Distribution of ΔlogL when an effect is added to the model `base`, and the ΔlogL that `check` requires."""
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.passing:
         rise = judged = _level(noise, effect, data)
@@ -285,7 +288,7 @@ def _rise(base: Model, null: Solution, effect: Effect, true: Array, data: Data, 
 
 
 def _with_wandering_process(noise: Model) -> list[Model]:
-    """The noise model plus each wandering process that may absorb part of a slow function of time."""
+    """Models that add one wandering process each to `noise`, which may absorb part of a slow function of time."""
     return [
         noise + blank
         for cls in CATALOGUE
@@ -295,7 +298,7 @@ def _with_wandering_process(noise: Model) -> list[Model]:
 
 
 def _level(noise: Model, effect: Modifier, data: Data) -> Rise:
-    """Distribution of ΔlogL of two levels of the white noise against one, over the bins that it dominates."""
+    """Distribution of ΔlogL of two white-noise levels against one level, over the bins that white noise dominates."""
     if noise.white is None:
         raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
     white = Model((noise.white,))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
-    """The true model, and the alternative model in which one of two effects is exchanged for the other.
+    """The model `base`, and an alternative in which one of the two effects replaces the other.
 
     The alternative lacks the effect that the true model has. The other effect is appended at the end.
 
@@ -52,7 +52,7 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
 
 
 def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = None) -> float:
-    """Expected fall of logL if the other model is fitted to a record of the true model, nats.
+    """Expected loss of logL (nats) if the model `other` is fitted to a record of the model `truth`.
 
     Parameters
     ----------

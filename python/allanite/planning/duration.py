@@ -63,7 +63,7 @@ class Plan:
     alternatives: tuple[tuple[float, float | None], ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/plan/1``."""
+        """Dict for JSON, schema ``allanite/plan/1``."""
         return {
             "schema": "allanite/plan/1",
             "version": _kernels.version(),
@@ -111,7 +111,7 @@ def plan(
     rate: float | None = None,
     covariates: Columns | None = None,
 ) -> Plan:
-    """Shortest record in which `check` finds an effect, a parameter is known well enough, or two effects are distinguished.
+    """Shortest record that answers one question: find an effect, know a parameter, or distinguish two effects.
 
     Parameters
     ----------
@@ -146,7 +146,8 @@ def plan(
 
     References
     ----------
-    Cowan, G., Cranmer, K., Gross, E. & Vitells, O. (2011). Asymptotic formulae for likelihood-based tests of new physics.
+    Cowan, G., Cranmer, K., Gross, E. & Vitells, O. (2011). Asymptotic formulae for likelihood-based tests of new
+    physics.
     Eur. Phys. J. C 71, 1554: the expected record ("Asimov data set").
 
     Examples
@@ -200,7 +201,7 @@ def plan(
 def _found(
     base: Model, effect: Effect, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    """Function of duration and rate: True if the effect is found with the wanted probability."""
+    """Function of duration (s) and rate (Hz) that is True if the effect is found with the wanted probability."""
 
     def enough(duration: float, rate: float) -> bool:
         """True if a record of this duration and rate suffices."""
@@ -214,7 +215,7 @@ def _found(
 def _distinguished(
     base: Model, names: tuple[str, str], covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    """Function of duration and rate: True if the two effects are distinguished."""
+    """Function of duration (s) and rate (Hz) that is True if the two effects can be distinguished."""
     truth, other = models_to_distinguish(base, names)
 
     def enough(duration: float, rate: float) -> bool:
@@ -228,7 +229,7 @@ def _distinguished(
 def _known_enough(
     base: Model, name: str, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    """Function of duration and rate: True if the parameter has the wanted relative standard error."""
+    """Function of duration (s) and rate (Hz) that is True if the parameter has the wanted relative standard error."""
     value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
 
     def enough(duration: float, rate: float) -> bool:
@@ -241,7 +242,7 @@ def _known_enough(
 
 
 def _shortest_duration(enough: Callable[[float, float], bool], rate: float) -> float | None:
-    """Shortest sufficient duration at a rate, s, by bisection in its logarithm; None if ten years do not suffice."""
+    """Shortest duration in s for which `enough(duration, rate)` is True; None if ten years do not suffice."""
     low = high = 64.0 / rate
     while not enough(high, rate):
         if high >= MAX_DURATION:

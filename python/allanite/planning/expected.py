@@ -41,7 +41,7 @@ MAX_SAMPLES = 2**53
 
 
 def blank(n: int, rate: float) -> Data:
-    """Record of given length and rate without samples; its arrays take no memory.
+    """`Data` of a record of n samples at this rate without values; its arrays take no memory.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def blank(n: int, rate: float) -> Data:
 
 
 def coarse(data: Data, covariates: Columns | None = None) -> Data:
-    """Record of the same time span with at most `COARSE_SAMPLES` samples and the expected columns."""
+    """`Data` of the same time span with at most 32768 samples, and with the expected values of the covariates."""
     n = min(data.n, COARSE_SAMPLES)
     rate = n / data.duration
     # Cells of the coarse grid begin and end where the record's do.
@@ -103,7 +103,7 @@ def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.in
 
 
 def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, grid: Data) -> Array:
-    """Cosine transform of a known function of time over the record, U, at ordinates j of `ordinates_of`.
+    """Cosine transform (unit U) of a known function of time over the record, at the ordinates j.
 
     Raises
     ------
@@ -135,7 +135,10 @@ def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
 def signal_beside(
     effect: Deterministic, directions: Array, null: Solution, data: Data, grid: Data
 ) -> Array:
-    """Sum of squared whitened ordinates of a known function in each bin, without known directions, shape (bins,)."""
+    """Sum of squared whitened ordinates of a known function in each bin, shape (bins,).
+
+    The parts of the ordinates along `directions` are removed first.
+    """
     j = ordinates_of(effect, data, grid)
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
     if effect.low and directions.size:
@@ -144,14 +147,14 @@ def signal_beside(
 
 
 def _summed(values: Array, j: NDArray[np.int64], data: Data) -> Array:
-    """Sum of the values in each bin, shape (bins,)."""
+    """Sum in each bin of the values at the ordinates j, shape (bins,)."""
     total = np.zeros(data.bins.count.size)
     np.add.at(total, _bin_of(j, data), values)
     return total
 
 
 def best_fit(model: Model, power: Array, data: Data) -> Solution:
-    """Fit of a model to expected bin powers; shapes start from their values."""
+    """Fit of a model to expected bin powers; its shape parameters start from the values in the model."""
     count = data.bins.count
 
     part = RandomPart(data, power, count, is_expected=True)
@@ -172,9 +175,9 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 
 
 def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Array:
-    """Orthonormal directions of the whitened low ordinates that known functions fit, shape (ordinates, directions).
+    """Orthonormal basis of the whitened low ordinates that known functions can fit, shape (ordinates, directions).
 
-    They span the functions of the model and their derivatives with respect to their shapes.
+    The basis spans the slow known functions of the model and their derivatives with respect to their shape parameters.
     """
     low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
     if not low:
@@ -199,13 +202,13 @@ def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Ar
 
 
 def absorbed_ordinates(directions: Array, data: Data) -> Array:
-    """Number of ordinates of each bin that some directions of the low ordinates absorb, shape (bins,)."""
+    """Number of ordinates of each bin that functions with these directions absorb, shape (bins,)."""
     j = np.arange(1, len(directions) + 1)
     return _summed((directions**2).sum(axis=1), j, data)
 
 
 def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
-    """Index of the bin of each ordinate."""
+    """Index of the bin to which each ordinate j belongs."""
     return np.searchsorted(data.bins.edges, j, side="right") - 1
 
 

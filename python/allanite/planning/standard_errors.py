@@ -65,12 +65,12 @@ def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
 
 
 def _key(label: str, effect: Effect, name: str) -> str:
-    """Name of a parameter: ``N``, ``GM.q_c``."""
+    """Name under which a parameter is reported: ``N``, or ``GM.q_c`` with the label of its effect."""
     return label if name == effect.short and label == name else f"{label}.{name}"
 
 
 def _errors_from_information(fisher: Array) -> Array:
-    """Standard errors from an information matrix; infinite for a direction without information."""
+    """Standard errors from a Fisher information matrix; infinite for a parameter without information."""
     scale = np.sqrt(np.diag(fisher))
     empty = scale <= 0.0
     scale = np.where(empty, 1.0, scale)
@@ -81,14 +81,14 @@ def _errors_from_information(fisher: Array) -> Array:
 
 
 def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[str, float]:
-    """Standard errors of the parameters of processes and modifiers, by name."""
+    """Dict from the name of each free parameter of processes and modifiers to its standard error."""
     spectrum = expected_power(model, data)
     keys: list[str] = []
     sizes: list[float] = []
     slopes: list[Array] = []
 
     def moved(place: int, name: str, value: float) -> Array:
-        """Expected power with one parameter changed."""
+        """Expected power per bin if the parameter `name` of the effect with index `place` has this value."""
         effects = list(model.effects)
         effects[place] = effects[place].with_values(**{name: value})
         return expected_power(Model(tuple(effects)), data)
@@ -120,7 +120,7 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
 
 
 def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Deterministic]]]:
-    """Known functions that share ordinates: each line alone, and all slow functions together."""
+    """Groups of (label, effect) of known functions that share ordinates: each line alone, slow functions together."""
     known = [(n, e) for n, e in zip(names, model, strict=True) if isinstance(e, Deterministic)]
     for one in known:
         if not one[1].low:
@@ -133,7 +133,7 @@ def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Determin
 def _errors_of_known_functions(
     effects: list[tuple[str, Deterministic]], data: Data, grid: Data, noise: Model
 ) -> dict[str, float]:
-    """Standard errors of the parameters of known functions that share ordinates, by name."""
+    """Dict from the name of each parameter of known functions that share ordinates to its standard error."""
     j = ordinates_of(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))
     keys, slopes = [], []

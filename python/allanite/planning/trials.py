@@ -26,7 +26,7 @@ TYPICAL_DELTA_LOGL = 11.0
 def family_of(
     base: Model, effect: Effect, null: Solution, data: Data, grid: Data
 ) -> tuple[Family, int]:
-    """Family in which `check` searches the effect, and the number of families that share the false alarms.
+    """Family of searches in which `check` looks for the effect, and the number of families that share the false alarms.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def family_of(
 
 
 def _arcs(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
-    """Angles that the shape grids of slow functions span."""
+    """Arc length (radians) that each slow function covers when its shape varies over the grid of its search."""
     out = []
     for blank in kinds:
         nothing = np.zeros(grid.n)

@@ -82,7 +82,7 @@ def read(
     topic: str | Sequence[str] | None = None,
     scale: Mapping[str, float] | None = None,
 ) -> Recording:
-    r"""Read a log.
+    r"""Recording read from a log.
 
     Parameters
     ----------
@@ -90,7 +90,8 @@ def read(
         A text file (any delimiter, with or without a header, also compressed by gzip), a file in another format, or an
         object of pandas, polars, xarray or Arrow. The index or date-time column of such an object is the time.
     rate : float or str, optional
-        Sampling rate in Hz. Default: the rate in the file, or the rate of the time column. ``"100!"`` uses 100 Hz even if
+        Sampling rate in Hz. Default: the rate in the file, or the rate of the time column. ``"100!"`` uses 100 Hz even
+        if
         the file contradicts.
     unit : str, optional
         Unit of the samples. Default: the unit in the file, or ``"1"``. A unit of one kind of sensor excludes the other
@@ -153,7 +154,7 @@ def request_of(
     topic: str | Sequence[str] | None = None,
     scale: Mapping[str, float] | None = None,
 ) -> Request:
-    """The options of `read` as one `Request`."""
+    """`Request` with the options of `read`."""
     insists = isinstance(rate, str) and rate.strip().endswith("!")
     if isinstance(rate, str):
         try:
@@ -177,7 +178,7 @@ def request_of(
 
 
 def read_sensors(path: Any, **options: Any) -> list[Recording]:
-    """Read a log as one recording per sampling rate: a device may log gyroscope and accelerometer at different rates.
+    """Recordings of a log, one per sampling rate: a device may log gyroscope and accelerometer at different rates.
 
     Parameters
     ----------
@@ -198,7 +199,7 @@ def read_sensors(path: Any, **options: Any) -> list[Recording]:
 
 
 def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
-    """Recording of a log, and the topics of other sensors with another sampling rate."""
+    """Recording of a log, and the names of topics of the same device that have another sampling rate."""
     if is_frame(path):
         table = table_of(path)
         return _recording(None, request, table, understand(table, request)), ()
@@ -217,7 +218,7 @@ def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
 
 
 def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
-    """Recording of the columns in a table that a layout selects."""
+    """Recording of those columns of a table that the layout selects."""
     contradicted(request, table.rate, None)
     all_findings = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
     if request.unit is None and layout.quantity == "rate":
@@ -252,9 +253,10 @@ SAME_RATE = 1e-3
 
 
 def contradicted(request: Request, stated: float | None, stamps: Stamps | None) -> None:
-    """Raise an error if the given rate contradicts the rate in the file, unless the caller insists.
+    """Raise `InputError` if the requested rate contradicts the `stated` rate or the stamps, unless the caller insists.
 
-    The rate of stamps is the number of intervals divided by the time between two stamps. Therefore its relative standard
+    The rate of stamps is the number of intervals divided by the time between two stamps. Therefore its relative
+    standard
     error is the jitter of one interval divided by the length of the record, plus the resolution of stamps that several
     rows share. Stamps whose unit is a guess contradict nothing.
     """
@@ -280,7 +282,7 @@ def contradicted(request: Request, stated: float | None, stamps: Stamps | None) 
 def _with_rates(
     recording: Recording, request: Request, table: Table, layout: Layout
 ) -> list[LogColumn]:
-    """Columns of a log; used columns get the sampling rate and its source."""
+    """All columns of a log, after the used columns got the sampling rate and its source."""
     stamps = recording.stamps
     if request.rate is not None:
         source = "option"
@@ -298,7 +300,10 @@ def _with_rates(
 
 
 def _time_of(table: Table, layout: Layout, request: Request) -> tuple[Any, str | None]:
-    """Time stamps and their unit. A time in several columns is joined to seconds."""
+    """Time stamps (None without any) and their unit (None if not stated).
+
+    A time in several columns is joined to seconds.
+    """
     if layout.parts is not None:
         return layout.parts.joined([table[i] for i in layout.parts.columns]), "s"
     if layout.time is None:
@@ -308,7 +313,7 @@ def _time_of(table: Table, layout: Layout, request: Request) -> tuple[Any, str |
 
 @one_line()
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
-    """Read the picked columns of a log with the reader of its format.
+    """Table with the picked columns of a log, read by the reader of its format.
 
     Parameters
     ----------
@@ -367,7 +372,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
 
 
 def _text_head(path: Path) -> bytes:
-    """First bytes of a text log; empty for a binary file."""
+    """First 8192 bytes of a text log; empty if they contain a null byte, as in a binary file."""
     with path.open("rb") as stream:
         head = stream.read(HEAD)
     return b"" if b"\0" in head else head
@@ -411,7 +416,7 @@ def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]
 
 
 def _end(column: NDArray[Any]) -> int:
-    """Number of rows up to the last number of a column."""
+    """Number of rows up to the last value of a column that is not NaN; 0 if all values are NaN."""
     if column.dtype.kind != "f" or not np.isnan(column[-1:]).any():
         return len(column)
     there = np.flatnonzero(~np.isnan(column))
@@ -419,7 +424,7 @@ def _end(column: NDArray[Any]) -> int:
 
 
 def _take(table: Table, layout: Layout) -> NDArray[Any]:
-    """Samples as one scaled array. A single column without a scale is not copied if possible."""
+    """Sample columns of a table times their scales, as one read-only array of shape (n,) or (n, columns)."""
     factors = [layout.columns[i].scale for i in layout.samples]
     taken = [
         table[i] if factor == 1.0 else table[i] * factor

@@ -63,7 +63,7 @@ class Formats:
         return iter(tuple(self._formats))
 
     def of_suffix(self, suffix: str) -> LogFormat | None:
-        """Format of a suffix, in lower case with its dot, or None."""
+        """Format of files with this suffix, or None. The suffix is in lower case and begins with a dot."""
         return next((one for one in self if suffix in one.suffixes), None)
 
     def of_head(self, head: bytes) -> LogFormat | None:
@@ -77,11 +77,11 @@ class Formats:
 
     @property
     def magic(self) -> dict[bytes, str]:
-        """First bytes of files and the suffixes of their formats."""
+        """Dict from the first bytes of a kind of file to the suffix of its format."""
         return {head: suffix for one in self for head, suffix in one.magic}
 
     def _load(self) -> None:
-        """Add the formats of installed packages, at the first call."""
+        """Add the formats of installed packages at the first call; later calls do nothing."""
         with self._lock:
             if not self._complete:
                 self._complete = True

@@ -34,7 +34,7 @@ WALL_TIME_FACTOR = 12.0
 def isolated(
     worker: str, seconds_per_megabyte: float, libraries: Sequence[str]
 ) -> Callable[[Reader], Reader]:
-    """Decorator for a reader that then runs in a child process.
+    """Decorator for a reader function; the decorated reader runs in a child process with limits.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def limits_of(path: Path, seconds_per_megabyte: float) -> Limits:
 
 
 def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
-    """Call a decorated reader in the child process and return the fields of its table."""
+    """Dict with the fields of the table that a reader returns. This function runs in the child process."""
     module, _, attribute = reader.partition(":")
     read = getattr(import_module(module), attribute).__wrapped__
     with one_line():
@@ -99,7 +99,7 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
 
 
 def _all(names: Sequence[str], _units: Sequence[str | None]) -> list[int]:
-    """Indices of all columns."""
+    """Indices of all columns, whatever their names and units."""
     return list(range(len(names)))
 
 
@@ -112,7 +112,10 @@ def _size(path: Path) -> int:
 
 @contextmanager
 def refused_as(what: str) -> Iterator[None]:
-    """Context that turns errors of a foreign library, except lack of memory, into an `InputError` "damaged or not …"."""
+    """Context that turns errors of a foreign library into an `InputError` "damaged or not `what`".
+
+    Lack of memory stays a `MemoryError`.
+    """
     try:
         yield
     except (AllaniteError, ModuleNotFoundError, MemoryError):

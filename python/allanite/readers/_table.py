@@ -72,7 +72,7 @@ class Table:
         object.__setattr__(self, "units", tuple(units_of_columns))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
-        """A column that was read."""
+        """Values of the column with this index. Raises `IndexError` if the column was not read."""
         column = self.columns[at]
         if column is None:
             raise IndexError(f"column {self.names[at]} was not read")
@@ -80,17 +80,20 @@ class Table:
 
     @property
     def n(self) -> int:
-        """Number of rows."""
+        """Number of rows; 0 if no column was read."""
         return next((len(c) for c in self.columns if c is not None), 0)
 
 
 def _short(name: str) -> str:
-    """Name without runs of blanks if it is longer than `LONGEST_HEADER`: patterns take time with the square of a run."""
+    """The name; if it is longer than 1000 characters, each run of blanks becomes one blank."""
     return name if len(name) <= LONGEST_HEADER else " ".join(name.split())
 
 
 def _unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a column from the file or from its name. For an accelerometer, mG means milli-g, not milligauss."""
+    """Unit of a column: the given `unit`, or else the unit at the end of the name, or None.
+
+    For an accelerometer, mG is read as milli-g.
+    """
     if unit in _GRAVITY and sensor_kind(name) == ACCELERATION:
         return _GRAVITY[unit]
     return unit or unit_in_name(name)
@@ -103,7 +106,7 @@ MAX_COLUMNS = 10_000
 
 
 def check_shape(shape: tuple[int, ...]) -> None:
-    """Raise an error for an array without samples, or with so many columns that their names would fill the memory.
+    """Raise an error if an array has no samples, or thousands of columns and more columns than samples.
 
     Parameters
     ----------
@@ -127,7 +130,7 @@ def check_shape(shape: tuple[int, ...]) -> None:
 
 
 def columns_of(data: NDArray[Any]) -> tuple[NDArray[Any], ...]:
-    """Split an array of shape (n,) or (n, k) into its columns, without a copy."""
+    """Tuple of the columns of an array of shape (n,) or (n, k), without a copy."""
     return (data,) if data.ndim == 1 else tuple(data[:, i] for i in range(data.shape[1]))
 
 
@@ -147,7 +150,10 @@ _APART = re.compile(
 
 
 def split_unit(cell: str) -> tuple[str, str | None]:
-    """Split ``"gyro x [deg/s]"`` into name and unit; an index such as ``gyro[0]`` stays part of the name."""
+    """Name and unit (or None) from a text such as ``"gyro x [deg/s]"``.
+
+    An index such as ``gyro[0]`` is part of the name.
+    """
     match = _WITH_UNIT.match(cell) if len(cell) <= LONGEST_HEADER else None
     if match is None or not match["name"]:
         return cell.strip(), None
@@ -161,7 +167,7 @@ def split_unit(cell: str) -> tuple[str, str | None]:
 
 
 def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Split the cells of a header into names and units."""
+    """Names and units (None if missing) of all columns, from the cells of a header."""
     pairs = [split_unit(cell) for cell in cells]
     # In y[0], y[1], y[2], the 1 is an index like the others.
     indexed = {
@@ -190,7 +196,7 @@ _YEARS = re.compile(
 
 
 def time_unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a time column if its header states it: ``time [ms]``, ``timestamp_us``, ``MJD``."""
+    """Unit of a time column if its name or unit states one (``time [ms]``, ``timestamp_us``, ``MJD``), else None."""
     stated = time_unit(unit)
     if stated is not None:
         return stated

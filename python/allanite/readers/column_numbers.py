@@ -72,7 +72,7 @@ def kind_of(values: NDArray[Any]) -> str | None:
 
 
 def falls(values: NDArray[Any]) -> bool:
-    """True if numbers fall too often for a time that restarts now and then."""
+    """True if the values fall more often than once per 20 rises, too often for a time that restarts now and then."""
     steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
     rising, falling = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
     return bool(0 < rising < MIN_RISING_PER_FALLING * falling)

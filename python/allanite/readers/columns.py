@@ -79,7 +79,7 @@ class Request:
 
     @property
     def kinds(self) -> dict[str, str]:
-        """The given units by kind of sensor; empty without a unit."""
+        """Dict from kind of sensor to the given unit; empty without a unit."""
         if self.unit in (None, "1"):
             return {}
         assert self.unit is not None
@@ -124,7 +124,7 @@ class Roles:
 
     @property
     def clocks(self) -> tuple[int, ...]:
-        """All columns of the time that is used."""
+        """Indices of all columns of the time that is used; empty without a time."""
         if self.parts is not None:
             return self.parts.columns
         return () if self.time is None else (self.time,)
@@ -171,14 +171,14 @@ class Layout:
 
     @property
     def clocks(self) -> tuple[int, ...]:
-        """Indices of all columns of the time."""
+        """Indices of all columns of the time; empty without a time."""
         if self.parts is not None:
             return self.parts.columns
         return () if self.time is None else (self.time,)
 
 
 def understand(table: Table, request: Request) -> Layout:
-    """Decide role, unit, scale and use of every column.
+    """`Layout` with the role, unit, scale and use of every column.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def understand(table: Table, request: Request) -> Layout:
 
 
 def roles_of(table: Table, request: Request) -> Roles:
-    """Role of every column from its name, its unit and its numbers."""
+    """`Roles` of all columns, decided from their names, units and numbers."""
     found = Roles([], [], [])
     for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
@@ -216,7 +216,11 @@ def roles_of(table: Table, request: Request) -> Roles:
 
 
 def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
-    """Change the role of columns whose numbers count or repeat to ``other``; return the kind of each, by its index."""
+    """Change the role in `found` to ``other`` for columns that count, repeat or are magnitudes.
+
+    Return a dict from the index of a counting or repeating column to its kind, such as ``"an
+    index"``.
+    """
     kinds: dict[int, str] = {}
     sensors = [
         i for i, role in enumerate(found.roles) if role == "sensor" and table.columns[i] is not None
@@ -258,12 +262,12 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
 
 
 def _demote(found: Roles, at: int, reason: str) -> None:
-    """Change the role of a column to ``other``."""
+    """Change the role of the column at index `at` to ``other``, for this reason."""
     found.roles[at], found.reasons[at], found.sources[at] = "other", reason, "guess"
 
 
 def _alike(columns: Sequence[int], table: Table) -> list[list[int]]:
-    """Groups of adjacent columns with the same unit."""
+    """Groups of indices of adjacent columns with the same unit."""
     groups: list[list[int]] = []
     for i in columns:
         if groups and groups[-1][-1] == i - 1 and table.units[i] == table.units[groups[-1][-1]]:
@@ -274,7 +278,7 @@ def _alike(columns: Sequence[int], table: Table) -> list[list[int]]:
 
 
 def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
-    """Find the columns of the time, and change the role of columns that only look like a time by their name."""
+    """Set the columns of the time in `found`, and change the role of other columns that are only named like a time."""
     there = [i for i, column in enumerate(table.columns) if column is not None]
     apart = table.time is not None and request.time_column in (None, "t", "time")
     parts = (
@@ -335,12 +339,12 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
 
 
 def _rises(found: Roles, time: int) -> str:
-    """Reason why a column is used as the time."""
+    """Text of the reason why a column is used as the time."""
     return "holds days (MJD)" if time in found.time_units else "rises steadily"
 
 
 def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
-    """First column whose name or unit is that of a time, preferably one whose numbers rise."""
+    """Index of the first column whose name or unit is that of a time, preferably with rising numbers; None without any."""
     candidates = [i for i, role in enumerate(found.roles) if role == "time"]
     advancing = [
         i
@@ -353,7 +357,7 @@ def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
 def _guessed_time(
     table: Table, found: Roles, kinds: dict[int, str], there: Sequence[int]
 ) -> int | None:
-    """Column whose numbers show that it is the time, or None."""
+    """Index of the column whose numbers show that it is the time, or None."""
     pair = _days_and_years(table, there)
     if pair is not None:
         days, years = pair
@@ -409,7 +413,7 @@ def _looks_like_time(table: Table) -> bool:
 
 
 def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int]) -> list[Finding]:
-    """Findings about other time columns, and whether their rates agree."""
+    """Findings about unused time columns (`others`): whether their rate agrees with that of the used column."""
     notes = []
     for other in others:
         if at is None or table.columns[other] is None or table.columns[at] is None:
@@ -432,7 +436,7 @@ def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int
 
 
 def _ratio_of_rates(table: Table, one: int, two: int) -> float:
-    """Relative difference of the rates of two time columns; 0 if one has no rate.
+    """Relative difference |r₁/r₂ − 1| of the rates of two time columns; 0 if one of them has no rate.
 
     Without units, the rates are compared up to a power of ten.
     """
@@ -460,7 +464,7 @@ def _shown(table: Table, at: int) -> str:
 
 
 def choose(table: Table, found: Roles, request: Request) -> Layout:
-    """Decide which columns are used and in which units."""
+    """`Layout` that decides which columns are used and in which units."""
     names, units = table.names, table.units
     roles, reasons = list(found.roles), list(found.reasons)
     loud: set[int] = set()
@@ -535,7 +539,10 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
 
 
 def _frequencies_as_phases(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:
-    """One finding that lists columns read as a phase although their unit is that of a frequency, or none."""
+    """List with one finding about columns that are read as a phase although their unit is that of a frequency.
+
+    Else empty.
+    """
     if quantity == "rate":
         return []
     names = [c.name for c in columns if is_frequency(c.unit)]
@@ -553,7 +560,7 @@ def _frequencies_as_phases(columns: Sequence[LogColumn], quantity: str) -> list[
 
 
 def _time_unit(table: Table, found: Roles, at: int) -> str | None:
-    """Unit of a time column, if it is known before all stamps are read."""
+    """Unit of the time column `at` if it is known before all stamps are read, else None."""
     if at in table.dates:
         return "s"
     unit = found.time_units.get(at) or time_unit_of(table.names[at], table.units[at])
@@ -567,7 +574,11 @@ def _time_unit(table: Table, found: Roles, at: int) -> str | None:
 def _sensors(
     table: Table, found: Roles, request: Request, reasons: list[str], loud: set[int]
 ) -> tuple[int, ...]:
-    """Indices of the columns that are read by default; `reasons` gets the reason for each other column."""
+    """Indices of the columns that are read as samples by default.
+
+    For sensors that are not read, `reasons` gets the reason, and `loud` the index if a warning is
+    due.
+    """
     names, units = table.names, table.units
     sensors = [
         i for i, role in enumerate(found.roles) if role == "sensor" and i not in found.clocks
@@ -642,7 +653,7 @@ def _is_inertial(name: str, unit: str | None) -> bool:
 
 
 def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) -> list[Finding]:
-    """One finding that lists the unused columns with reasons, or none."""
+    """List with one finding that lists the unused columns with reasons; empty if all are used. It warns if `loud`."""
     groups: dict[str, list[str]] = {}
     for i, column in enumerate(columns):
         if not column.used:
@@ -674,7 +685,10 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
 def _unit_and_scale(
     name: str, own: str | None, request: Request, quantity: str
 ) -> tuple[str, float]:
-    """Unit of a column of samples in the recording, and the factor of the conversion. A phase is converted to s."""
+    """Unit of a sample column in the recording, and the factor on its numbers.
+
+    A phase is converted to s; other columns have 1.
+    """
     given = _given_for(name, own, request)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
         stated = own if kind_of_unit(own) == PHASE else given
@@ -703,7 +717,7 @@ def _unit_and_scale(
 
 
 def _contradiction(name: str, own: str, given: str) -> InputError:
-    """Error for a given unit that contradicts the unit in the file."""
+    """`InputError` (not raised) that the given unit contradicts the unit in the file."""
     return InputError(
         f"the file says that column {name} is in {own}",
         missing="unit",
@@ -712,7 +726,7 @@ def _contradiction(name: str, own: str, given: str) -> InputError:
 
 
 def _given_for(name: str, own: str | None, request: Request) -> str | None:
-    """The given unit for a column; if several units are given, the one for its kind of sensor."""
+    """Unit that the caller gave for a column, or None. If several units are given, the kind of sensor selects one."""
     if len(request.kinds) < 2:
         return request.unit
     kind = sensor_kind(name)

@@ -103,7 +103,7 @@ def refuse_deviation_table(table: Table) -> None:
 
 
 def _refusal(span: str) -> InputError:
-    """Error for a table of deviations."""
+    """`InputError` (not raised) for a table of deviations; `span` is a text with its range of τ."""
     return InputError(
         f"a table of deviations{span}, not a log of samples",
         missing="record_length",

@@ -57,7 +57,7 @@ def _is_dates(array: NDArray[Any]) -> bool:
 
 
 def _as_text(array: NDArray[Any]) -> NDArray[Any]:
-    """Array of text if all objects are texts or None (empty text); otherwise the array itself."""
+    """Array of texts in which None is an empty text; the array itself if an object is not a text."""
     values = ["" if value is None else value for value in array.tolist()]
     if not all(isinstance(value, str) for value in values):
         return array
@@ -67,7 +67,7 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:
-    """Name, values and unit of each column of an object."""
+    """Name, values and unit (or None) of each column of a data frame, series, xarray object or Arrow table."""
     if hasattr(frame, "data_vars"):  # an xarray data set
         found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]
         return [

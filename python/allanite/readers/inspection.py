@@ -87,7 +87,7 @@ class Column:
     reason: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold, with all attributes; `source` has the key ``from``."""
         shown = {name: getattr(self, name) for name in self.__slots__ if name != "source"}
         lists = {"first": list(self.first), "doubts": list(self.doubts)}
         return {**shown, **lists, "from": self.source, "sources": dict(self.sources)}
@@ -190,7 +190,7 @@ class Inspection:
 
 
 def inspect(path: Any, **options: Any) -> Inspection:
-    r"""Show how a log is read: role, unit, rate and first values of every column.
+    r"""Description of how a log is read: role, unit, rate and first values of every column.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
 
 
 def _moves(recording: Recording) -> list[Finding]:
-    """Findings about motion. A sensor without a unit is tested in the usual unit of its kind."""
+    """Findings about motion. Sensors without a unit are tested in the usual unit of their kind."""
     assumed = assumed_units(recording)
     found = motion_findings(recording.in_units(assumed), MIN_MOTION_FRACTION)
     if not assumed:
@@ -271,7 +271,7 @@ def _moves(recording: Recording) -> list[Finding]:
 
 
 def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
-    """All numeric columns of a log, the decision from its first rows, and errors of columns with damaged cells."""
+    """Table of all numeric columns of a log, the decision about its columns, and the error of each damaged column."""
     from allanite.readers import read_table
 
     decided: list[Layout | Roles] = []
@@ -304,7 +304,7 @@ def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int
 
 
 def _decided(table: Table, request: Request) -> Layout | Roles:
-    """Decision about all columns; only their roles if the log is refused."""
+    """`Layout` of a table, or only the `Roles` of its columns if the layout raises an error."""
     roles = roles_of(table, request)
     try:
         return choose(table, roles, request)
@@ -313,7 +313,7 @@ def _decided(table: Table, request: Request) -> Layout | Roles:
 
 
 def _unused(table: Table, found: Roles) -> tuple[LogColumn, ...]:
-    """Columns of a refused log, none of which is used."""
+    """All columns of a table with their roles, each marked as not used."""
     return tuple(
         LogColumn(
             name,
@@ -382,7 +382,7 @@ def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
 
 
 def _stamps(time: NDArray[Any]) -> Column:
-    """Description of a time that is not one of the columns."""
+    """Description of time stamps that are not a column of the table."""
     rate: float | None = None
     doubts: tuple[str, ...] = ()
     try:

@@ -83,7 +83,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
-    """Name of the log to read."""
+    """Name of the log to read: the requested topic, or the gyroscope, accelerometer or only log in `logs`."""
     listed = ", ".join(sorted(logs)) or "none"
     if topics:
         if len(topics) > 1 or topics[0] not in logs:
@@ -107,7 +107,7 @@ def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
 
 
 def _copy(source: IO[bytes] | gzip.GzipFile, sink: IO[bytes]) -> None:
-    """Copy a stream in pieces; the size is compared with the memory budget, as unpacking may enlarge it 1000 times."""
+    """Copy a stream piece by piece. Raises `InputError` if the copied size exceeds the memory budget."""
     size = 0
     while piece := source.read(1 << 20):
         size += len(piece)

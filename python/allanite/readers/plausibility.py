@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
 
 def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
-    """The recording with only the samples that the sensor measured; raises an error for an implausible recording.
+    """Recording with only the samples that the sensor measured; raises an error for an implausible recording.
 
-    Every command starts with this function. No-data markers become missing samples and repeated samples are removed; the
+    Every command starts with this function. No-data markers become missing samples and repeated samples are removed;
+    the
     audit states both.
 
     Parameters
@@ -81,12 +82,12 @@ def assumed_units(recording: Recording) -> dict[str, str]:
 
 
 def _are_whole(samples: NDArray[Any]) -> bool:
-    """True if all samples are whole numbers."""
+    """True if all samples are whole numbers or NaN."""
     return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
 
 
 def _assuming(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
-    """The error with a remark on the assumed units."""
+    """Copy of an error whose message says that it holds for the assumed units."""
     units = ",".join(dict.fromkeys(assumed.values()))
     return InputError(
         f"if the unit is {units}: {refusal.found}",
@@ -110,7 +111,7 @@ def unit_doubts(recording: Recording) -> list[Finding]:
 
 
 def _doubted(recording: Recording) -> list[_Doubt]:
-    """Triads of accelerometers whose mean is gravity in another unit."""
+    """Doubts about triads of accelerometers whose mean is gravity, but in another unit than the recording states."""
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
     unitless = any(finding.kind == "no_unit" for finding in recording.told)
@@ -132,7 +133,7 @@ def _doubted(recording: Recording) -> list[_Doubt]:
 
 
 def _without_unit(name: str, unit: str) -> bool:
-    """True for an accelerometer without a unit."""
+    """True for a column that is named like an accelerometer and has no unit."""
     return parse_unit(unit).kind == FREQUENCY and sensor_kind(name) == ACCELERATION
 
 
@@ -145,7 +146,7 @@ def _unit_of_values(mean: float, stated: str | None) -> str | None:
 
 
 def _finding(recording: Recording, doubt: _Doubt) -> Finding:
-    """Finding about accelerometers in another unit, with the remedy."""
+    """Finding about a triad of accelerometers whose values are in another unit, with the remedy."""
     names = listed_names([recording.columns[at] for at in doubt.places])
     if doubt.stated is None:
         # The remedy also names a unit for gyroscopes without one.
@@ -171,7 +172,9 @@ def _finding(recording: Recording, doubt: _Doubt) -> Finding:
 def without_wrong_units(
     table: Table, given: Mapping[str, str]
 ) -> tuple[list[str | None], list[Finding]]:
-    """Units of all columns in the log, and findings; None where gravity shows that the given unit is right instead.
+    """Units of all columns as the log states them, and findings.
+
+    A unit is None if gravity shows that the given unit is right instead.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ def _number(text: str) -> float | None:
 def factors_of(
     scales: Mapping[str, float], names: Sequence[str], samples: Sequence[int]
 ) -> dict[int, float]:
-    """Factors by the index of the column.
+    """Dict from the index of a column to its factor, from `scales` by column name.
 
     Raises
     ------

@@ -76,7 +76,7 @@ _TEMPERATURE_UNITS = re.compile(
 
 
 def _key(name: str) -> str:
-    """A name in the form of the patterns: lower case, with underscores, without the number of a repeated name."""
+    """Name in lower case with underscores for blanks, without the number (``[2]``) of a repeated name."""
     return re.sub(r"\s+\[\d+\]$", "", name).strip().lower().replace(" ", "_")
 
 
@@ -87,12 +87,12 @@ def words_in(name: str) -> str:
 
 
 def role_of(name: str, unit: str | None) -> Role:
-    """Role of a column from its unit and name."""
+    """Role of a column from its name and unit: ``"sensor"``, ``"time"``, ``"temperature"`` or ``"other"``."""
     return role_and_reason(name, unit)[0]
 
 
 def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
-    """Role of a column, and for the role ``other`` the reason why it is no sensor."""
+    """Role of a column, and the reason if the role is ``"other"``; else the reason is empty."""
     key, words = _key(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)
     if _TEMPERATURE_UNITS.fullmatch((unit or "").strip()):
@@ -126,7 +126,7 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
 
 
 def _no_axis(name: str, words: str) -> str:
-    """Reason why a name is not that of an axis, or an empty text."""
+    """Reason why a column is no axis of a sensor (a covariance, a magnitude, …), or an empty text."""
     if _COVARIANCE.search(words):
         return "a covariance"
     if re.match(r"^\s*[|‖].*[|‖]\s*$", name):
@@ -138,7 +138,7 @@ def _no_axis(name: str, words: str) -> str:
 
 
 def sensor_kind(name: str) -> str | None:
-    """Kind of sensor that a name states, or None."""
+    """``"angular rate"`` or ``"acceleration"`` if a name is that of a gyroscope or an accelerometer, else None."""
     for key in (_key(name), words_in(name)):
         if _ACCEL.search(key):
             return ACCELERATION
@@ -148,7 +148,10 @@ def sensor_kind(name: str) -> str | None:
 
 
 def kind_of_sensor(name: str, unit: str) -> str:
-    """Kind of sensor from the unit; from the name if the unit is dimensionless."""
+    """Kind of sensor from the unit.
+
+    If the unit is dimensionless, the name decides; a fractional frequency if neither is known.
+    """
     try:
         kind = parse_unit(unit).kind
     except InputError:

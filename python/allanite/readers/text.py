@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def of_core(name: str) -> Iterator[None]:
-    """Context in which errors of the core lose the log's name, which `about` adds instead."""
+    """Context that removes the name of the log from errors of the compiled core and adds a hint at decimal commas."""
     try:
         yield
     except AllaniteError as error:
@@ -84,7 +84,7 @@ _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """Read the picked columns of a text log. Other columns may hold any text.
+    """Table with the picked columns of a text log. Other columns may hold any text.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def first_rows(
 
 
 def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Date-times with day and month in the order that gives the shorter record.
+    """Date-times in s since 1970, with day and month exchanged if the record then is shorter.
 
     Parameters
     ----------
@@ -212,13 +212,13 @@ def _rows_expected(path: Path) -> float:
 
 
 def _first_lines(path: Path) -> list[str]:
-    """Up to 40 first lines of a text file."""
+    """First lines of a text file: at most 40, within its first 4096 characters."""
     with path.open(encoding="latin-1") as stream:
         return stream.read(4096).splitlines()[:40]
 
 
 def stated_rate(path: Path) -> float | None:
-    """Sampling rate in Hz in a comment or preamble: ``// Update Rate: 100.0Hz``, ``Fs,100``, ``# Tau: 1.0``."""
+    """Sampling rate in Hz that a comment or preamble states (``// Update Rate: 100.0Hz``, ``# Tau: 1.0``), or None."""
     lines = _first_lines(path)
     found = next((match for line in lines if (match := _RATE.match(line))), None)
     if found is not None:
@@ -230,7 +230,7 @@ def stated_rate(path: Path) -> float | None:
 def names_below(
     path: Path, names: tuple[str, ...], units: tuple[str | None, ...]
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Names and units from a header of two lines: groups of columns, and below them the name of each column."""
+    """Names and units from a header of two lines (groups, and below them columns); unchanged if there is one line."""
     rows = list(_rows(path, len(names)))
     above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)
     if above is None or above + 1 == len(rows):

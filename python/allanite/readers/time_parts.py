@@ -68,7 +68,7 @@ class TimeParts:
     def joined(
         self, arrays: Sequence[NDArray[Any]], origin: Sequence[float] | None = None
     ) -> NDArray[np.float64]:
-        """Seconds since the coarse part of the first row, shape (n,).
+        """Time of each row, s, shape (n,), counted from the coarsest part (such as the day) of the first row.
 
         Parameters
         ----------
@@ -107,7 +107,7 @@ def find_parts(
     words = [words_in(name) for name in names]
 
     def at(pattern: re.Pattern[str], besides: tuple[int, ...] = ()) -> int | None:
-        """Index of the first column whose name matches a pattern, except `besides`."""
+        """Index of the first column whose name matches a pattern and that is not in `besides`; None without any."""
         return next(
             (
                 i
@@ -121,6 +121,7 @@ def find_parts(
         )
 
     def rows(i: int) -> NDArray[Any]:
+        """Values of the first rows of a column."""
         found = columns[i]
         assert found is not None
         return found
@@ -163,7 +164,10 @@ def find_parts(
 def _calendar(
     at: Callable[..., int | None], rows: Callable[[int], NDArray[Any]]
 ) -> TimeParts | None:
-    """Calendar columns: year, day of year or month and day, with hour, minute and second or the second of day."""
+    """`TimeParts` of calendar columns (year, month and day or day of year, with the time of day if logged), or None.
+
+    `at` finds a column by a pattern of its name, `rows` returns its values.
+    """
     year = at(_YEAR)
     if year is None or not _are_whole(rows(year)) or not 1900 < float(rows(year)[0]) < 2200:
         return None
@@ -208,7 +212,10 @@ def _calendar(
 def _seconds_and_rest(
     names: Sequence[str], columns: Sequence[NDArray[Any] | None]
 ) -> TimeParts | None:
-    """Columns with the same stem for whole seconds and their fraction: ``stamp.sec``, ``stamp.nanosec``; or None."""
+    """`TimeParts` of two columns for whole seconds and their fraction, such as ``stamp.sec`` and ``stamp.nanosec``.
+
+    Or None.
+    """
     keys = [name.strip().lower() for name in names]
     rests: dict[str, tuple[int, float]] = {}
     for at, key in enumerate(keys):

@@ -35,12 +35,12 @@ def time_unit(unit: str | None) -> str | None:
 
 
 def seconds_in(unit: str) -> float:
-    """Size of a unit of phases in seconds."""
+    """Factor that converts a phase in this unit to seconds."""
     return conversion(time_unit(unit) or unit, "s") if time_unit(unit) != "ps" else 1e-12
 
 
 def kind_of_unit(unit: str | None) -> str | None:
-    """Kind of quantity of a unit; None without a unit."""
+    """Kind of a unit: ``"rate"``, ``"integral"``, ``"phase"``, ``"time"`` or ``"foreign"``; None without a unit."""
     if unit is None:
         return None
     time = time_unit(unit)

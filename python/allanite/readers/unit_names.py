@@ -63,13 +63,16 @@ def usual_units(names: Iterable[str]) -> str:
 
 
 def remedy_of(names: Sequence[str]) -> str:
-    """Remedy for columns without a unit."""
+    """Text of a remedy for columns without a unit."""
     usual = usual_units(names)
     return f"add {{this_unit:{usual}}}, or the true unit" if usual else "add {unit}"
 
 
 def unitless(names: Sequence[str]) -> list[Finding]:
-    """A finding about columns without a unit, which are treated as dimensionless; empty without such columns."""
+    """List with one finding that the named columns have no unit and are treated as dimensionless.
+
+    Empty without names.
+    """
     if not names:
         return []
     inertial = any(sensor_kind(name) for name in names)

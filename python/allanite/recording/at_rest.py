@@ -107,12 +107,12 @@ class Rest:
 
     @property
     def moves(self) -> bool:
-        """True if the record moves for more than a fifth of its length, turns repeatedly, or is turned over."""
+        """True if the record moves for over a fifth of its length, turns at least 3 times, or tilts by over 10°."""
         return self.share > MAX_MOVING_SHARE or self.tilt > MAX_TILT or self.turns >= MIN_TURNS
 
     @property
     def mostly_moves(self) -> bool:
-        """True if the record moves and no quiet segment is half of it."""
+        """True if `moves` holds and the longest quiet segment is shorter than half of the record."""
         length = 0.0 if self.quiet is None else self.quiet[1] - self.quiet[0]
         return self.moves and length < MIN_QUIET * self.duration
 
@@ -211,7 +211,7 @@ def rest_of(recording: Recording) -> Rest | None:
 def _windows_with_turns(
     turns: list[tuple[float, float, float]], windows: int, seconds: float
 ) -> NDArray[np.bool_]:
-    """Mask of the windows of this length that contain a part of a turn."""
+    """Mask of the windows in which the platform turns at some time; a window is `seconds` long."""
     found = np.zeros(windows, dtype=bool)
     for start, end, _ in turns:
         found[int(start / seconds) : math.ceil(end / seconds)] = True
@@ -219,7 +219,7 @@ def _windows_with_turns(
 
 
 def _sways(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None:
-    """Sway in windows of 20 s, degrees; None without three axes of both sensors, or without sway."""
+    """Sway in each window of 20 s, degrees. The result is None if no sway is found or if not all six axes are logged."""
     places: dict[tuple[str, str | None], int] = {}
     for at, (name, kind) in enumerate(zip(recording.columns, kinds, strict=True)):
         places.setdefault((kind, letter_of(name)), at)
@@ -241,25 +241,25 @@ def _sways(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None
 
 
 def _window_samples(recording: Recording) -> int:
-    """Samples of a window: 25 averages of 0.2 s or 1 sample, at most a tenth of the record, at least four averages."""
+    """Number of samples per window: 25 averages of 0.2 s, at most a tenth of the record, at least 16 samples and 4 s."""
     length = WINDOW_AVERAGES * max(1, round(AVERAGING_TIME * recording.rate))
     return max(min(length, recording.n // 10), 4 * max(1, round(recording.rate)), 16)
 
 
 def _change_count(m: int, length: int) -> int:
-    """Number of changes between averages of m samples in a window."""
+    """Number of changes between averages of m samples in a window of `length` samples; at least 3."""
     return max(length // m, 3)
 
 
 def _column(recording: Recording, at: int) -> NDArray[Any]:
-    """Rate samples of a column as doubles."""
+    """Samples of the column with index `at` as doubles; increments are converted to rates."""
     x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
     x = x.astype(np.float64, copy=False)
     return x * recording.rate if recording.quantity == "increment" else x
 
 
 def _absolute_changes(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64]:
-    """Absolute changes between averages of m samples, shape (averages − order,), or second differences."""
+    """Absolute differences (`order` 1 or 2) between successive averages of m samples, shape (averages − order,)."""
     groups = x[: x.size // m * m].reshape(-1, m)
     # The median of three thirds resists outliers if a group has enough samples.
     mean = groups.mean(axis=1) if m < MIN_SAMPLES_FOR_THIRDS else np.median(_thirds(groups), axis=1)
@@ -269,9 +269,10 @@ def _absolute_changes(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray
 def _white_noise_activity(
     x: NDArray[np.float64], m: int, rate: float, length: int, windows: int
 ) -> NDArray[np.float64]:
-    """Activity of averages of m samples that white noise causes, shape (windows,).
+    """Usual change between averages of m samples that white noise alone would cause, shape (windows,).
 
-    It is found from second differences of shorter averages, or of the same averages if the samples are too far apart.
+    The white noise is measured by second differences of shorter averages, or of the same averages if the samples are
+    too far apart.
     """
     short = min(max(1, round(NOISE_AVERAGING_TIME * rate)), m)
     # The median of three thirds scatters 0.670 √3 times as much as their mean.
@@ -282,7 +283,10 @@ def _white_noise_activity(
 def _activity(
     x: NDArray[np.float64], m: int, length: int, windows: int, order: int = 1
 ) -> NDArray[np.float64]:
-    """Usual change between averages of m samples, found within `length` samples, shape (windows,)."""
+    """Usual change between averages of m samples in each window, shape (windows,), as the standard deviation of an average.
+
+    It is the median over `length` samples, interpolated to the windows.
+    """
     moves = _absolute_changes(x, m, order)
     per = _change_count(m, length)
     if not moves.size:
@@ -302,13 +306,16 @@ def _activity(
 
 
 def _thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of the three thirds of each group."""
+    """Means of the first, second and last third of each group, shape (groups, 3)."""
     third = groups.shape[1] // 3
     return groups[:, : 3 * third].reshape(len(groups), 3, third).mean(axis=2)
 
 
 def _tilt(recording: Recording, kinds: list[str]) -> float:
-    """Largest angle between the direction of gravity in a tenth of the record and that of the whole record, degrees."""
+    """Largest angle between the direction of gravity in one tenth of the record and its median direction, degrees.
+
+    The result is 0 without three accelerometers that measure gravity.
+    """
     axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
     if len(axes) != 3 or recording.quantity != "rate":
         return 0.0
@@ -331,10 +338,12 @@ def _tilt(recording: Recording, kinds: list[str]) -> float:
 def _longest_still_segment(
     recording: Recording, kinds: list[str], calm: NDArray[np.bool_], length: int
 ) -> tuple[float, float] | None:
-    """Start and end, s, of the longest segment of `calm` windows of this length in which no axis moves; or None.
+    """Start and end, s, of the longest segment without motion within the windows flagged in `calm`; None without any.
 
-    The usual change of a window does not show a turn within it. A tap is shorter than `MAX_TAP_AVERAGES`, and a sensor at
-    rest has some; but the segment neither begins nor ends with the rest of a motion.
+    A window has `length` samples.
+
+    The usual change of a window does not show a turn within it. A tap of up to `MAX_TAP_AVERAGES` averages is allowed,
+    but neither at the beginning nor at the end of the segment.
     """
     m = max(1, round(AVERAGING_TIME * recording.rate))
     moved = np.zeros(max(recording.n // m, 1), dtype=bool)
@@ -374,7 +383,7 @@ def _longest_still_segment(
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and end of each run of True."""
+    """First index and end (exclusive) of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(int), [0])))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
@@ -402,7 +411,7 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
 
 
 def quiet(recording: Recording) -> Recording:
-    """The longest quiet segment of a recording."""
+    """Part of the recording that is its longest quiet segment, with a finding that says so."""
     start, end = quiet_span(recording)
     found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
     finding = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
@@ -410,7 +419,10 @@ def quiet(recording: Recording) -> Recording:
 
 
 def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:
-    """Finding that a recording moves for more than this share of its length, turns or is turned over; empty if not."""
+    """List with one finding if the recording moves for more than a share `least` of its length, turns or tilts.
+
+    Else empty.
+    """
     rest = rest_of(recording)
     if rest is None or not (rest.moves or rest.share > least):
         return []
@@ -430,7 +442,10 @@ def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> li
 
 
 def motion_error(recording: Recording) -> InputError | None:
-    """Error for a recording that is mostly motion, with its longest quiet segment; None if it is not."""
+    """`InputError` (not raised) for a recording that mostly moves, with its longest quiet segment as remedy.
+
+    Else None.
+    """
     rest = rest_of(recording)
     if rest is None or not rest.mostly_moves:
         return None
@@ -442,7 +457,7 @@ def motion_error(recording: Recording) -> InputError | None:
 
 
 def _reasons(rest: Rest, least: float) -> str:
-    """Clause on the signs of motion."""
+    """Text of the signs of motion: turns, changes in more than a share `least` of the record, sway, tilt."""
     why = []
     if rest.turns >= MIN_TURNS:
         why.append(f"{rest.turns} turns of up to {rest.largest_turn:.0f}°")
@@ -459,7 +474,7 @@ def _reasons(rest: Rest, least: float) -> str:
 
 
 def _longest_quiet(rest: Rest) -> str:
-    """Clause on the longest quiet segment."""
+    """Text that states the longest quiet segment, or that no segment is quiet."""
     if rest.quiet is None:
         return "no segment is quiet"
     start, end = rest.quiet
@@ -467,5 +482,5 @@ def _longest_quiet(rest: Rest) -> str:
 
 
 def _use_quiet(quiet: tuple[float, float]) -> str:
-    """Remedy that uses a quiet segment."""
+    """Text of a remedy: use the quiet segment from start to end (s)."""
     return f"{{this_span:{quiet[0]:.6g}:{quiet[1]:.6g}}}, or {{quiet}}"

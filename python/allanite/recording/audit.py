@@ -79,7 +79,7 @@ def audit(recording: Recording) -> list[Finding]:
 
 
 def _coarse_column_findings(recording: Recording) -> Iterator[Finding]:
-    """Findings about logged columns with coarse steps, such as a thermometer's."""
+    """Findings about covariates that are logged in coarse steps, such as a temperature in whole degrees."""
     for name, values in recording.covariates.items():
         step = coarse_step_of(values)
         if step:
@@ -121,14 +121,17 @@ class _Column:
         self.white = float(middle.mean()) / 0.6934 / math.sqrt(6) if middle.size else 0.0
 
     def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
-        """First row and samples of consecutive pieces that cover the column, each reaching into the next."""
+        """Pairs of first row and samples of consecutive pieces of the column.
+
+        Each piece also holds the first `overlap` samples of the following piece.
+        """
         for at in range(0, max(self.n - overlap, 1), CHUNK):
             yield at, self.x[at : at + CHUNK + overlap]
 
     def finding(
         self, kind: str, severity: str, found: str, *, remedy: str = "", **values: float
     ) -> Finding:
-        """Finding about this column."""
+        """`Finding` about this column; its sentence begins with the name of the column."""
         return Finding(kind, severity, f"{self.name}: {found}", self.name, values, remedy)
 
 
@@ -140,7 +143,7 @@ def _count_missing(x: NDArray[Any]) -> int:
 
 
 def _is_single(x: NDArray[Any]) -> bool:
-    """True if doubles were stored or printed in single precision before."""
+    """True if the samples are doubles whose values all fit into single precision."""
     some = x[: 1 << 12]
     return bool(
         x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True)
@@ -159,7 +162,7 @@ def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.f
 
 
 def _extremes(x: NDArray[Any]) -> tuple[float, float]:
-    """Smallest and largest sample, without NaN."""
+    """Smallest and largest sample; NaN samples are ignored."""
     low, high = float(np.min(x)), float(np.max(x))
     if math.isnan(low) and (there := ~np.isnan(x)).any():
         # np.nanmin would return a signaling NaN.
@@ -169,7 +172,7 @@ def _extremes(x: NDArray[Any]) -> tuple[float, float]:
 
 
 def _check_missing(c: _Column) -> Iterator[Finding]:
-    """Report missing samples and their effect on the Allan deviation."""
+    """Findings about missing samples and their effect on the Allan deviation."""
     missing = c.missing
     if missing:
         runs = _lengths_of_runs(c)
@@ -192,14 +195,18 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
 
 
 def _advised_decimation(apart: float, gap: float) -> int:
-    """Number of samples to average so that nearly all averages have most of their samples: 1, 2 or 5 × 10ⁿ."""
+    """Decimation factor (1, 2 or 5 × 10ⁿ) with which nearly all averages have most of their samples.
+
+    `apart` is half the mean length of the runs of present samples, `gap` the mean length of the
+    gaps.
+    """
     least = max(4.0, 4.0 * gap, apart / 8.0)
     decade = 10.0 ** math.floor(math.log10(least))
     return int(next(k * decade for k in (1, 2, 5, 10) if k * decade >= 0.9 * least))
 
 
 def _lengths_of_runs(c: _Column) -> NDArray[np.int64]:
-    """Lengths of the runs of present samples; (1,) if there is none."""
+    """Length of each run of present samples; the single value 1 if every sample is missing."""
     begins, ends = [], []
     before = False
     for at, piece in c.pieces():
@@ -217,8 +224,8 @@ def _lengths_of_runs(c: _Column) -> NDArray[np.int64]:
 def _half_lost(runs: NDArray[np.int64], n: int) -> int:
     """Largest averaging factor at which half of the terms of the Allan deviation touch no missing sample.
 
-    A term needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. n // 2 if this holds for
-    all m.
+    A term needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. If at least half of the
+    terms remain for all m, the result is n // 2.
     """
     low, high = 0, n // 2 + 1
     while high - low > 1:
@@ -229,7 +236,7 @@ def _half_lost(runs: NDArray[np.int64], n: int) -> int:
 
 
 def _check_constant(c: _Column) -> Iterator[Finding]:
-    """Report a column whose samples are all equal."""
+    """Finding about a column whose samples are all equal."""
     if c.low == c.high:
         yield c.finding(
             "constant", "warning", f"every sample is {c.low:g}: a stuck sensor or the wrong column"
@@ -237,7 +244,7 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
 
 
 def _check_stuck(c: _Column) -> Iterator[Finding]:
-    """Report a long run of one value: a sensor that stopped, or a lost link."""
+    """Finding about a long run of one value: a sensor that stopped, or a lost link."""
     if c.n < 2 or c.low == c.high:
         return
     start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
@@ -257,7 +264,7 @@ def _check_stuck(c: _Column) -> Iterator[Finding]:
 
 
 def _check_clipping(c: _Column) -> Iterator[Finding]:
-    """Report more samples at an extreme value than at the next one: the range was too small."""
+    """Findings about an extreme value that is far more frequent than its neighbor value: the range was exceeded."""
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
         if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
@@ -274,7 +281,7 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
 
 
 def _count_next_to(c: _Column, edge: float) -> int:
-    """Number of samples at the value next to an extreme one."""
+    """Number of samples at the value nearest to the extreme value `edge`."""
     nearest, count = math.nan, 0
     for _, piece in c.pieces():
         inner = piece[piece < edge] if edge == c.high else piece[piece > edge]
@@ -288,7 +295,7 @@ def _count_next_to(c: _Column, edge: float) -> int:
 
 
 def _check_step(c: _Column) -> Iterator[Finding]:
-    """Report the resolution if its rounding matters, and columns that are locked to one code."""
+    """Finding about the resolution if its rounding matters, or about a column that is locked to one code."""
     locked = locked_of(c.x)
     if locked is not None:
         yield c.finding(
@@ -328,7 +335,7 @@ def _check_step(c: _Column) -> Iterator[Finding]:
 
 
 def _check_outliers(c: _Column) -> Iterator[Finding]:
-    """Report samples whose second difference no noise of this level would reach."""
+    """Finding about samples whose second difference is too large for the noise, or about heavy-tailed noise."""
     level = max(c.white, 0.4 * c.step) * math.sqrt(6)
     if level == 0.0 or c.n < 100:
         return
@@ -377,10 +384,10 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
 
 
 def _check_smoothed(c: _Column) -> Iterator[Finding]:
-    """Report values that were averaged or low-passed before they were logged.
+    """Finding about values that were averaged or low-passed before they were logged.
 
-    Near half of the rate their power is below that of every lower octave, and below the continuation of a power law through
-    two neighboring octaves. Power-law noise and white noise are above it.
+    Near half of the sampling rate, such values have less power than in every lower octave, and less than a power law
+    through two neighboring octaves predicts. White noise and power-law noise have more power there.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
     if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
@@ -424,7 +431,7 @@ class _Changes:
     square: float = 0.0
 
     def take(self, averages: NDArray[np.float64]) -> None:
-        """Add the next averages.
+        """Add the averages that follow those already added.
 
         `largest` becomes the largest sum of two consecutive squared changes, and `end` the index of the average that
         follows these changes.
@@ -443,7 +450,7 @@ class _Changes:
 
 
 def _check_dominated(c: _Column) -> Iterator[Finding]:
-    """Report averaging times at which one event makes most of the Allan variance.
+    """Finding about averaging times at which a single event makes more than half of the Allan variance.
 
     An event lies within one average or between two, so it makes one second difference of the phase or two in a row.
     """
@@ -472,7 +479,7 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
 
 
 def _check_static(c: _Column) -> Iterator[Finding]:
-    """Report segments with several times the usual activity: handling, traffic."""
+    """Finding about segments with more than three times the usual activity, such as handling or traffic."""
     if c.n < 16 * 256:  # fewer blocks have no usual activity
         return
     blocks = _blocks(c.x, length=256, most=1024)
@@ -510,7 +517,7 @@ def _check_static(c: _Column) -> Iterator[Finding]:
 def _quiet_remedy(
     loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], c: _Column
 ) -> str:
-    """Remedy that uses the longest segment without a loud block; empty if that segment is short."""
+    """Text of a remedy that names the longest segment without a loud block; empty if that segment is short."""
     count = blocks.shape[0]
     quiet = np.setdiff1d(np.arange(count), loud)
     longest = max(np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1), key=len)

@@ -19,7 +19,10 @@ def letter_of(name: str) -> str | None:
 
 
 def triples(names: Sequence[str]) -> list[tuple[int, ...]]:
-    """Indices of three names each that differ only in the letter of the axis; all indices if there are three names."""
+    """List of index triples of names that differ only in the letter of the axis.
+
+    Without such names, three names of any kind are one triple.
+    """
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):
         letter = letter_of(name)

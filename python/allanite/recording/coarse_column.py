@@ -31,7 +31,7 @@ RELAXATIONS = 2.0 ** np.arange(-6.0, 2.5, 0.5)
 
 
 def coarse_step_of(values: NDArray[np.float64]) -> float:
-    """Step in which a column of shape (n,) is logged if the step is coarse, else 0."""
+    """Step of a column that is logged in coarse steps (a change in fewer than one of 20 samples), else 0."""
     places = np.flatnonzero(values[1:] != values[:-1])
     if places.size < MIN_CHANGES or values.size < MIN_RUN * places.size:
         return 0.0
@@ -42,12 +42,15 @@ def coarse_step_of(values: NDArray[np.float64]) -> float:
 
 
 def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Smoothest curve that rounds to a coarse column; a column that is not coarse is returned unchanged.
+    """Smoothest curve that rounds to a coarsely logged column, shape (n,); other columns are returned unchanged.
 
-    The quantity was at the threshold of two codes when the column changed, and within half a step of the code otherwise. A
-    ramp with one exponential relaxation is preferred if it rounds to the column: a warming body relaxes, and nothing else
+    The quantity was at the threshold of two codes when the column changed, and within half a step of the code
+    otherwise. A
+    ramp with one exponential relaxation is preferred if it rounds to the column: a warming body relaxes, and nothing
+    else
     determines the curve before the first and after the last change. Otherwise the curve has the smallest squared third
-    differences. Without it, rounding errors of up to half a step, correlated for as long as a code lasts, would look like
+    differences. Without it, rounding errors of up to half a step, correlated for as long as a code lasts, would look
+    like
     noise of the sensor.
     """
     step = coarse_step_of(values)
@@ -67,7 +70,7 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _curve(
     values: NDArray[np.float64], grid: NDArray[np.float64], code: NDArray[np.float64], step: float
 ) -> NDArray[np.float64]:
-    """Smoothest curve on a grid that rounds to the codes."""
+    """Smoothest curve that rounds to the codes, at the points of the grid."""
     from scipy.sparse import csc_array, diags_array
     from scipy.sparse.linalg import spsolve
 
@@ -89,7 +92,7 @@ def _curve(
     edge_place, edge_value = np.empty(0), np.empty(0)
 
     def beyond_codes(curve: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Distance of the curve from the half steps around its codes, in steps."""
+        """By how much the curve leaves the interval that rounds to its code, in steps; negative inside."""
         beyond: NDArray[np.float64] = np.abs(curve - code) / step - 0.5
         beyond[near] -= 1.0
         return beyond
@@ -127,11 +130,17 @@ def _curve(
 def _relaxation(
     place: NDArray[np.float64], values: NDArray[np.float64], count: int
 ) -> NDArray[np.float64]:
-    """Least-squares ramp with an exponential relaxation through values at some places, evaluated at 0 … count − 1."""
+    """Least-squares curve (constant, ramp, exponential relaxation) through `values` at the positions `place`.
+
+    The curve is evaluated at 0 … count − 1.
+    """
     from scipy.optimize import minimize_scalar
 
     def basis(at: NDArray[np.float64], octave: float) -> NDArray[np.float64]:
-        """Constant, ramp and relaxation at some places."""
+        """Matrix with the columns constant, ramp and relaxation at the positions `at`.
+
+        The time constant is count·2^octave.
+        """
         u = at / count
         # Constant and slope are subtracted from the relaxation, so that a long one becomes a parabola.
         return np.column_stack(
@@ -139,7 +148,7 @@ def _relaxation(
         )
 
     def misfit(octave: float) -> float:
-        """Squared misfit of the best curve with this time constant."""
+        """Squared misfit of the least-squares curve with the time constant count·2^octave."""
         rows = basis(place, octave)
         rows /= np.linalg.norm(rows, axis=0)
         return float(np.sum((rows @ np.linalg.lstsq(rows, values, rcond=None)[0] - values) ** 2))
@@ -154,7 +163,7 @@ def _relaxation(
 
 
 def _worst_of_runs(mask: NDArray[np.bool_], size: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Index of the largest value in each run of a mask."""
+    """Index of the largest `size` in each run of True of the mask."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
     pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     return np.array(

@@ -49,11 +49,11 @@ class Finding:
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """Sentence of the finding with parameters in the `words` of the call, the command line or the page."""
+        """Sentence of the finding with its remedy; `words` gives the name to print for each parameter."""
         return self.found + worded(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold: kind, severity, message, column, and each entry of `values`."""
         return {
             "kind": self.kind,
             "severity": self.severity,
@@ -67,12 +67,12 @@ class Finding:
 
 
 def listed_names(names: Sequence[str]) -> str:
-    """Text of some names: ``GyrX, GyrY``; the first and the last of many."""
+    """Text of some names: ``GyrX, GyrY``, or ``first … last`` for four or more."""
     return ", ".join(names) if len(names) < 4 else f"{names[0]} … {names[-1]}"
 
 
 def merged(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings in which equal sentences about several columns are combined to one."""
+    """Findings after those that say the same about several columns are combined to one finding each."""
     columns: dict[tuple[str, str, str], list[str]] = {}
     first: dict[tuple[str, str, str], Finding] = {}
     for one in findings:
@@ -91,7 +91,7 @@ def merged(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
-    """Findings about time stamps, for a stated rate."""
+    """Findings about the time stamps of a recording whose sampling rate is `rate`, Hz."""
     if abs(stamps.rate / rate - 1) > max(1e-3, 3 * stamps.resolution * stamps.rate / stamps.n):
         yield Finding(
             "rate",
@@ -195,7 +195,7 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
 
 
 def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Finding about jumps of time that split the record."""
+    """Finding about jumps of time that split the record; none if the record is one segment."""
     if len(stamps.pieces) < 2:
         return
     first, end = stamps.rows

@@ -25,7 +25,7 @@ MEDIAN_SAMPLES = 100_000
 
 
 def mean_acceleration(axes: list[NDArray[Any]]) -> float:
-    """Length of the vector of the medians of three columns, in their unit."""
+    """Magnitude of the mean acceleration from the medians of three columns, in their unit."""
     middle = [
         float(np.nanmedian(x[:: max(1, x.size // MEDIAN_SAMPLES)].astype(np.float64))) for x in axes
     ]
@@ -33,10 +33,10 @@ def mean_acceleration(axes: list[NDArray[Any]]) -> float:
 
 
 def is_gravity(mean: float, unit: str, within: float = MAX_STATED_DIFFERENCE) -> bool:
-    """True if a mean acceleration in a unit is gravity."""
+    """True if a mean acceleration, in `unit`, differs from 9.80665 m/s² by less than the share `within`."""
     return abs(mean * conversion(unit, "m/s^2") / GRAVITY - 1.0) < within
 
 
 def unit_by_gravity(mean: float) -> str | None:
-    """Unit in which a mean acceleration is gravity, or None."""
+    """Unit in which a mean acceleration equals gravity within 6 %; None if no unit fits."""
     return next((unit for unit in UNITS if is_gravity(mean, unit, MAX_INFERRED_DIFFERENCE)), None)

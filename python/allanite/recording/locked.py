@@ -42,10 +42,13 @@ class Locked:
 
 
 def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
-    """Share of the usual code, step, and upper limit of σ of samples that are locked to one code; else None.
+    """`Locked` if at least 95 % of the samples have the same code, else None.
+
+    It holds their share, the step, and the upper limit of the standard deviation σ.
 
     Noise with a standard deviation σ and a mean m within the code leaves it upwards with probability Q((½ − m)/σ) and
-    downwards with Q((½ + m)/σ), in steps. The sum of the two normal quantiles is 1/σ for any mean, so the upper limits of
+    downwards with Q((½ + m)/σ), in steps. The sum of the two normal quantiles is 1/σ for any mean, so the upper limits
+    of
     both shares give the upper limit of σ.
     """
     if np.unique(x[:FIRST_SAMPLES]).size > MAX_CODES:

@@ -46,7 +46,7 @@ class LogColumn:
 
     @property
     def source(self) -> str:
-        """The least certain source of the role, the unit and the scale."""
+        """Least certain source among those of role, unit and scale; ``"guess"`` if none is known."""
         known = [self.sources[key] for key in ("role", "unit", "scale") if key in self.sources]
         return max(known, key=SOURCES.index, default="guess")
 

@@ -80,7 +80,7 @@ def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
 
 
 def _marker(values: NDArray[np.floating | np.integer], edge: float) -> Marker | None:
-    """Marker at the smallest or largest value, or None."""
+    """Marker if the extreme value `edge` stands for missing samples, else None."""
     some = values[:: max(1, values.size // STEP_SAMPLES)].astype(np.float64)
     middle = float(np.median(some))
     quarter, three_quarters = np.quantile(some, [0.25, 0.75])
@@ -108,7 +108,10 @@ def _marker(values: NDArray[np.floating | np.integer], edge: float) -> Marker | 
 
 
 def _type_end(rest: NDArray[np.floating | np.integer], edge: float) -> str:
-    """Name of the integer limit that equals `edge` in steps of the other samples, or an empty text."""
+    """Text such as ``"the smallest 16-bit integer"`` if `edge`, in steps of the samples `rest`, is such a limit.
+
+    Else empty.
+    """
     some = rest[:STEP_SAMPLES].astype(np.float64)
     single = bool(np.array_equal(some.astype(np.float32), some))
     step = 1.0 if rest.dtype.kind in "iu" else step_of(some, single)

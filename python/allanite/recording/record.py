@@ -32,11 +32,11 @@ class Record(Protocol):
 
     @property
     def n(self) -> int:
-        """Samples from the first to the last, missing ones included."""
+        """Number of samples from the first to the last, with missing samples."""
 
     @property
     def gaps(self) -> int:
-        """Runs of missing samples."""
+        """Number of runs of missing samples."""
 
     @property
     def audit(self) -> Sequence[Finding]:
@@ -44,7 +44,7 @@ class Record(Protocol):
 
     @property
     def whole(self) -> bool:
-        """True if every sample is at hand, as time series and fits of single samples need it."""
+        """True if the record keeps every sample, as time series and fits of single samples need."""
 
     @property
     def tau0(self) -> float:
@@ -53,16 +53,16 @@ class Record(Protocol):
 
     @property
     def duration(self) -> float:
-        """Length, s."""
+        """Length of the record, s."""
         return self.n / self.rate
 
     @property
     def unit(self) -> str:
-        """Unit of the rate; of several units all are named."""
+        """Unit of the rate; for columns with different units, all units separated by commas."""
         return ", ".join(dict.fromkeys(self.units))
 
     def describe(self) -> dict[str, Any]:
-        """JSON record: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
+        """Dict for JSON with the keys path, column, n, rate_hz, duration_s, unit, gaps, audit."""
         return {
             "path": self.path,
             "column": ", ".join(self.columns),

@@ -201,14 +201,14 @@ class Recording(Record):
             object.__setattr__(self, name, value)
 
     def _with(self, **changes: Any) -> Recording:
-        """Copy with some fields changed; the checks of `__init__` are not repeated."""
+        """Copy of the recording with some fields changed, without checks."""
         other = object.__new__(Recording)
         same = {field.name: getattr(self, field.name) for field in fields(self)}
         other._set_fields(**{**same, "_audit": None, "_measured": None, **changes})
         return other
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
-        """Recording with other `units` declared for some columns, by name; samples are unchanged."""
+        """Recording whose columns get the units in `units` (column name to unit); samples are not converted."""
         declared_units = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
         return self._with(
             units=tuple(rate_unit(text, self.quantity).name for text in declared_units)
@@ -217,7 +217,7 @@ class Recording(Record):
     def told_of(
         self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None
     ) -> Recording:
-        """Recording with findings of the reader, which its audit reports, and the columns of its log.
+        """Recording with additional findings, which its audit reports, and optionally with the columns of its log.
 
         Parameters
         ----------
@@ -240,12 +240,12 @@ class Recording(Record):
 
     @property
     def n(self) -> int:
-        """Number of samples of a column, missing ones included."""
+        """Number of samples of each column, with missing samples."""
         return int(self.samples.shape[0])
 
     @property
     def whole(self) -> bool:
-        """True: every sample is at hand."""
+        """Always True: a recording keeps every sample."""
         return True
 
     @property
@@ -277,9 +277,10 @@ class Recording(Record):
 
     @property
     def measured(self) -> Recording:
-        """The samples that the sensor measured: no-data markers are missing, repeated samples removed.
+        """Recording of what the sensor measured: no-data markers become NaN, and repeated samples are removed.
 
-        It is the recording itself if it has neither. Every fit uses these samples, and the audit reports the changes.
+        A recording without markers and repeats is returned itself. Every fit uses these samples, and the audit reports
+        the changes.
         """
         if self._measured is None:
             from allanite.recording.measured import measured_samples
@@ -291,15 +292,15 @@ class Recording(Record):
         return self._measured if isinstance(self._measured, Recording) else self
 
     def seconds(self) -> NDArray[np.float64]:
-        """Time of each sample from the first, s, shape (n,): from uneven stamps if there are any, else on the grid."""
+        """Time of each sample since the first, s, shape (n,): from uneven time stamps if known, else from the rate."""
         return np.arange(self.n) / self.rate if self.times is None else self.times
 
     def with_samples(self, samples: NDArray[Any]) -> Recording:
-        """Recording with other `samples` of the same shape."""
+        """Recording whose samples are replaced by `samples` of the same shape."""
         return self._with(samples=read_only(samples))
 
     def with_rows(self, rows: NDArray[np.bool_], rate: float) -> Recording:
-        """Recording with the `rows` of a mask and the sampling rate `rate`, without time stamps."""
+        """Recording of the rows where the mask `rows` is True, at the rate `rate` (Hz), without time stamps."""
         extra = {name: read_only(values[rows]) for name, values in self.covariates.items()}
         kept = read_only(self.samples[rows])
         times = None if self.times is None else read_only(self.times[rows])
@@ -340,7 +341,7 @@ class Recording(Record):
         return (self.column(i) for i in range(len(self.columns)))
 
     def trim(self, start_s: float | None = None, end_s: float | None = None) -> Recording:
-        """Samples from `start_s` to `end_s`, in seconds from the first sample."""
+        """Recording of the samples from `start_s` to `end_s`, in seconds since the first sample."""
         first = 0 if start_s is None else max(sample_index(start_s, self.rate), 0)
         last = self.n if end_s is None else min(sample_index(end_s, self.rate), self.n)
         if last <= first:
@@ -351,13 +352,13 @@ class Recording(Record):
         return self._rows(slice(first, last))
 
     def quiet(self) -> Recording:
-        """Longest segment at rest; see `allanite.recording.at_rest.quiet_span`."""
+        """Recording of the longest segment at rest; see `allanite.recording.at_rest.quiet_span`."""
         from allanite.recording.at_rest import quiet
 
         return quiet(self)
 
     def half(self, which: int) -> Recording:
-        """First (`which` = 0) or second (1) half of the record."""
+        """Recording of the first half (`which` = 0) or of the second half (1)."""
         middle = self.n // 2
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 
@@ -374,9 +375,12 @@ class Recording(Record):
         return self._with(**parts, covariates=MappingProxyType(extra))
 
     def decimate(self, k: int) -> Recording:
-        """Averages of `k` samples (sums of increments, every k-th angle); covariates are averaged.
+        """Recording at 1/k of the rate: averages of `k` rates, sums of k increments, or every k-th angle.
 
-        Averaging keeps the white level N; skipping samples would raise it by √k. If samples are missing, the present ones
+        Covariates are averaged.
+
+        Averaging keeps the white level N; skipping samples would raise it by √k. If samples are missing, the present
+        ones
         are averaged if they are at least half; otherwise the average is missing.
         """
         if k < 1 or k > self.n:
@@ -395,11 +399,11 @@ class Recording(Record):
         return self._with(**new, told=(*self.told, *told), covariates=MappingProxyType(extra))
 
     def called(self, path: str) -> Recording:
-        """Recording with `path` as the name of its file."""
+        """Copy of the recording whose attribute `path` is the given path."""
         return self._with(path=path)
 
     def to(self, unit: str) -> Recording:
-        """Recording with its samples in another `unit` of the same kind; ``"deg/h,ug"`` for two kinds.
+        """Recording with its samples converted to another `unit` of the same kind; ``"deg/h,ug"`` converts two kinds.
 
         Raises
         ------
@@ -489,12 +493,12 @@ class Recording(Record):
 
 
 def _unit_names(unit: Any) -> tuple[str, ...]:
-    """Name of the unit of each column.
+    """Units as a tuple of texts.
 
     Raises
     ------
     InputError
-        The units are not names.
+        A unit is not a text.
     """
     try:
         names = tuple(unit)
@@ -508,7 +512,7 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 
 
 def _restore(state: dict[str, Any]) -> Recording:
-    """Recording from a pickled state."""
+    """Recording from the dict of fields that `Recording.__reduce__` pickled."""
     recording = object.__new__(Recording)
     state = aligned(state)
     state = {"epoch": None, "times": None, **state}
@@ -522,5 +526,5 @@ def _restore(state: dict[str, Any]) -> Recording:
 
 
 def recording_of_fields(fields: Mapping[str, Any]) -> Recording:
-    """Recording from the fields of an earlier recording, without checks."""
+    """Recording from a mapping of all field names of `Recording` to their values, without checks."""
     return _restore(dict(fields))

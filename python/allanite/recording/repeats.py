@@ -48,12 +48,14 @@ class Polling:
 
     @property
     def ratio(self) -> float:
-        """Rate of the sensor over the rate of the log."""
+        """Rate of the sensor divided by the rate of the log."""
         return float(np.mean(self.kept))
 
 
 def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
-    """Repeats of samples of shape (n,) or (n, columns) if the sensor is slower than the log, else None.
+    """`Polling` of samples, shape (n,) or (n, columns), if the sensor is slower than the log and its samples repeat.
+
+    Else None.
 
     A row is a repeat if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them are
     found by the regular pattern that two steady rates make.
@@ -82,16 +84,19 @@ def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
 
 
 def _equals_earlier(rows: NDArray[np.floating | np.integer], lag: int) -> NDArray[np.bool_]:
-    """Mask of rows that equal the row `lag` before."""
+    """Mask of rows from index `lag` on: True if a row equals the row `lag` rows before."""
     same = rows[lag:] == rows[:-lag]
     found: NDArray[np.bool_] = same if same.ndim == 1 else same.all(axis=1)
     return found
 
 
 def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:
-    """Repeats of a sensor with a steady rate among neighbors that may be equal by chance, or None.
+    """Mask of the equal neighbors that repeat in the regular pattern of a slower sensor, or None without such a pattern.
 
-    Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come when that number
+    The other entries of `equal` are True by chance, with the probability `chance`.
+
+    Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come when that
+    number
     changes, which makes a line at r in the spectrum of `equal`.
     """
     if chance > 0.5:
@@ -115,7 +120,10 @@ def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool
 
 
 def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool_]:
-    """Mask of repeats in the pattern of two steady rates; its phase is measured along the record."""
+    """Mask of samples that a sensor at `ratio` times the rate of the log would repeat.
+
+    The phase of the pattern is measured from `equal`.
+    """
     k = np.arange(1, equal.size + 1, dtype=np.float64)
     blocks = max(equal.size // PHASE_BLOCK, 1)
     edges = np.linspace(0, equal.size, blocks, endpoint=False).astype(np.int64)
@@ -128,9 +136,10 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
 
 
 def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tuple[int, int, int]:
-    """First sample and length of the longest run of one value, and how many of n samples equal the previous one.
+    """Index and length of the longest run of one value, and the number of samples that equal the previous sample.
 
-    `pieces` are (first sample, samples), each reaching one sample into the next; NaN equals nothing.
+    `pieces` are pairs (index of the first sample, samples) of a record of n samples. Each piece ends with the first
+    sample of the following piece. NaN equals nothing.
     """
     longest, start, run_start, equal = 1, 0, 0, 0
     for at, piece in pieces:

@@ -14,7 +14,7 @@ MIN_FLIPS = 5
 
 
 def step_of(values: NDArray[np.float64], single: bool) -> float:
-    """Step of which all differences of the values are multiples, or 0."""
+    """Step (LSB) of which all differences between the values are multiples; 0 without such a step."""
     levels = np.unique(values)
     if levels.size < 2 or levels.size > 0.5 * values.size:
         return 0.0
@@ -32,17 +32,20 @@ def step_of(values: NDArray[np.float64], single: bool) -> float:
 
 
 def _storage_error(levels: NDArray[np.float64], single: bool) -> float:
-    """Rounding error of stored values."""
+    """Rounding error of the stored values, in their unit; `single` is True for single precision."""
     return (2.0**-23 if single else 2.0**-48) * float(np.abs(levels).max())
 
 
 def _distinct_levels(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
-    """Levels without those that differ only by rounding errors of storage."""
+    """Ascending values after removal of values that differ from the previous one by rounding errors (`noise`) only."""
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
 
 def is_fill(value: float, step: float) -> bool:
-    """True if a rare value is what loggers write for lost samples: 0, or a value like -999 far from the usual one."""
+    """True if a rare value is a usual mark of lost samples: 0, or a value like −999.
+
+    `step` is its distance from the usual value.
+    """
     size = abs(value)
     return size == 0.0 or (size >= 99.0 and size.is_integer() and step > 0.5 * size)
 

@@ -21,7 +21,10 @@ CHUNK = 1 << 18
 
 
 def owned(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
-    """Array of one or two dimensions that nobody else can change."""
+    """Samples as a numeric array of one or two dimensions that no other code can change.
+
+    A writeable array is copied.
+    """
     array = np.asarray(samples)
     if array.dtype.kind == "b":
         array = array.astype(np.int64)
@@ -40,7 +43,7 @@ def owned(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]
 
 
 def _require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
-    """Raise an error for infinite samples, or if all are NaN; in pieces, because the array may be a mapped file."""
+    """Raise `InputError` for infinite samples, and `TooShortError` if all samples are NaN."""
     count, first, present = 0, "", False
     for at in range(0, len(array), CHUNK):
         piece = array[at : at + CHUNK]
@@ -73,7 +76,7 @@ def _place(
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    """Names of the columns, checked; by default x, or x0 and so on."""
+    """Names of the columns of an array, made unique and printable; by default x, or x0, x1, …."""
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
@@ -97,7 +100,7 @@ def distinct(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def covariate_of(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
-    """Covariate of n rows as doubles."""
+    """Values of a covariate as doubles, shape (n,). Raises `InputError` for another shape."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
         raise InputError(f"covariate {name!r} has shape {array.shape}, the samples have {n} rows")
@@ -105,13 +108,13 @@ def covariate_of(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """The array, made read-only."""
+    """The same array, after its writeable flag is cleared."""
     array.flags.writeable = False
     return array
 
 
 def index_of(samples: Any) -> NDArray[Any] | None:
-    """Time stamps that a pandas or xarray object has as its index, or None.
+    """Time stamps from the index of a pandas or xarray object; None without such an index.
 
     Date-times, time differences and floats are stamps; whole numbers are row numbers.
     """
@@ -146,7 +149,10 @@ def find_column(name: str | int, columns: Sequence[str]) -> int:
 
 
 def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
-    """Means of groups of k rows; with missing samples, means of the present ones if they are at least half."""
+    """Means of groups of k rows.
+
+    Missing samples are ignored; a group that lacks more than half of its samples is NaN.
+    """
     groups = values[: len(values) // k * k].reshape(-1, k, *values.shape[1:])
     found: NDArray[Any] = groups.mean(axis=1, dtype=np.float64)
     if np.isnan(found).any():
@@ -157,7 +163,7 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
 
 
 def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
-    """Means of groups of k rates, sums of k increments, every k-th angle."""
+    """Samples at 1/k of the rate: means of k rates, sums of k increments, or every k-th angle."""
     m = len(samples) // k
     if quantity == "angle":
         return samples[: m * k : k]
@@ -168,7 +174,7 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
 
 
 def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Factor of each column to another unit (1 for other kinds of sensor), and the resulting units.
+    """Factor that converts each column to `unit` (1 for columns of another kind of sensor), and the resulting units.
 
     Raises
     ------
@@ -186,7 +192,7 @@ def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], 
 
 
 def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:
-    """Values and unit of a pint quantity, in the requested unit or its own."""
+    """Numbers and unit of a pint quantity: in its own unit if `unit` is ``"1"``, else converted to `unit`."""
     if unit == "1":
         return samples.magnitude, f"{samples.units:~C}".replace("**", "^")
     return samples.to(str(unit).replace("^", "**").replace("°", "deg")).magnitude, unit

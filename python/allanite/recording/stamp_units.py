@@ -40,7 +40,7 @@ _SAME_CADENCE = 0.005
 
 
 def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
-    """Stamps as integers or floats, and their unit if their type defines it.
+    """Time stamps as integers or floats, and their unit: ns for date-times, else the given `unit`.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | N
 
 
 def _dates(t: NDArray[Any]) -> NDArray[Any]:
-    """Date-times of Python, pandas or text as numpy date-times in UTC; else numbers."""
+    """Date-times of Python, pandas or ISO texts as numpy datetime64[ns] in UTC; texts of numbers as floats."""
     try:
         naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]
         # 31.01.2026 12:00:00.5: the day first.
@@ -96,7 +96,7 @@ def _dates(t: NDArray[Any]) -> NDArray[Any]:
 
 
 def _refuse_invalid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
-    """Raise an error for invalid stamps, with the row of the first one."""
+    """Raise `InputError` if any stamp is flagged in `bad`; the message names the row of the first."""
     if bad.any():
         row = int(np.argmax(bad))
         raise InputError(
@@ -108,7 +108,7 @@ def _refuse_invalid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
 
 
 def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[str, str]:
-    """Unit of stamps, guessed from the stated rate, the epoch or the magnitude.
+    """Unit of time stamps, guessed from the stated rate, the epoch or the magnitude, and the reason.
 
     Parameters
     ----------

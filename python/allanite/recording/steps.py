@@ -29,10 +29,11 @@ MAX_SHORT_GAP = 32
 
 
 def usual_step(steps: NDArray[np.float64]) -> float:
-    """Usual step of stamps: the median of the positive steps, or a shorter one of which they are multiples.
+    """Usual step of time stamps: the median of the positive steps, or a fraction of it of which most steps are multiples.
 
-    The median is the mode of nearly every log, and robust against jitter. If most samples are missing, it is a multiple of
-    the step. The shorter one is taken if one step in eight is that short, and most steps are multiples of it.
+    The median is the mode of nearly every log, and robust against jitter. If most samples are missing, the median is a
+    multiple of the usual step. A fraction (1/2 to 1/5) of the median is taken if one step in eight is that short, and
+    most steps are multiples of it.
 
     Raises
     ------
@@ -66,7 +67,8 @@ def usual_step(steps: NDArray[np.float64]) -> float:
 def _mean_of_rounded(steps: NDArray[np.float64], middle: float) -> float:
     """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms), else 0.
 
-    Their sum stays within one step of a line, unlike that of steps with randomly missing samples.
+    The sum of such steps stays within one step of a straight line. With randomly missing samples the sum would stray
+    farther.
     """
     length = 200
     if steps.size < length:
@@ -145,7 +147,7 @@ class Steps:
 
     @property
     def rate(self) -> float:
-        """Samples per unit of the stamps."""
+        """Number of samples per unit of the stamps."""
         span = float(self.times.sum())
         if not span > 0.0:
             raise InputError(
@@ -156,11 +158,11 @@ class Steps:
         return float(self.counts.sum()) / span
 
     def _exclude_from_rate(self, rows: NDArray[np.int64]) -> None:
-        """Exclude steps from the rate."""
+        """Exclude the steps after these rows from the computation of the rate."""
         self.counts[rows] = self.times[rows] = 0.0
 
     def _unwrap(self) -> None:
-        """Undo the wraps of a counter, which runs back by its span less one step from near its end."""
+        """Undo the wraps of a counter in `clean`, and set `wrap` and `wraps`."""
         back = np.flatnonzero(self.raw < -20 * self.usual)
         if back.size == 0:
             return
@@ -178,7 +180,7 @@ class Steps:
                 return
 
     def _order(self) -> None:
-        """Find stamps that are out of order, and rows after which time runs back permanently."""
+        """Set `disorder` and `seams`, and replace these steps in `clean` by usual steps."""
         back = np.flatnonzero(self.clean < 0)
         if back.size > max(0.01 * self.clean.size, 5):
             # Jitter larger than the interval is not disorder; only a step far beyond it is a seam.
@@ -208,7 +210,7 @@ class Steps:
                 done = end
 
     def _disorder_around(self, i: int) -> tuple[int, int] | None:
-        """Shortest run of steps around a backward one over which time advances as usual, or None."""
+        """First and end of the shortest run of steps around step i over which time advances as usual, or None."""
         low = max(i - MAX_DISORDER_ROWS, 0)
         sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + MAX_DISORDER_ROWS])))
         starts, ends = np.arange(low, i + 1), np.arange(i + 1, low + sums.size)
@@ -225,7 +227,7 @@ class Steps:
         return int(starts[row]), int(ends[column])
 
     def _require_constant_interval(self) -> None:
-        """Raise an error if the interval of the stamps changes permanently: two recordings in one."""
+        """Raise `InputError` if the interval of the stamps changes permanently, as in two joined recordings."""
         blocks = 16
         length = self.clean.size // blocks
         if length < 100:
@@ -252,7 +254,7 @@ class Steps:
     # -- stamps of single samples -----------------------------------------------------------------
 
     def _single(self) -> None:
-        """Find gaps and the rate from stamps of single samples."""
+        """Set `gaps` and the inputs of the rate, if each stamp belongs to one sample."""
         steps = self.clean
         for _ in range(3):
             ratio = steps / self.usual
@@ -279,13 +281,13 @@ class Steps:
         self._count_missing(late)
 
     def _caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Mask of late stamps without missing samples: the samples after them arrive as early as those before."""
+        """Mask of the rows `late` after which no sample is missing: later samples arrive as early as earlier ones."""
         steps = self.clean
         step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)
         delay = np.concatenate([[0.0], np.cumsum(steps - step)])
 
         def earliest(first: int, end: int) -> float:
-            """Smallest delay of a range of samples."""
+            """Smallest delay of the samples first … end − 1, in the unit of the stamps."""
             return float(delay[max(first, 0) : end].min())
 
         return np.array(
@@ -299,7 +301,7 @@ class Steps:
         )
 
     def _are_late_by_whole_samples(self, late: NDArray[np.int64]) -> bool:
-        """True if late stamps are late by whole samples, and are not bursts of one length."""
+        """True if the steps after the rows `late` are multiples of the usual step and do not come from bursts."""
         ratio = self.clean[late] / self.usual
         short = ratio[ratio < 20]
         if short.size and np.median(np.abs(short - np.rint(short))) > 0.1:
@@ -311,7 +313,10 @@ class Steps:
         return not (periodic and np.median(ratio) > 3)
 
     def _count_missing(self, late: NDArray[np.int64]) -> None:
-        """Count missing samples: short gaps by the usual step, long ones by the rate."""
+        """Set `gaps` and `counts` from the steps after the rows `late`.
+
+        Short gaps are counted by the usual step, long gaps by the rate.
+        """
         steps, usual = self.clean, self.usual
         alone = np.rint(steps[late] / usual) - 1
         # A late stamp next to an early one is jitter; after a gap, time does not catch up.
@@ -329,7 +334,7 @@ class Steps:
     # -- stamps that several samples share --------------------------------------------------------
 
     def _shared(self) -> None:
-        """Find the rate and gaps from stamps that several samples share, such as whole seconds of a 5 Hz log."""
+        """Set `gaps` and the inputs of the rate if several samples share a stamp (whole seconds of a 5 Hz log)."""
         at = np.flatnonzero(self.clean > 0)
         steps = self.clean[at]
         unit = self.usual

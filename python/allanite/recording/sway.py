@@ -24,9 +24,10 @@ ANGLE_RATIOS = (0.3, 3.0)
 def sway_of(
     rates: NDArray[np.float64], force: NDArray[np.float64], rate: float
 ) -> NDArray[np.float64] | None:
-    """Standard deviation of the tilt in windows of 20 s, degrees; None without sway.
+    """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,); None without sway.
 
-    The integrated rates of a turning platform are the change of the direction of gravity: df/dt = −ω × f. The covariance of
+    The integrated rates of a turning platform are the change of the direction of gravity: df/dt = −ω × f. The
+    covariance of
     both is the variance of the tilt, whatever the noise of the two sensors.
 
     Parameters
@@ -70,7 +71,10 @@ def sway_of(
 
 
 def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
-    """Windows without their best parabola, shape (windows, averages, 3), which removes drifts and integrated noise."""
+    """Windows minus their least-squares parabola, shape (windows, averages, 3).
+
+    This removes drifts and integrated noise.
+    """
     basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3))[0]
     parts = x.reshape(windows, WINDOW, 3)
     left: NDArray[np.float64] = parts - basis @ (basis.T @ parts)

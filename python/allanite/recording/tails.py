@@ -62,16 +62,19 @@ class Tail:
 
     @property
     def heavy(self) -> bool:
-        """True if the normal law is excluded."""
+        """True if the data exclude the normal law: the tail is heavier."""
         return self.low > 0.0
 
     def reach(self, probability: float) -> float:
-        """Magnitude that one value exceeds with at most this probability, under the heaviest allowed tail."""
+        """Magnitude that one value exceeds with at most this probability, for the heaviest tail that the data allow."""
         return float(self.scale * _exceeded_magnitude(self.high, probability))
 
 
 def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
-    """Magnitude that a value of the law of scale 1 exceeds with this probability."""
+    """Magnitude that a value of Student's t law exceeds with this probability.
+
+    The law has the scale 1 and 1/`inverse_freedom` degrees of freedom.
+    """
     from scipy.special import ndtri, stdtrit
 
     p = 0.5 * probability
@@ -79,14 +82,14 @@ def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
 
 
 def _ascending(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Magnitudes in ascending order."""
+    """Magnitudes sorted in ascending order."""
     return _kernels.in_order(np.ascontiguousarray(magnitudes))
 
 
 def tail_of(
     magnitudes: NDArray[np.float64], censored: float, *, ordered: bool = False
 ) -> Tail | None:
-    """Student t law fitted to magnitudes; of the largest share `censored`, only the number counts.
+    """Student t law fitted to magnitudes. The largest magnitudes (a share `censored`) enter only by their number.
 
     Parameters
     ----------
@@ -208,7 +211,10 @@ def _power_law_limits(rising: NDArray[np.float64], probability: float) -> list[f
 
 
 def coarse_step(values: NDArray[np.float64]) -> float:
-    """Smallest distance between different values if at most 50 different values occur; otherwise 0."""
+    """Smallest distance between different values if 2 to 50 different values occur, else 0.
+
+    At most 40 000 values are examined.
+    """
     some = values[:: max(1, values.size // EXAMINED_SAMPLES)]
     levels = np.unique(some)
     if levels.size > MAX_COARSE_LEVELS or levels.size < 2:

@@ -101,7 +101,7 @@ class Stamps:
 
     @property
     def missing(self) -> int:
-        """Number of samples missing in all gaps."""
+        """Number of samples that are missing in all gaps together."""
         return sum(count for _, count in self.gaps)
 
     @property
@@ -111,7 +111,7 @@ class Stamps:
 
     @property
     def inside(self) -> tuple[tuple[int, int], ...]:
-        """Gaps within the segment used."""
+        """Gaps within the segment used, each (row after which samples are missing, number missing)."""
         first, end = self.rows
         return tuple((row, count) for row, count in self.gaps if first <= row < end - 1)
 
@@ -194,7 +194,7 @@ def read_stamps(
 
 
 def _drift(steps: NDArray[np.float64], jitter: float, resolution: float) -> tuple[float, int]:
-    """Relative change of the interval over the record, and the row where it exceeds 2 % (else −1)."""
+    """Relative change of the interval over the record, and the row of the largest change if it exceeds 2 %, else −1."""
     blocks = 16
     length = steps.size // blocks
     if length < 50:
@@ -210,9 +210,9 @@ def _drift(steps: NDArray[np.float64], jitter: float, resolution: float) -> tupl
 
 
 def pieces_of(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Segments of rows between gaps that are too long to fill.
+    """First row and end (exclusive) of each segment between gaps that are too long to fill.
 
-    The longest gaps split the record, until each segment misses at most four times as many samples as it has.
+    The longest gaps split the record, until in each segment at most four times as many samples are missing as present.
     """
     if sum(count for _, count in gaps) <= MAX_MISSING_RATIO * n:
         return ((0, n),)
@@ -234,7 +234,7 @@ def pieces_of(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...
 
 
 def _chosen_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
-    """Index of the segment to use."""
+    """Index of the segment with the number `piece`, counted from 1; without a number, of the longest segment."""
     if piece is None:
         return int(np.argmax([end - first for first, end in pieces]))
     if not 1 <= piece <= len(pieces):
@@ -246,7 +246,7 @@ def _chosen_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> i
 
 
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:
-    """Rows of the segment used, with rows of NaN for missing samples."""
+    """Rows of `array` that belong to the segment used, with inserted rows of NaN for missing samples."""
     first, end = stamps.rows
     if end - first < len(array):
         array = array[first:end]
@@ -259,9 +259,10 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
 
 
 def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
-    """Time of each row of the regular grid from its first row, s, if the stamps are unevenly spaced; else None.
+    """Time of each row since the first row used, s, if the stamps are unevenly spaced; else None.
 
-    Rows of missing samples have times between those of their neighbors. Stamps that run back have no such times.
+    Rows of missing samples have times between those of their neighbors. The result is None also for stamps that run
+    back.
     """
     first, end = stamps.rows
     if (
@@ -282,7 +283,7 @@ def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
 
 
 def epoch_of(time: ArrayLike, stamps: Stamps) -> float | None:
-    """Time of the first row used, s since 1970, if the stamps are date-times or decimal years; else None."""
+    """Time of the first row used, in s since 1970, if the stamps are date-times or decimal years; else None."""
     kind = np.asarray(time).dtype.kind
     t, _ = numbers_of(time, stamps.unit)
     first = float(t[stamps.rows[0]])

@@ -28,7 +28,7 @@ class Documented(Protocol):
     """A result that can be written as JSON: a fit, a study, a characterization."""
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record of the result."""
+        """Dict for JSON with the result."""
         ...
 
 
@@ -36,7 +36,7 @@ Source: TypeAlias = str | Path | Mapping[str, Any] | Model | Effect | Documented
 
 
 def is_source_file(text: str) -> bool:
-    """Return True for the name of a file and False for a model string."""
+    """True for the name of a file, also of a missing JSON, TOML or YAML file; False for a model string."""
     if text.lower().endswith((".json", ".toml", ".yaml", ".yml")):
         return True
     return is_file(text)
@@ -48,7 +48,7 @@ def documents_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[dict[str, Any]]:
-    """Return the model documents of a source, one for each axis.
+    """Model documents (dicts) of a source, one for each axis.
 
     Parameters
     ----------
@@ -69,7 +69,8 @@ def documents_of(
     Raises
     ------
     InputError
-        The file does not exist or is of an unknown kind, or a value is missing. The message is one line with the remedy.
+        The file does not exist or is of an unknown kind, or a value is missing. The message is one line with the
+        remedy.
     """
     if isinstance(source, Effect):
         source = Model((source,))
@@ -102,7 +103,7 @@ def documents_of(
 def _of_file(
     path: Path, unit: str | None, rate: float | None, record_length: float | None
 ) -> list[dict[str, Any]]:
-    """Read a file with the reader that its extension names; any other extension is read as JSON."""
+    """Model documents in a file, whose suffix selects the reader; other suffixes are read as JSON."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         from allanite.sources.datasheet import documents_of_sheet, read_datasheet
@@ -124,7 +125,7 @@ def _of_file(
 
 
 def _of_json(path: Path) -> list[dict[str, Any]]:
-    """Read a JSON file: a model file of allanite, a data sheet, or a loadparams file of MATLAB."""
+    """Model documents in a JSON file: a model file of allanite, a data sheet, or a loadparams file of MATLAB."""
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
 
@@ -139,7 +140,7 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
 
 
 def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
-    """Return the documents in a JSON record of allanite; `name` is that of its file, for messages."""
+    """Model documents in a parsed JSON record of allanite; `name` is the file's name, for messages."""
     if not isinstance(tree, Mapping) or not str(tree.get("schema")).startswith("allanite/"):
         raise InputError(f"{name}: not a model file of allanite: it has no allanite schema")
     documents = tree.get("columns", [tree])
@@ -158,7 +159,7 @@ def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
 
 
 def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Add the results of `characterize` for this column: noise during use, bias at switch-on, facts about the samples."""
+    """Copy of a document with the other results of `characterize` for its column: working, turn_on, samples."""
     column = str((document.get("recording") or {}).get("column"))
     found = {}
     for name in ("working", "turn_on", "samples"):
@@ -182,7 +183,7 @@ def _check_recording(document: Mapping[str, Any], name: str) -> None:
 
 
 def _last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the last model of a stepwise improvement; return other documents unchanged."""
+    """Document of the last model of a stepwise improvement; other documents are returned unchanged."""
     ladder = document.get("ladder")
     if not ladder:
         return document

@@ -58,7 +58,9 @@ FREQUENCY_FIGURES = ("bandwidth", "sample_rate")
 
 
 def known_figures() -> dict[str, tuple[str, float | str]]:
-    """Return for each figure the coefficient that it states (or `MINIMUM`), and its power of seconds or its unit."""
+    """Dict from the name of a figure to the coefficient that it states (or `MINIMUM`) and the power of seconds or
+    unit.
+    """
     ours = {
         figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
         for e in CATALOGUE
@@ -69,7 +71,7 @@ def known_figures() -> dict[str, tuple[str, float | str]]:
 
 
 def _spellings() -> dict[str, str]:
-    """Return a dictionary from each other spelling to the name of the figure."""
+    """Dict from each alternative spelling of a figure to its name."""
     ours = (p.figures for e in CATALOGUE for p in e.parameters)
     return {
         other: figure
@@ -125,11 +127,13 @@ class Quoted:
 
     @property
     def coefficient(self) -> str:
-        """The coefficient that the figure states: Q, N, B, K or R, or the minimum of the Allan deviation."""
+        """Name of the coefficient that the figure states (``"N"``, ``"K"``, …), or ``"minimum"`` of the Allan
+        deviation.
+        """
         return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:
-        """Return the coefficient in its canonical unit for samples in `unit`.
+        """Value of the coefficient in its canonical unit U·s^power, for samples in the unit U (`unit`).
 
         Raises
         ------
@@ -164,14 +168,15 @@ class DataSheet:
     temperature: str = ""
 
     def of_kind(self, kind: str) -> DataSheet:
-        """The sheet with the figures of one kind of sensor (``"angular rate"``, ``"acceleration"``, …)."""
+        """Copy of the sheet with only the figures of one kind of sensor (``"angular rate"``, ``"acceleration"``, …)."""
         return replace(self, figures=tuple(f for f in self.figures if f.kind == kind))
 
     def folded(self, rate: float) -> tuple[float, float] | None:
-        """Return the smallest and the largest factor by which N rises if samples are skipped down to `rate` Hz.
+        """Smallest and largest factor by which N rises if samples are skipped to reach a rate of `rate` Hz.
 
         Skipping samples without averaging folds all noise of the sensor's band below half the rate, so N rises by
-        √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but not more
+        √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but not
+        more
         than the sensor's sampling rate. The result is None if the sheet states neither frequency, or if the band is
         narrower than twice the rate.
         """
@@ -183,7 +188,7 @@ class DataSheet:
         return math.sqrt(low / rate), math.sqrt(high / rate)
 
     def remarks(self) -> list[str]:
-        """Return the contradictions inside the sheet: a noise density and a random walk that state different N."""
+        """Remarks on contradictions inside the sheet: figures that state different N. Empty without any."""
         remarks = []
         density = [figure for figure in self.figures if figure.coefficient == "N"]
         first_of = {figure.kind: figure for figure in reversed(density)}
@@ -202,7 +207,7 @@ class DataSheet:
 
 
 def read_datasheet(path: str | Path) -> DataSheet:
-    r"""Read a sheet in TOML or JSON.
+    r"""Data sheet read from a TOML or JSON file.
 
     Parameters
     ----------
@@ -240,7 +245,7 @@ def _read(path: Path) -> DataSheet:
 
 
 def datasheet_of(parsed: object, name: str) -> DataSheet:
-    """Return the sheet of a parsed TOML or JSON document. `name` is used if the document states no name.
+    """Data sheet from a parsed TOML or JSON document. `name` is used if the document states no name.
 
     Raises
     ------
@@ -278,7 +283,7 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
 
 
 def _figure(name: str, given: object) -> Quoted:
-    """Return one figure of a sheet; `given` is a text such as "18 deg/h", or a table with value and unit."""
+    """One figure of a sheet; `given` is a text such as "18 deg/h", or a mapping with value and unit."""
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _spellings().get(key, key)
     if key not in known_figures() and key not in FREQUENCY_FIGURES:
@@ -308,7 +313,7 @@ def _figure(name: str, given: object) -> Quoted:
 
 
 def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
-    """Return the model documents of a data sheet, one for each kind of sensor, with the assumptions.
+    """Model documents of a data sheet, one for each kind of sensor, with the assumptions.
 
     Parameters
     ----------
@@ -333,7 +338,7 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
 
 
 def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
-    """Return the model document of one kind of sensor. Of two figures for one coefficient the larger is used."""
+    """Model document of one kind of sensor. If two figures state the same coefficient, the larger is used."""
     unit = SI_OF_KIND[kind]
     table = next(t for t, k in TABLES.items() if k == kind)
     by_coefficient: dict[str, Quoted] = {}
@@ -396,5 +401,5 @@ def _about_walk(values: Mapping[str, float], unit: str) -> str:
 
 
 def _bare(unit: str) -> str:
-    """Return a unit without the words "one-sided" or "two-sided"."""
+    """Unit without the words "one-sided" or "two-sided"."""
     return re.sub(r"\s*\b(one|two|single|double)[\s-]?sided\b", "", unit)

@@ -35,11 +35,12 @@ MAX_ROWS = 100_000
 
 
 def is_deviation_table(path: Path) -> bool:
-    """Return True if a text file is a table of deviations.
+    """True if a text file is a table of Allan deviations over averaging times.
 
-    A file with a header is a table if its first column is named ``tau`` or ``averaging…``. A file without a header is a
-    table if its times grow, all its values are positive, each column falls by a third or more, and the columns are
-    smooth: neighboring values differ by less than 30 % in the median. The first column of a log may grow as well.
+    A file with a header is a table if its first column is named ``tau`` or ``averaging…``. A file
+    without a header is a table if its times grow, all its values are positive, each column falls by
+    a third or more, and the columns are smooth: neighboring values differ by less than 30 % in the
+    median. The first column of a log may grow as well.
     """
     try:
         header, numbers = _read(path)
@@ -61,7 +62,7 @@ def documents_of_table(
     rate: float | None,
     record_length: float | None,
 ) -> list[dict[str, Any]]:
-    """Return a model document for each column of a table: Q, N, B, K with intervals.
+    """Model document for each column of a table of deviations: Q, N, B, K with intervals.
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ def documents_of_table(
 def curves_of_table(
     path: Path, unit: str | None
 ) -> list[tuple[str, str, NDArray[np.float64], NDArray[np.float64]]]:
-    """Return name, unit, averaging times and deviations of each column of a table."""
+    """Name, unit, averaging times (s) and deviations of each column of a table."""
     header, numbers = _read(path)
     names = header[1:] if header else [f"deviation {i + 1}" for i in range(numbers.shape[1] - 1)]
     units = _units(unit, names, str(path))
@@ -137,7 +138,7 @@ def curves_of_table(
 def _factors(
     tau: NDArray[np.float64], rate: float, source: str
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the averaging factors of the points that are fitted, `POINTS_PER_DECADE` of them, and their rows."""
+    """Averaging factors of the points to fit, about eight per decade, and the rows of these points in the table."""
     m = np.round(tau * rate).astype(np.int64)
     if m[0] < 1 or np.abs(m / (tau * rate) - 1.0).max() > 0.05:
         raise InputError(
@@ -152,7 +153,7 @@ def _factors(
 
 
 def _units(unit: str | None, names: list[str], source: str) -> list[str]:
-    """Return a unit for each column: one for all, one for each, or one for each kind of sensor in the names."""
+    """Unit of each column, from a text with one unit, one unit per column, or one per kind of sensor in the names."""
     if unit is None:
         raise InputError(
             f"{source}: the unit of the samples behind the deviations is not known",
@@ -176,7 +177,7 @@ def _units(unit: str | None, names: list[str], source: str) -> list[str]:
 
 
 def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
-    """Return the names of the columns (empty if there is no header) and the numbers, shape (points, columns)."""
+    """Names of the columns (empty without a header) and the numbers in a table, shape (points, columns)."""
     header: list[str] = []
     rows: list[list[float]] = []
     with path.open(encoding="utf-8", errors="replace") as file:
@@ -211,7 +212,7 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
 
 
 def _names(line: str) -> list[str]:
-    """Return the names in a header, separated by commas, semicolons or tabs, otherwise by spaces."""
+    """Names in a header line, separated by commas, semicolons or tabs, or else by blanks."""
     line = line.strip().lstrip("#").strip()
     split = re.split(r"[,;\t]", line) if re.search(r"[,;\t]", line) else line.split()
     return [name.strip() for name in split if name.strip()]

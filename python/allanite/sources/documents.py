@@ -24,7 +24,7 @@ def model_document(
     assumptions: Sequence[str] = (),
     intervals: Mapping[str, tuple[float, float]] | None = None,
 ) -> dict[str, Any]:
-    """Return the document of one axis from its standard coefficients.
+    """Model document (dict) of one axis with its standard coefficients.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
 
 
 def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
-    """Return the documents of a MATLAB script.
+    """Model documents from the text of a MATLAB script.
 
     The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as
     ``imu.Gyroscope.NoiseDensity = …``.
@@ -51,16 +51,17 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
 
 
 def is_matlab_json(tree: object) -> bool:
-    """Return True if a parsed JSON document is a file of loadparams: it has parts with a Gyroscope or an Accelerometer."""
+    """True if a parsed JSON document is a loadparams file: it has parts with a Gyroscope or an Accelerometer."""
     return isinstance(tree, dict) and any(_is_part(part) for part in (tree, *tree.values()))
 
 
 def _is_part(part: object) -> bool:
+    """True if a JSON value is a mapping with a Gyroscope or an Accelerometer."""
     return isinstance(part, dict) and any(isinstance(part.get(s), dict) for s, _, _ in SENSORS)
 
 
 def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[str, Any]]:
-    """Return the documents of a loadparams file that contains one part."""
+    """Model documents from a loadparams file, which must contain exactly one part."""
     parts = [part for part in (tree, *tree.values()) if _is_part(part)]
     if len(parts) > 1:
         raise InputError(
@@ -81,7 +82,7 @@ def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[
 def _axes(
     given: Mapping[str, str], sensor: str, unit: str, source: str, rate: str | None
 ) -> list[dict[str, Any]]:
-    """Return a document for each axis of a sensor; one number stands for all three axes."""
+    """Model document for each axis of a sensor; a field with one number applies to all three axes."""
     numbers = {letter: _numbers(given[key], key, source) for key, letter in FIELDS if key in given}
     if not any(numbers.get("N", ())):
         raise InputError(f"{source}: {sensor} has no NoiseDensity above 0")
@@ -109,7 +110,7 @@ def _axes(
 
 
 def _numbers(text: str, key: str, source: str) -> list[float]:
-    """Return the one or three numbers of a field."""
+    """List of the one or three numbers in the text of a field. Raises `InputError` for any other text."""
     try:
         found = [float(word) for word in text.split()]
     except ValueError:

@@ -27,7 +27,7 @@ SLIPS_OF_ALL = (
 
 
 def slip(coefficient: str, ratio: float, tolerance: float) -> str:
-    """Return the mistake that explains a ratio, or an empty text.
+    """Text of the typical mistake that explains a ratio of measured to stated value, or an empty text.
 
     The logarithm of the ratio must exceed the tolerance, and must agree with that of a known factor to within the
     tolerance or 0.1, whichever is smaller.

@@ -42,7 +42,7 @@ def _check_events(text: str, source: str) -> None:
 
 
 def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
-    """Return the model documents of a Kalibr or imu_utils file.
+    """Model documents from a YAML file of Kalibr or imu_utils.
 
     Parameters
     ----------
@@ -80,14 +80,14 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
 
 
 def _nodes(tree: Any) -> list[dict[str, Any]]:
-    """Return the document and the mappings directly inside it (``imu0:``)."""
+    """The document itself and the mappings directly inside it (``imu0:``); empty if it is no mapping."""
     if not isinstance(tree, dict):
         return []
     return [tree, *(value for value in tree.values() if isinstance(value, dict))]
 
 
 def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
-    """Return the documents of one IMU of a Kalibr file. With several IMUs the names contain the ROS topic."""
+    """Model documents of one IMU in a Kalibr file. If the file has `several`, the names contain the ROS topic."""
     rate = node.get("update_rate")
     found = []
     for sensor, _, unit in SENSORS:
@@ -103,7 +103,7 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
 
 
 def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list[dict[str, Any]]:
-    """Return the documents of an imu_utils file: three axes if all are present, otherwise their average."""
+    """Model documents of an imu_utils file: of three axes if all are present, otherwise of their average."""
     if rate is None:
         raise InputError(
             f"{source}: imu_utils states the noise per sample but not the sampling rate of the log",
@@ -135,7 +135,7 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
 
 
 def _positive(node: Mapping[str, Any], key: str, source: str) -> float:
-    """Return a value of the file that must be a positive number."""
+    """Value of `key` in a file as a float. Raises `InputError` unless the value is a positive number."""
     try:
         value = float(node[key])
     except KeyError:

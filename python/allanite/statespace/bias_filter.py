@@ -64,12 +64,12 @@ class Mission:
 
     @property
     def times(self) -> Array:
-        """Seconds of coasting, shape (t,)."""
+        """Times of coasting after which the error is compared, s, shape (t,)."""
         return np.asarray(self.coasting * self.step)
 
     @property
     def steps(self) -> int:
-        """Steps of aiding and of the longest coasting."""
+        """Number of steps of aiding plus steps of the longest coasting."""
         return self.aided + int(self.coasting[-1])
 
 
@@ -94,7 +94,7 @@ class Errors:
 
 @lru_cache(maxsize=64)
 def mission_of(horizon: float, rate: float) -> Mission:
-    """Aiding and coasting for a filter horizon, with whole numbers of samples between fixes.
+    """`Mission` (aiding, then coasting) for a filter horizon, with a whole number of samples between fixes.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def mission_of(horizon: float, rate: float) -> Mission:
 def coast(
     mission: Mission, walk: ArrayLike, correlation_time: ArrayLike = np.inf, fix: float = 0.0
 ) -> Errors:
-    """Weights and predicted variances of bias filters with N = 1.
+    """Weights and predicted variances of c bias filters, each with white noise N = 1.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def coast(
 
 
 def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
-    """Transition and noise of (integral, bias) over a step, shape (c, 2, 2), and the initial covariance."""
+    """Transition, process-noise covariance and initial covariance of (integral, bias), each (c, 2, 2)."""
     x = step / T
     # Integrals of exponentials; for nearly constant ones the first terms of their series.
     small = x < 1e-3
@@ -187,7 +187,7 @@ def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
 
 
 def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
-    """Kalman gains of each fix, shape (count, c, 2), and the covariance after the last fix."""
+    """Kalman gains at each fix, shape (count, c, 2), and covariance after the last fix, shape (c, 2, 2)."""
     gains = np.zeros((count, len(F), 2))
     for k in range(count):
         P = F @ P @ F.swapaxes(1, 2) + Q
@@ -201,10 +201,11 @@ def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[
 
 
 def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -> Array:
-    """Variance of the error due to the noise of a model, shape (c, t), in U² s², for exact fixes.
+    """True variance of each filter's error due to the noise of a model, shape (c, t), in U² s², for exact fixes.
 
     Lines count with a random phase and a ramp with its square. Steps, warm-ups and effects of a column do not count,
-    because a filter must subtract them. A filter that forgets its bias falls back to the mean of the model if there is one,
+    because a filter must subtract them. A filter that forgets its bias falls back to the mean of the model if there is
+    one,
     else to the mean over a segment before aiding.
 
     Parameters
@@ -256,7 +257,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
 
 
 def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
-    """Error due to a known function of time."""
+    """Error of each filter due to a known function of time: weighted sums of its integrals over each step."""
     m = round(mission.step * rate)
     signal = effect.signal(np.arange(m * mission.steps) / rate, {})
     return np.asarray(weights @ (signal.reshape(-1, m).sum(axis=1) / rate))
@@ -266,7 +267,11 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """½ E(u(k+h) − u(k))² of the integrals u over m samples, h = 0 … count − 1, without a constant; and that constant."""
+    """Variogram ½ E(u(k+h) − u(k))², h = 0 … count − 1, of the integrals u over m samples, and a constant.
+
+    The last value of the variogram of the samples was subtracted from that variogram; it is the
+    constant.
+    """
     top = m * (count + 1)
     g = np.zeros(top + 1)
     for term in terms:
@@ -281,7 +286,7 @@ def _step_variogram(
 
 
 def _line_terms(model: Model, rate: float) -> list[Term]:
-    """Lines of a model as processes of random phase."""
+    """Terms of all spectral lines of a model, each as a process of random phase."""
     return [
         Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.frequency or 0.0) / rate)))
         for e in model.deterministic

@@ -54,17 +54,20 @@ class Axis:
 
 
 def _sine(u: Array) -> Array:
-    """Impulse response sin(ωu)/ω with the Schuler frequency ω; u at the beginning."""
+    """Impulse response sin(ωu)/ω at the times u, with the Schuler frequency ω. For small u it is about u."""
     return np.asarray(np.sin(SCHULER * u) / SCHULER)
 
 
 def _integrated_sine(u: Array) -> Array:
-    """Integral of `_sine`, (1 − cos)/ω²; u²/2 at the beginning."""
+    """Integral of `_sine` from 0 to u, (1 − cos ωu)/ω². For small u it is about u²/2."""
     return np.asarray(2.0 * (np.sin(0.5 * SCHULER * u) / SCHULER) ** 2)
 
 
 def _twice_integrated_sine(u: Array) -> Array:
-    """Second integral of `_sine`, (u − sin/ω)/ω²; u³/6 at the beginning, where its series avoids cancellation."""
+    """Second integral of `_sine`, (u − sin(ωu)/ω)/ω².
+
+    For small u it is about u³/6, and a series avoids cancellation.
+    """
     x = SCHULER * u
     series = u**3 / 6.0 * (1.0 - x**2 / 20.0 * (1.0 - x**2 / 42.0))
     return np.asarray(np.where(x < 0.1, series, (u - _sine(u)) / SCHULER**2))
@@ -100,7 +103,7 @@ class _SchulerCoasting(Coasting):
 
 
 def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tuple[Growth, ...]:
-    """Growth of horizontal velocity and position errors of all axes together, by sensor.
+    """Growth of the horizontal velocity error and of the horizontal position error, with the share of each kind of sensor.
 
     Parameters
     ----------
@@ -141,7 +144,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
 
 
 def _horizontal(own: Sequence[Axis]) -> list[Axis]:
-    """Axes of both horizontal channels: x and y if the names say so, else all axes."""
+    """The axes named x and y if both exist, else all axes."""
     level = [axis for axis in own if letter_of(axis.name) in ("x", "y")]
     return level if len(level) == 2 else list(own)
 
@@ -149,7 +152,10 @@ def _horizontal(own: Sequence[Axis]) -> list[Axis]:
 def _horizontal_variance(
     own: Sequence[Axis], integral: Callable[[Array], Array], aided: float, times: Array
 ) -> Array:
-    """Variance of both channels together: twice the mean over the axes."""
+    """Variance of both horizontal channels together at each time, in SI units.
+
+    It is twice the mean variance of the axes.
+    """
     total = np.zeros(times.size)
     for axis in own:
         rate = positive_rate(axis.rate)

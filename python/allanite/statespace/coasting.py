@@ -20,14 +20,14 @@ Array = NDArray[np.float64]
 
 
 def integration_weights(m: int, rate: float, order: int) -> Array:
-    """Weights of m samples integrated `order` times: (t(k) − t)^(order−1)/(order−1)! dt, exact for steps."""
+    """Weights, shape (m,), with which m samples (each held) add up to their `order`-fold integral."""
     edges = (m - np.arange(m + 1)) / rate
     powers = edges**order / (1.0, 2.0, 6.0)[order - 1]
     return np.asarray(powers[:-1] - powers[1:])
 
 
 def correlation(m: int, rate: float, order: int) -> Array:
-    """Correlation Σ_l r(l) r(l+h) of `integration_weights`, h = 0 … m − 1, from sums of powers of l + ½."""
+    """Correlation Σ_l r(l) r(l+h) of the weights r of `integration_weights`, h = 0 … m − 1, shape (m,)."""
     h = np.arange(m, dtype=float)
     u = m - h
     if order == 1:
@@ -52,7 +52,7 @@ class Sums:
 
     @cached_property
     def g(self) -> Array:
-        """Variogram without its last value, shape (top + 1,)."""
+        """Variogram minus its last value, shape (top + 1,)."""
         return np.asarray(self.variogram - self.variogram[-1])
 
     @cached_property
@@ -82,7 +82,7 @@ class Coasting:
 
     @cached_property
     def _aiding_weight(self) -> float:
-        """Weight of each sample of aiding."""
+        """Weight of each sample of aiding in the subtracted mean: the sum of `weights` divided by `back`."""
         return float(self.weights.sum()) / self.back
 
     def deviation(self, sums: Sums) -> float:
@@ -97,19 +97,19 @@ class Coasting:
         return float(np.sqrt(max(0.0, variance)))
 
     def line_error(self, angle: float) -> float:
-        """|Σ w(k) e^{i·angle·k}|: the largest error due to a line of amplitude 1 and `angle` rad per sample."""
+        """Largest error due to a spectral line of amplitude 1 and `angle` rad per sample, over all phases."""
         aided = fourier_sum(np.ones(self.back), angle)
         since = fourier_sum(self.weights, angle) * np.exp(1j * angle * self.back)
         return float(abs(since - self._aiding_weight * aided))
 
     def signal_error(self, values: Array) -> float:
-        """|Σ w(k) x(k)| of a known function at the samples of aiding and coasting, shape (back + m,)."""
+        """Absolute error due to a known function with these values during aiding and coasting, shape (back + m,)."""
         since = self.weights @ values[self.back : self.back + self.m]
         return float(abs(since - self._aiding_weight * values[: self.back].sum()))
 
 
 def fourier_sum(weights: Array, angle: float) -> complex:
-    """Σ w(k) e^{i·angle·k}, with about √n complex exponentials and n products."""
+    """Fourier sum Σ w(k) e^{i·angle·k} of n weights w, computed with about √n complex exponentials."""
     width = max(1, int(np.sqrt(weights.size)))
     padded = np.concatenate([weights, np.zeros(-weights.size % width)]).reshape(-1, width)
     within = angle * np.arange(width)

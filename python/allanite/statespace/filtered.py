@@ -18,9 +18,10 @@ Array = NDArray[np.float64]
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
-    """Section for the sum of all sections behind a filter.
+    """One section that describes the sum of all sections after a filter.
 
-    White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level come
+    White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level
+    come
     first. The filter's states are measured from the values at which such a level would hold them, so that they are
     stationary. A level that the filter blocks is no state.
     """
@@ -61,7 +62,10 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
 
 
 def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """F, Q and H of all sections with white noise as the last state, and the mask of states with unknown levels."""
+    """Block-diagonal F and Q, and H, of all sections, and the mask of states with unknown levels.
+
+    White noise is the last state.
+    """
     white = sum(s.R for s in sections)
     size = sum(s.states for s in sections) + bool(white)
     F, Q, H = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
@@ -78,7 +82,7 @@ def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[n
 
 
 def _stationary(F: Array, Q: Array) -> Array:
-    """Stationary covariance Σ F^k Q F^kᵀ, by doubling."""
+    """Stationary covariance Σ F^k Q F^kᵀ of states with transition F and process noise Q."""
     total, step = Q, F
     for _ in range(64):
         total, step = total + step @ total @ step.T, step @ step

@@ -95,18 +95,18 @@ class Innovations:
 
     @property
     def mean_nis(self) -> float:
-        """Mean NIS; 1 ± √(2/n) if the model is true."""
+        """Mean normalized innovation squared. If the model is true, it is 1 with the standard error √(2/n)."""
         return float(np.nanmean(self.nis))
 
     @property
     def coverage(self) -> float:
-        """Share of the NIS below the 95 % quantile of χ²₁."""
+        """Share of the values in `nis` below the 95 % quantile of χ²₁; about 0.95 for a true model."""
         there = self.nis[~np.isnan(self.nis)]
         return float(np.mean(there <= CHI2_95))
 
     @cached_property
     def whiteness(self) -> float:
-        """p-value of the correlations of the innovations (Ljung & Box 1978, 20 lags)."""
+        """p-value of the test that the innovations are uncorrelated (Ljung & Box 1978, 20 lags)."""
         from scipy.special import chdtrc
 
         there = ~np.isnan(self.values)
@@ -184,7 +184,7 @@ class Innovations:
 def innovations(
     recording: Recording, model: Model | Effect | str | Any, *, states: int | None = None
 ) -> Innovations:
-    """Innovations of a recording filtered with its model.
+    """Innovations of a recording: each sample minus its prediction by a Kalman filter with the model.
 
     Parameters
     ----------
@@ -251,9 +251,10 @@ def filter_samples(samples: Array, space: StateSpace) -> tuple[Array, Array]:
 
 
 def smooth_samples(samples: Array, space: StateSpace) -> Array:
-    """Mean of the noise without its white part R, given all present samples (NaN: missing), shape (n,).
+    """Expected noise without its white part R at each sample, given all present samples (NaN: missing), shape (n,).
 
-    For a missing sample it is the mean of that sample. To draw missing samples given the others: draw a whole record from
+    For a missing sample, this is the expected sample. To draw missing samples given the others: draw a whole record
+    from
     the model, smooth (samples − draw), and add the draw (Durbin & Koopman 2002).
     """
     there = ~np.isnan(samples)
@@ -262,5 +263,5 @@ def smooth_samples(samples: Array, space: StateSpace) -> Array:
 
 
 def matrices(space: StateSpace) -> tuple[Array, Array, Array, float, Array]:
-    """F, Q, H, R and P0 for the compiled filter."""
+    """Matrices F, Q, H (as a vector), R (as a number) and P0 in the form that the compiled filter needs."""
     return space.F, space.Q, space.H[0], float(space.R[0, 0]), space.P0

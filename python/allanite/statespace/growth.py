@@ -90,11 +90,11 @@ class Growth:
 
     @property
     def shown(self) -> tuple[str, float]:
-        """Unit for display and the factor from `unit` to it: degrees for radians."""
+        """Unit for display (deg instead of rad) and the factor that converts from `unit` to the displayed unit."""
         return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
 
     def table(self, measured: Measured | None = None) -> str:
-        """Text table of standard deviations over time, in total and by effect, beside those of a recording (`measured`)."""
+        """Text table of the standard deviations over time, in total and by effect, and of those of `measured` if given."""
         unit, factor = self.shown
         head = ["after / s", "total", *self.budget]
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
@@ -164,7 +164,7 @@ class Measured:
     segments: NDArray[np.int64]
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict that JSON can hold: tau_s, rms, inside_95 and segments; null for NaN."""
         return {
             "tau_s": self.tau.tolist(),
             "rms": _numbers(self.rms),
@@ -174,7 +174,7 @@ class Measured:
 
 
 def _numbers(values: Array) -> list[float | None]:
-    """Values with None for NaN."""
+    """List of the values as floats, with None for NaN."""
     return [None if np.isnan(v) else float(v) for v in values]
 
 
@@ -187,7 +187,7 @@ def error_growth(
     tau: ArrayLike | None = None,
     duration: float | None = None,
 ) -> tuple[Growth, ...]:
-    """Growth of the error since the last fix, for each quantity that this kind of sensor is integrated to.
+    """Growth of the error since the last fix, one `Growth` per quantity to which this kind of sensor is integrated.
 
     Parameters
     ----------
@@ -266,7 +266,7 @@ def error_growth(
 
 
 def measured_growth(recording: Recording, growth: Growth) -> Measured:
-    """Measured error growth: a recording at rest integrated from fix to fix, compared with the prediction.
+    """Measured error growth from segments of a recording at rest, compared with the prediction.
 
     Parameters
     ----------
@@ -317,7 +317,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
 
 
 def _errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
-    """Errors after m samples in each complete segment of aiding and coasting."""
+    """Error after m samples of coasting in each complete segment of `back` + m samples, shape (segments,)."""
     length = back + m
     segments = x[: x.size // length * length].reshape(-1, length)
     segments = segments[~np.isnan(segments).any(axis=1)]
@@ -326,14 +326,20 @@ def _errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
 
 
 def count_of(seconds: float, rate: float, name: str) -> int:
-    """Number of samples in a time, at least one."""
+    """Number of samples in a time, at least 1.
+
+    Raises `InputError`, which mentions `name`, unless the time is positive.
+    """
     if not seconds > 0.0 or not np.isfinite(seconds):
         raise InputError(f"{name} = {seconds:g} s: give positive seconds")
     return max(1, round(seconds * rate))
 
 
 def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
-    """Terms of each effect that grows by itself (none for a periodic known function), and the effects that are omitted."""
+    """Dict from the label of each predictable effect to its terms, and the effects that are omitted.
+
+    Ramps and lines have no terms: their tuple is empty.
+    """
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []
     for effect, label in zip(model.limited("a prediction").effects, model.labels, strict=True):
@@ -354,12 +360,15 @@ def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tu
 
 
 def variogram_of(terms: Sequence[Term], count: int) -> Array:
-    """Variogram ½ E(x(k+h) − x(k))², h = 0 … count."""
+    """Variogram ½ E(x(k+h) − x(k))² of the sum x of all terms, h = 0 … count, shape (count + 1,)."""
     return np.asarray(sum((t.variogram(count + 1) for t in terms), np.zeros(count + 1)))
 
 
 def _known_error(model: Model, label: str, coasting: Coasting) -> float:
-    """Error due to a ramp, or root mean square over the phase of lines."""
+    """Error after coasting due to the ramp or the lines of the effect `label`.
+
+    For lines, root mean square over all phases.
+    """
     effect = model.effects[model.labels.index(label)]
     if isinstance(effect, Periodic):
         turn = 2.0 * np.pi * (effect.frequency or 0.0) / coasting.rate

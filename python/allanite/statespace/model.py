@@ -84,7 +84,7 @@ class StateSpace:
         )
 
     def _block_diagonal(self, name: str) -> Array:
-        """Block-diagonal matrix of one matrix of all sections."""
+        """Block-diagonal matrix of the matrices ``F``, ``Q`` or ``P0`` (`name`) of all sections, shape (d, d)."""
         out = np.zeros((self.states, self.states))
         at = 0
         for section in self.sections:
@@ -99,17 +99,17 @@ class StateSpace:
 
     @property
     def Q(self) -> Array:
-        """Covariance of the process noise of a step, U², shape (d, d)."""
+        """Covariance of the process noise per step, U², shape (d, d)."""
         return self._block_diagonal("Q")
 
     @property
     def H(self) -> Array:
-        """Row of the measurement, shape (1, d)."""
+        """Measurement matrix, shape (1, d): the sample is H times the state, plus white noise."""
         return np.concatenate([np.zeros(0), *(s.H for s in self.sections)])[None, :]
 
     @property
     def R(self) -> Array:
-        """Variance of the white noise of a sample, U², shape (1, 1)."""
+        """Variance of the white noise in each sample, U², shape (1, 1)."""
         return np.array([[sum(s.R for s in self.sections)]])
 
     @property
@@ -139,7 +139,7 @@ class StateSpace:
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """Primitive terms that the matrices represent."""
+        """Primitive terms of the noise that the matrices represent."""
         return tuple(t for s in self.sections for t in s.terms)
 
     @property
@@ -150,19 +150,22 @@ class StateSpace:
         return cost(self)
 
     def psd(self, f: ArrayLike) -> Array:
-        """Two-sided density in U²/Hz without lines; shape of `f`."""
+        """Two-sided power spectral density at the frequencies `f` (Hz), without lines, in U²/Hz; shape of `f`."""
         w = 2.0 * np.pi * np.asarray(f, dtype=float) / self.rate
         noise = (t for t in self.terms if not is_line(t))
         return np.asarray(sum((t.spectrum(w) for t in noise), np.zeros_like(w)) / self.rate)
 
     def allan_variance(self, tau: ArrayLike) -> Array:
-        """Allan variance in U²; shape of `tau`."""
+        """Allan variance at the averaging times `tau` (s), in U²; shape of `tau`."""
         m = np.maximum(np.round(np.asarray(tau, dtype=float) * self.rate), 1.0)
         total = sum((t.allan_variance(m.ravel()) for t in self.terms), np.zeros(m.size))
         return np.asarray(total).reshape(m.shape)
 
     def with_level(self) -> StateSpace:
-        """The state space with an additional constant of unknown value, unless it has an unknown level."""
+        """State space with one more state, a constant of unknown value.
+
+        If an unknown level exists, the same object is returned.
+        """
         if self.diffuse.any():
             return self
         one = np.ones((1, 1))
@@ -283,7 +286,7 @@ def state_space(
 
 
 def _filtered(model: Model, rate: float, states: int | None, duration: float | None) -> StateSpace:
-    """State space of a model whose noise has passed filters."""
+    """State space of a model whose noise passes the filters of the model, in one block of states."""
     from allanite.statespace.filtered import filtered_section
 
     known = tuple(e for e in model if _is_known_in_time(e))
@@ -311,14 +314,14 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
 
 
 def _is_known_in_time(effect: Effect) -> bool:
-    """True if the effect is a known function of time or changes the noise level; lines have states instead."""
+    """True if the effect is a known function of time (except lines) or changes the noise level."""
     if isinstance(effect, Modifier):
         return effect.passing
     return isinstance(effect, Deterministic) and not isinstance(effect, Periodic)
 
 
 def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:
-    """Terms of a process at its value."""
+    """Terms of a noise process, scaled by the value of its coefficient. Raises `InputError` without a value."""
     value = getattr(effect, effect.coefficient)
     if value is None:
         raise InputError(

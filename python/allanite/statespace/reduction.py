@@ -108,7 +108,7 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
 
 
 def _largest_share(section: Section, space: StateSpace) -> float:
-    """Largest share of a section in the model's density; 2 for a line or an unknown level, which come first."""
+    """Largest share of a section in the model's density over all frequencies; 2 for a line or an unknown level."""
     if section.diffuse or not section.Q.any():
         return 2.0
     w = np.geomspace(np.pi / space.samples, np.pi, 500)
@@ -118,7 +118,7 @@ def _largest_share(section: Section, space: StateSpace) -> float:
 def _fit(
     space: StateSpace, fixed: list[Section], count: int
 ) -> tuple[list[Section], list[Section]]:
-    """Kept sections with fitted scales, and `count` fitted lags: damped Gauss-Newton in the logarithms."""
+    """Sections `fixed` with fitted variances, and `count` fitted lags, that match the Allan variance and density."""
     m = _factors(space.samples, PER_DECADE)
     low = 2.0 * np.pi / space.samples
     w = np.geomspace(low, np.pi, max(8, int(PER_DECADE * np.log10(np.pi / low))))
@@ -135,7 +135,7 @@ def _fit(
     damping, best = 1e-3, np.inf
 
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
-        """Contributions, their total, weighted residuals and their sum of squares."""
+        """Contribution of each section, their total, the weighted residuals, and the sum of the squared residuals."""
         unit = np.array([_lag_curves(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
         parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
         total = base + parts.sum(axis=0)
@@ -175,7 +175,7 @@ def _fit(
 
 
 def _first_gaps(space: StateSpace, count: int) -> Array:
-    """Initial 1 − φ of each lag, log-spaced over the range of the model's own visible lags."""
+    """Start values of 1 − φ for `count` lags (φ is the transition), log-spaced over the range of the model's lags."""
     own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_lag]
     if not own or not count:
         return np.zeros(0)
@@ -187,7 +187,10 @@ def _first_gaps(space: StateSpace, count: int) -> Array:
 
 
 def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Array:
-    """Initial variances from non-negative least squares in relative errors; zeros begin small."""
+    """Start values of the factors on the rows of `columns`, so that their sum plus `base` matches `target`.
+
+    All above 0.
+    """
     from scipy.optimize import nnls
 
     if not len(columns):
@@ -200,27 +203,27 @@ def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Arra
 
 
 def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
-    """Allan variance and density of some terms."""
+    """Allan variance at the factors m, followed by the density at the frequencies w, of the sum of some terms."""
     return np.concatenate([_allan(terms, m), _density(terms, w)])
 
 
 def _lag_curves(gap: float, m: Array, w: Array) -> Array:
-    """Allan variance and density of a lag of variance 1."""
+    """Allan variance at m, followed by the density at w, of a lag of variance 1 with the transition 1 − `gap`."""
     return _curves((Exponential(1.0, 1.0 - gap),), m, w)
 
 
 def _factors(n: int, per_decade: int) -> Array:
-    """Averaging factors from 1 to a tenth of the record."""
+    """Averaging factors from 1 to a tenth of a record of n samples, about `per_decade` per decade."""
     top = max(2.0, n / 10.0)
     return np.unique(np.round(np.geomspace(1.0, top, int(per_decade * np.log10(top)) + 2)))
 
 
 def _allan(terms: Sequence[Term], m: Array) -> Array:
-    """Allan variance of some terms."""
+    """Allan variance of the sum of some terms at the averaging factors m."""
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
-    """Density of some terms without lines."""
+    """Density of the sum of some terms, without lines, at w radians per sample; at least 1e-300."""
     noise = (t for t in terms if not is_line(t))
     return np.asarray(sum((t.spectrum(w) for t in noise), np.full(w.size, 1e-300)))

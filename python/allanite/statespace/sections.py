@@ -122,7 +122,7 @@ def line(amplitude: float, w: float) -> Section:
 
 
 def lag(phi: float, variance: float) -> Section:
-    """Section of a first-order lag with this variance."""
+    """Section of a first-order lag with the transition φ and this stationary variance."""
     return Section(
         np.array([[phi]]),
         np.array([[variance * (1.0 - phi) * (1.0 + phi)]]),
@@ -133,13 +133,13 @@ def lag(phi: float, variance: float) -> Section:
 
 
 def _white(variance: float) -> Section:
-    """Section of white noise."""
+    """Section of white noise with this variance."""
     empty = np.zeros((0, 0))
     return Section(empty, empty, np.zeros(0), empty, (White(variance),), R=max(variance, 0.0))
 
 
 def _walk(step: float) -> Section:
-    """Section of a random walk with this variance of its steps."""
+    """Section of a random walk; `step` is the variance of its steps."""
     one = np.ones((1, 1))
     return Section(one, step * one, np.ones(1), 0.0 * one, (RandomWalk(step),), diffuse=True)
 
@@ -182,7 +182,10 @@ def _arma(terms: tuple[Term, ...]) -> Section:
 
 
 def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]) -> Section:
-    """Section in Harvey's form of an ARMA process driven by b, with a(z) = 1 + a1/z + …."""
+    """Section in Harvey's form of the ARMA process with numerator `gain`·b and denominator a (a[0] = a1.
+
+    The leading 1 is omitted).
+    """
     d = max(1 + max((i for i, value in enumerate(b) if value), default=0), len(a))
     F = np.eye(d, k=1)
     F[: len(a), 0] = -np.array(a)
@@ -196,9 +199,10 @@ def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]
 
 
 def _moving_average(lags: tuple[float, ...]) -> Section:
-    """Section of the moving average with autocovariance r(0), r(1), …; its coefficients are the gains of its own filter.
+    """Section of the moving average with the autocovariance `lags` = r(0), r(1), ….
 
-    Bauer (1955). If the spectrum has a zero, the k-th step is right to about 1/k.
+    The coefficients are the limits of the gains of its Kalman filter (Bauer 1955). If the spectrum has a zero, the
+    error after k steps is about 1/k.
     """
     order = len(lags) - 1
     if order == 0:
@@ -213,7 +217,7 @@ def _moving_average(lags: tuple[float, ...]) -> Section:
 
 
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
-    """Section of u(k) − u(k−1) for a lag u."""
+    """Section of the differences u(k) − u(k−1) of a lag u with transition φ and this variance."""
     F = np.array([[phi, 0.0], [1.0, 0.0]])
     Q = np.diag([variance * (1.0 - phi**2), 0.0])
     P0 = variance * np.array([[1.0, phi], [phi, 1.0]])
@@ -255,7 +259,7 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
 
 
 def resized(section: Section, factor: float) -> Section:
-    """The section with its variance multiplied by `factor`."""
+    """Copy of the section whose variances are multiplied by `factor`."""
     return Section(
         section.F,
         factor * section.Q,
@@ -268,5 +272,5 @@ def resized(section: Section, factor: float) -> Section:
 
 
 def is_line(term: Term) -> bool:
-    """True if a term is a line, whose density is not a function."""
+    """True if a term is a spectral line, which has no finite density."""
     return isinstance(term, Exponential) and abs(complex(term.phi)) >= 1.0

@@ -15,7 +15,10 @@ MISSING_AT_ONCE = 1 << 20
 
 
 def curve_of(curves: list[Accumulator]) -> Deviation:
-    """Allan curve of accumulators in the order of time; the samples between two are missing."""
+    """Allan deviation of a whole stream from the accumulators of its segments in time order.
+
+    Samples between segments are missing.
+    """
     if len(curves) == 1:
         return curves[0].oadev()
     whole = curves[0].__copy__()

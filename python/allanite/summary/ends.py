@@ -41,7 +41,7 @@ class Read:
 
 
 def depth_of(level: Level) -> int:
-    """Depth of the first level that keeps all its samples."""
+    """Depth (number of halvings of the rate) of the first level, from `level` on, that keeps all its samples."""
     while not level.whole:
         assert level.deeper is not None
         level = level.deeper
@@ -50,7 +50,10 @@ def depth_of(level: Level) -> int:
 
 
 def read(level: Level, depth: int) -> Read:
-    """Octaves and low-rate samples of a segment, down to a depth at which it keeps all samples, or deeper."""
+    """Octaves and low-rate samples of a segment after `depth` halvings of the rate.
+
+    `depth` must be at least `depth_of(level)`.
+    """
     octaves = []
     before, after = np.zeros(0), np.zeros(0)
     here: Level | None = level
@@ -89,9 +92,10 @@ def read(level: Level, depth: int) -> Read:
 def _halved_end(
     found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level
 ) -> Array:
-    """Halved samples of an end of a level, whose transform segments are added to `found`.
+    """Samples of one end of a level at half the rate; the power of its transform segments is added to `found`.
 
-    `x` begins at index `start`. At an end at which the record goes on (not `hard`), it has a margin more.
+    `x` begins at index `start`. `hard` is True for each end of `x` (first, last) at which the record ends. At any other
+    end, `x` has `MARGIN` more samples.
     """
     if hard[0] and start % 2:
         x, start = x[1:], start + 1

@@ -16,7 +16,7 @@ MAX_DRAWN_RUN, NEIGHBORS, SWEEPS = 16, 24, 2
 
 
 def mended(x: Array) -> Array:
-    """Samples with the missing ones (NaN) filled so that the spectrum around them is preserved.
+    """Samples in which the missing ones (NaN) are filled so that the spectrum is preserved.
 
     A long run is filled by mirror images of both sides, a short one by a normal draw given its neighbors, with the
     autocovariance of all samples.
@@ -39,11 +39,12 @@ def mended(x: Array) -> Array:
 
 
 def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
-    """Samples with each run filled by mirror images of both sides.
+    """Samples in which each missing run `starts` … `ends` − 1 is filled by mirror images of both sides.
 
-    The mean of as many samples as are missing is taken on each side. The line between the two means gets the mirrored
-    deviations of both sides, with weights whose squares have the sum 1. The run is then as loud as its surroundings at all
-    frequencies, joins its neighbors, and does not carry the noise of a single sample over its length. If a mirror image has
+    On each side, the mean of as many samples as are missing is computed. The filled values are the line between the two
+    means plus the mirrored deviations of both sides from these means, with weights whose squares have the sum 1. The
+    filled run has the noise level of its surroundings at all frequencies and joins its neighbors without a step. If a
+    mirror image has
     missing samples, the other image replaces it.
     """
     sizes = ends - starts
@@ -77,7 +78,7 @@ def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) ->
 
 
 def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> None:
-    """Draw the short runs anew in place, given their neighbors."""
+    """Replace the filled values of short missing runs in `x`, in place, by normal draws given their neighbors."""
     inside = (
         (sizes <= MAX_DRAWN_RUN) & (starts >= NEIGHBORS) & (starts + sizes + NEIGHBORS <= x.size)
     )
@@ -97,12 +98,12 @@ def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> N
 
 
 def _neighbor_places(size: int) -> Places:
-    """Places of the neighbors of a run, relative to its first sample."""
+    """Indices of the 24 neighbors on each side of a run of `size` samples, relative to its first sample."""
     return np.concatenate([np.arange(-NEIGHBORS, 0), np.arange(size, size + NEIGHBORS)])
 
 
 def _conditional_law(lags: Array, size: int) -> tuple[Array, Array]:
-    """Weights of the neighbors of a run in its conditional mean, and a root of the conditional covariance."""
+    """Weights of the neighbors in the conditional mean of a missing run, and a root of its conditional covariance."""
     neighbors, own = _neighbor_places(size), np.arange(size)
     among = lags[np.abs(neighbors[:, None] - neighbors)]
     among[np.diag_indices_from(among)] *= 1.0 + 1e-9
@@ -113,10 +114,12 @@ def _conditional_law(lags: Array, size: int) -> tuple[Array, Array]:
 
 
 def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
-    """Autocovariance at lags 0 … `lags` − 1: the variance less half the mean squared difference, over the pairs present.
+    """Autocovariance at lags 0 … `lags` − 1, from the pairs of present samples.
 
-    `x` is 0 where a sample is missing. For a walk, with its large variance, differences are known much better than
-    products.
+    It is the variance minus half the mean squared difference.
+
+    `x` is 0 where a sample is missing (`seen` is False). For a random walk, this estimate is far more precise than the
+    mean of products.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 

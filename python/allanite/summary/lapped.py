@@ -49,12 +49,12 @@ def gain(f: Array, halvings: int) -> Array:
 
 @lru_cache(maxsize=1)
 def kernel() -> _kernels.Lapped:
-    """Compiled loops with the weights of `_window` and `_taps`."""
+    """Object of the compiled core that halves and transforms samples, with the weights of `_window` and `_taps`."""
     return _kernels.Lapped(*_window(), _taps())
 
 
 def halved(x: Array) -> Array:
-    """The series at half the rate, low-passed; each value lies in the middle between two samples.
+    """Samples at half the rate after a low-pass; each value lies in the middle between two samples.
 
     The first and the last `REACH`/2 values are left out.
 
@@ -65,14 +65,17 @@ def halved(x: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def _window() -> tuple[Array, Array]:
-    """Window at ½, 1½, … samples after the border of two segments, and at the same distances before the border."""
+    """Rising window at ½, 1½, … samples after the border of two segments, and at the same distances before it."""
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * WINDOW_ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])
     return rise[SEGMENT // 2 :], rise[: SEGMENT // 2][::-1].copy()
 
 
 def _folded_zones(zones: Array) -> tuple[Array, Array]:
-    """Contributions of the zone around each border to the segments before and after it, both from the border outwards."""
+    """Folded samples around each border: the contributions to the segment before the border and to the segment after it.
+
+    Both begin at the border and lead away from it.
+    """
     half = SEGMENT // 2
     after, before = _window()
     left, right = zones[..., half - 1 :: -1], zones[..., half:]
@@ -82,13 +85,13 @@ def _folded_zones(zones: Array) -> tuple[Array, Array]:
 def segments(x: Array) -> Array:
     """Transform coefficients of consecutive segments, shape (segments, SEGMENT).
 
-    `x` has half a segment more than these segments at each end.
+    In addition to these segments, `x` has half a segment at each end.
     """
     return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 
 
 def hard_block(x: Array, left: bool, right: bool) -> Array:
-    """Transform coefficients of a segment of any length at one end of the record, or at both ends.
+    """Transform coefficients of one segment that lies at the beginning or end of the record, or is the whole record.
 
     Parameters
     ----------
@@ -111,7 +114,7 @@ def hard_block(x: Array, left: bool, right: bool) -> Array:
 
 
 def regridded(power: Array) -> Array:
-    """Power of a segment of another length on the grid of `SEGMENT` coefficients, with the same total."""
+    """Power of a segment of any length, interpolated to `SEGMENT` coefficients with the same total."""
     total = np.concatenate([[0.0], np.cumsum(power)])
     at = np.linspace(0.0, power.size, SEGMENT + 1)
     return np.diff(np.interp(at, np.arange(power.size + 1.0), total))

@@ -98,11 +98,14 @@ class Level:
         return self.tiles is None
 
     def samples(self) -> Array:
-        """Samples of the head (all samples if `whole`) as one array."""
+        """Samples in `head` as one array; these are all samples of the level if `whole`."""
         return _concatenated(self.head)
 
     def extend(self, *pieces: Array) -> None:
-        """Add the samples that follow; kept samples are copied, since the caller may reuse the memory."""
+        """Add the samples that follow, in one or more arrays.
+
+        Kept samples are copied, since the caller may reuse the memory.
+        """
         self.stop += sum(x.size for x in pieces)
         if not self.whole:
             assert self.tiles is not None
@@ -122,7 +125,10 @@ class Level:
             self._finish_tail(first, rest)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
-        """Add the samples that follow the tail, and finish its complete tiles."""
+        """Process all tiles from index `tile` on that the tail and the samples `x` complete.
+
+        The remaining samples become the tail.
+        """
         assert self.tiles is not None
         tail = _concatenated(self.tail)
         end = (self.stop - MARGIN) // TILE
@@ -176,7 +182,7 @@ class Level:
         return _concatenated(out)
 
     def state(self) -> dict[str, Any]:
-        """State of this level and the deeper ones as plain values."""
+        """Dict with this level and all deeper levels as plain values and arrays, which `restored` accepts."""
         return {
             "depth": self.depth,
             "start": self.start,
@@ -194,7 +200,7 @@ class Level:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Level:
-        """Level with this state."""
+        """Level, with its deeper levels, from the dict that `state()` returned."""
         power, tiles = state["power"], state["tiles"]
         # Files of older versions have no fine map.
         sections = state.get("sections")
@@ -216,7 +222,10 @@ class Level:
         )
 
     def copy(self) -> Level:
-        """Independent copy; samples, which are never changed, are shared."""
+        """Independent copy of this level and of all deeper levels.
+
+        Arrays of samples, which are never changed, are shared.
+        """
         return (
             self.restored({**self.state(), "deeper": None})
             if self.deeper is None
@@ -224,7 +233,7 @@ class Level:
         )
 
     def _copy_with_deeper(self) -> Level:
-        """Independent copy of this level and of all deeper levels."""
+        """Copy of a level that has a deeper level, with a copy of that deeper level."""
         out = self.restored({**self.state(), "deeper": None})
         assert self.deeper is not None
         out.deeper = self.deeper.copy()
@@ -268,7 +277,11 @@ def join(left: Level, right: Level) -> Level:
 
 
 def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
-    """Samples of a tile at half the rate, total power of its segments at every coefficient, and the number of segments."""
+    """Samples of a tile at half the rate, sum of the power of its segments at every coefficient, and number of segments.
+
+    `x` has `MARGIN` more samples than the tile at both ends. Without `spectral`, power and number
+    are 0.
+    """
     gaps = np.isnan(x)
     lost = None
     if gaps.any():
@@ -291,7 +304,7 @@ def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
 
 
 def in_long_gaps(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mask of pairs of missing samples in runs too long to be bridged within a tile."""
+    """Mask of the samples at half the rate that lie in gaps of more than `MARGIN` missing pairs, shape (n / 2,)."""
     pairs = gaps[0::2] & gaps[1::2]
     change = np.diff(np.concatenate([[0], pairs.astype(np.int8), [0]]))
     out = np.zeros(pairs.size, dtype=bool)
@@ -301,18 +314,21 @@ def in_long_gaps(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
-    """Add the power of consecutive tiles in `FINE` bands to both maps over time; each tile has `frames` segments."""
+    """Add the power of consecutive tiles, shape (tiles, FINE), to `blocks` and `sections` of a level.
+
+    `tile` is the index of the first tile, `frames` the number of segments per tile.
+    """
     to.blocks.add(tile, power.reshape(power.shape[0], BANDS, -1).sum(axis=2), frames)
     to.sections.add(tile, power, frames)
 
 
 def band_sums(power: Array) -> Array:
-    """Sums over the `FINE` bands of a level's octave."""
+    """Sums of the power of an octave over each of its `FINE` bands, shape (FINE,)."""
     return np.add.reduceat(power, [power.size * band // FINE for band in range(FINE)])
 
 
 def _concatenated(parts: list[Array]) -> Array:
-    """The parts as one array, which replaces them."""
+    """All arrays of the list as one array, which also replaces them in the list."""
     if len(parts) != 1:
         parts[:] = [np.concatenate(parts)] if parts else [np.zeros(0)]
     return parts[0]

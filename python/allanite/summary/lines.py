@@ -39,7 +39,7 @@ class Line:
 
 
 def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
-    """Mean power of each coefficient of an octave, in U² per sample of the record."""
+    """Mean power of each transform coefficient of the octave with index `level`, in U² per sample of the record."""
     octave = reading.octaves[level]
     m = np.arange(LOW, LOW + octave.power.high.size, dtype=np.float64)
     loss = gain((m + 0.5) / (2.0 * SEGMENT * 2.0**level), level) ** 2
@@ -49,7 +49,7 @@ def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
 def without_lines(
     reading: Reading, level: int, rate: float
 ) -> tuple[NDArray[np.float64], list[Line]]:
-    """`octave_power` with each line replaced by its neighborhood, and the lines, strongest first."""
+    """Power of an octave (`octave_power`) with each line replaced by the median around it, and the lines."""
     power = octave_power(reading, level)
     freedom = max(reading.octaves[level].frames, 1.0)
     spread = 2.0 / (9.0 * freedom)

@@ -107,7 +107,7 @@ def _summary_with_pool(
     threads: int,
     pool: Pool | None,
 ) -> Summary:
-    """Summary of chunks, with a thread pool if there is one."""
+    """Summary of chunks; `options` are rate, unit and columns. Without a pool, everything is computed in this thread."""
     stretch: Stretch | None = None
     head: dict[str, Any] = {}
     for chunk in _pieces(chunks):
@@ -146,7 +146,10 @@ def _summary_with_pool(
 
 
 def _rows(tables: list[NDArray[Any]], mapped: mmap.mmap | None) -> Iterator[list[NDArray[Any]]]:
-    """Samples of every column, a number of rows at a time."""
+    """Lists of one array per column and covariate, each list with some consecutive rows of the tables.
+
+    Memory of the file mapping `mapped` is released after use.
+    """
     seen, count = 0, tables[0].shape[1]
     step = max(MIN_ROWS_AT_ONCE, SAMPLES_AT_ONCE // sum(map(len, tables)))
     for at in range(0, count, step):
@@ -160,7 +163,7 @@ def _rows(tables: list[NDArray[Any]], mapped: mmap.mmap | None) -> Iterator[list
 
 
 def _contiguous_rows(table: NDArray[Any]) -> NDArray[Any]:
-    """Table with one contiguous row per column, transposed a few samples at a time."""
+    """Table of the same shape and values in C order, so that each row (one column of the record) is contiguous."""
     if table.shape[0] == 1 or table.flags.c_contiguous:
         return np.ascontiguousarray(table)
     out = np.empty(table.shape, table.dtype)
@@ -170,13 +173,13 @@ def _contiguous_rows(table: NDArray[Any]) -> NDArray[Any]:
 
 
 def _wait_for(tasks: list[Future[None]]) -> None:
-    """Wait for some tasks, and raise their errors."""
+    """Wait for all tasks, and raise the first error of a task."""
     for task in tasks:
         task.result()
 
 
 def _mapped(chunk: Any) -> mmap.mmap | None:
-    """Mapping of a file that is only read, or None."""
+    """Memory mapping behind a chunk if the chunk is a read-only `numpy.memmap`, else None."""
     if not isinstance(chunk, np.memmap) or chunk.mode != "r" or not hasattr(mmap, "MADV_DONTNEED"):
         return None
     base: Any = chunk
@@ -186,7 +189,7 @@ def _mapped(chunk: Any) -> mmap.mmap | None:
 
 
 def _pieces(chunks: Any) -> Iterable[Any]:
-    """Chunks one after the other; an array, or a list of values, is one chunk."""
+    """Iterable of chunks. A recording, an array or a list of numbers is one chunk."""
     if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
         return [chunks]
     if isinstance(chunks, (list, tuple)) and chunks and np.isscalar(chunks[0]):
@@ -199,7 +202,10 @@ def _pieces(chunks: Any) -> Iterable[Any]:
 def _tables_of(
     chunk: Any, rate: float | None, unit: str | Sequence[str], columns: Sequence[str] | None
 ) -> tuple[list[NDArray[Any]], dict[str, Any]]:
-    """Tables of a chunk, for its columns and each covariate with one row per column, and their rate, units and names."""
+    """Tables of a chunk (one for its columns, one per covariate.
+
+    One row per column), and a dict with rate, units and names.
+    """
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":
             raise InputError("a summary is of rates: difference the angles first")

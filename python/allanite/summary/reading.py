@@ -39,12 +39,16 @@ class Reading:
 
     @property
     def factor(self) -> int:
-        """Samples of the record for each kept sample."""
+        """Number of samples of the record per kept sample: 2 to the number of octaves."""
         return 1 << len(self.octaves)
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:
-    """Reading of the levels of one stream, in order; at the given depth or where each level keeps its samples."""
+    """`Reading` of one column from the levels of all segments in time order.
+
+    Without `depth`, it is the smallest depth at which every segment keeps all samples and their
+    number is small.
+    """
     if depth is None:
         depth = max(depth_of(level) for level in levels)
         while (levels[-1].stop - levels[0].start) >> depth > 2 * MAX_KEPT_SAMPLES:

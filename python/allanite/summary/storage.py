@@ -27,7 +27,7 @@ SCHEMA = "allanite/summary/1"
 
 
 def save(summary: Summary, path: str | Path) -> None:
-    """Write a summary; an existing file is replaced only once the new one is complete."""
+    """Write a summary to a file. An existing file is replaced only after the new file is complete."""
     with whole_file(path) as draft:
         arrays: list[np.ndarray[Any, Any]] = []
         header = {
@@ -48,7 +48,7 @@ def save(summary: Summary, path: str | Path) -> None:
 
 
 def load(cls: type[Summary], path: str | Path) -> Summary:
-    """Summary from a file."""
+    """Summary from a file that `save` wrote. Raises `InputError` for a missing or damaged file."""
     source = Path(path)
     with about(source), as_expected("damaged, or not a summary"):
         try:
@@ -83,7 +83,10 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
 
 
 def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
-    """Value with each array replaced by its number in `arrays`."""
+    """The value with each array replaced by ``{"array": i}``.
+
+    The array is appended to `arrays` and has the index i there.
+    """
     if isinstance(value, np.ndarray):
         arrays.append(value)
         return {"array": len(arrays) - 1}
@@ -95,7 +98,10 @@ def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
 
 
 def _with_arrays(value: Any, arrays: Any) -> Any:
-    """Value with each number of an array replaced by the array."""
+    """The value with each ``{"array": i}`` replaced by the array ``ai`` of the file.
+
+    The inverse of `_without_arrays`.
+    """
     if isinstance(value, dict):
         if set(value) == {"array"}:
             return arrays[f"a{value['array']}"]

@@ -48,7 +48,7 @@ class Extremes:
     ends: tuple[float, float] | None = None
 
     def update(self, x: NDArray[np.float64], at: int) -> None:
-        """Add the samples from index `at` on."""
+        """Add consecutive samples; `at` is the index of the first in its stream."""
         before = None if self.ends is None else self.ends[1]
         low, high, *moments = _kernels.steps(x)
         if np.isnan(moments[1]) or np.isnan(x[0]):
@@ -72,7 +72,7 @@ class Extremes:
         self.ends = float(x[0]) if self.ends is None else self.ends[0], float(x[-1])
 
     def _add_steps(self, d: NDArray[np.float64]) -> None:
-        """Add differences of neighbors."""
+        """Add the differences d of neighboring samples to `steps`; NaN are ignored."""
         if d.size and np.isnan(d.sum()):
             d = d[~np.isnan(d)]
         square = d * d
@@ -80,7 +80,7 @@ class Extremes:
         self.steps.add(np.array(found, dtype=np.float64))
 
     def merge(self, other: Extremes) -> None:
-        """Add the extremes and steps of the segment that follows this one."""
+        """Add the counts, extremes and steps of `other`, the segment that follows this segment."""
         if other.ends is None:
             return
         if self.ends is not None:
@@ -95,7 +95,7 @@ class Extremes:
         self.ends = other.ends if self.ends is None else (self.ends[0], other.ends[1])
 
     def state(self) -> dict[str, Any]:
-        """State as plain values."""
+        """Dict of plain values from which `restored` makes the same extremes."""
         return {
             "numbers": [self.count, self.missing, self.gaps],
             "low": list(self.low),
@@ -106,7 +106,7 @@ class Extremes:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Extremes:
-        """Extremes with this state."""
+        """Extremes from the dict that `state()` returned."""
         steps, ends = state["steps"], state["ends"]
         count, missing, gaps = state["numbers"]
         return cls(
@@ -140,7 +140,7 @@ class Stretch:
         units: tuple[str, ...],
         threads: int = 1,
     ) -> Stretch:
-        """Empty segment that begins at `start`."""
+        """Segment without samples that begins at index `start`, for this number of columns and covariates."""
         return cls(
             start,
             start,
@@ -158,7 +158,7 @@ class Stretch:
             task()
 
     def tasks(self, columns: list[NDArray[Any]]) -> list[Callable[[], None]]:
-        """Functions that together do `update(columns)`; they may run side by side. `stop` advances at once.
+        """Functions that together do `update(columns)`; they may run in parallel. `stop` advances at once.
 
         Call `tasks` again only after all functions have ended.
         """
@@ -176,7 +176,10 @@ class Stretch:
         ]
 
     def merge(self, other: Stretch) -> None:
-        """Add the stretch that begins where this one ends. Do not use `other` afterwards: its arrays are shared."""
+        """Add `other`, the segment that begins where this segment ends.
+
+        Do not use `other` afterwards: its arrays are shared.
+        """
         self.levels = [join(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
         for curve, theirs in zip(self.curves, other.curves, strict=True):
             curve.merge(theirs)
@@ -185,7 +188,7 @@ class Stretch:
         self.stop = other.stop
 
     def of(self, place: int, covariates: slice) -> Stretch:
-        """One column with the covariates."""
+        """Segment with the column of index `place` and all covariates only; its arrays are shared with this segment."""
         return Stretch(
             self.start,
             self.stop,
@@ -205,7 +208,7 @@ class Stretch:
         )
 
     def state(self) -> dict[str, Any]:
-        """State as plain values."""
+        """Dict of plain values and arrays from which `restored` makes the same segment."""
         return {
             "start": self.start,
             "stop": self.stop,
@@ -216,7 +219,7 @@ class Stretch:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Stretch:
-        """Stretch with the state that `state()` returned."""
+        """Segment from the dict that `state()` returned."""
         return cls(
             state["start"],
             state["stop"],
@@ -229,7 +232,10 @@ class Stretch:
 def _update_column(
     curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: NDArray[np.float64]
 ) -> None:
-    """Add samples to the Allan curve and the extremes of a column, a few at a time."""
+    """Add the samples from index `at` on to the Allan curve and the extremes of a column.
+
+    `x` are the samples `given` as doubles.
+    """
     # Integers are passed as they are, since their curve is exact.
     whole = given if given.dtype.kind in "iu" else x
     for first in range(0, x.size, SAMPLES_AT_ONCE):

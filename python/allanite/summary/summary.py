@@ -90,12 +90,12 @@ class Summary(Record):
 
     @property
     def n(self) -> int:
-        """Samples from the first to the last, missing ones included."""
+        """Number of samples from the first to the last, with missing samples."""
         return self.stretches[-1].stop - self.stretches[0].start
 
     @property
     def missing(self) -> int:
-        """Number of missing samples of the first column, including segments that were never added."""
+        """Number of missing samples of the first column, with the samples between the segments."""
         return self.n - self.extremes.count
 
     @property
@@ -111,7 +111,7 @@ class Summary(Record):
 
     @property
     def extremes(self) -> Extremes:
-        """Extremes and steps of the first column."""
+        """`Extremes` of the first column over all segments."""
         out = self.stretches[0].copy().extremes[0]
         for one in self.stretches[1:]:
             out.merge(one.extremes[0])
@@ -141,7 +141,7 @@ class Summary(Record):
         return (self.column(i) for i in range(len(self.columns)))
 
     def merge(self, *others: Summary) -> Summary:
-        """Summary of this one and `others`, segments of the same stream in any order; adjacent ones become one.
+        """Summary of this summary and of `others`, which hold other segments of the same stream, in any order.
 
         Raises
         ------
@@ -186,14 +186,14 @@ class Summary(Record):
         return read_column([one.levels[0] for one in self.stretches])
 
     def _require_one_column(self) -> None:
-        """Raise InputError unless there is one column."""
+        """Raise `InputError` unless the summary has exactly one column."""
         if len(self.columns) != 1:
             raise InputError(
                 f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
             )
 
     def low_rate(self, depth: int) -> dict[str, NDArray[np.float64]]:
-        """Covariates at 2^−depth of the rate, at the samples of `reading`."""
+        """Samples of each covariate by name, at the sampling rate divided by 2^`depth`."""
         first = len(self.columns)
         return {
             name: read_column([one.levels[first + i] for one in self.stretches], depth).samples
@@ -240,7 +240,7 @@ class Summary(Record):
         return curve_of([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
-        """Spectral lines of the only column at frequencies without phase information; fits leave these lines out."""
+        """Spectral lines of the only column in the octaves of which no samples are kept. Fits leave these lines out."""
         reading = self.reading()
         return [
             line
@@ -250,7 +250,10 @@ class Summary(Record):
 
     @property
     def covariates(self) -> dict[str, NDArray[np.float64]]:
-        """Covariates at the rate of the kept samples."""
+        """Samples of each covariate by name, at the rate of the samples kept for the first column.
+
+        Empty without covariates.
+        """
         return self.low_rate(len(self.column(0).reading().octaves)) if self.covariates_named else {}
 
     @property

@@ -28,7 +28,7 @@ class Sum:
         return cls(np.zeros(shape), np.zeros(shape))
 
     def add(self, value: Array, low: Array | float = 0.0) -> None:
-        """Add an array `value`, or the exact sum `value` + `low` of two arrays (Knuth's two-sum)."""
+        """Add the array `value`, and `low` as the digits below its precision (Knuth's two-sum)."""
         total = self.high + value
         back = total - self.high
         lost = (self.high - (total - back)) + (value - back)
@@ -42,7 +42,7 @@ class Sum:
         return self.high + self.low
 
     def state(self) -> dict[str, Any]:
-        """State as plain values."""
+        """Dict of the arrays ``high`` and ``low``."""
         return {"high": self.high, "low": self.low}
 
 
@@ -71,17 +71,20 @@ class Blocks:
 
     @classmethod
     def empty(cls, bands: int, most: int) -> Blocks:
-        """Map without blocks."""
+        """Map without blocks, for this number of bands and at most `most` blocks."""
         return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0), most)
 
     @classmethod
     def restored(cls, state: dict[str, Any], most: int) -> Blocks:
-        """Blocks with this state."""
+        """Map from the dict that `state()` returned, with at most `most` blocks."""
         sums = Sum(state["high"].copy(), state["low"].copy())
         return cls(state["size"], state["first"], sums, state["frames"].copy(), most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
-        """Add the band powers of consecutive tiles, shape (tiles, bands); each tile has `frames` segments."""
+        """Add the band powers of consecutive tiles from index `tile` on, shape (tiles, bands).
+
+        Each tile has `frames` segments.
+        """
         end = tile + power.shape[0]
         self._make_room(tile >> self.size, ((end - 1) >> self.size) + 1)
         at = tile
@@ -132,7 +135,7 @@ class Blocks:
             self._coarsen()
 
     def _coarsen(self) -> None:
-        """Merge pairs of blocks."""
+        """Merge pairs of neighboring blocks, so that a block has twice as many tiles."""
         count = self.frames.size
         odd = self.first % 2
         pad = ((odd, (odd + count) % 2), (0, 0))
@@ -145,5 +148,5 @@ class Blocks:
         self.size += 1
 
     def state(self) -> dict[str, Any]:
-        """State as plain values."""
+        """Dict of plain values and arrays from which `restored` makes the same map."""
         return {"size": self.size, "first": self.first, "frames": self.frames, **self.sums.state()}

@@ -47,7 +47,7 @@ class Functions:
     origin: float = 0.0
 
     def at(self, times: Array) -> Array:
-        """Return the functions at times (n,), s: shape (2 + steps + 2 · periods, n)."""
+        """Values of all functions at the times (s): shape (2 + steps + 2 · periods, n)."""
         rows = [np.ones(times.size), (times - self.middle) / self.per]
         rows += [(times >= step).astype(float) for step in self.steps]
         for period in self.periods:
@@ -57,7 +57,7 @@ class Functions:
 
 
 def seconds_of(text: str, epoch: float | None) -> float:
-    """Convert a date or time as text to a time in s from the first sample.
+    """Time in s since the first sample, from the text of a date or a time.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def seconds_of(text: str, epoch: float | None) -> float:
 
 
 def date_of(seconds: float, epoch: float | None) -> str:
-    """Return a time as a date; for a log without dates, as days since the first sample."""
+    """Text of a time (s since the first sample) as a date; without `epoch`, as days since the first sample."""
     if epoch is None or not math.isfinite(epoch):
         return f"{seconds / 86400.0:.6g} d"
     whole = np.datetime64(round(epoch + seconds), "s")

@@ -22,7 +22,7 @@ COARSE_DISTANCE = 8
 
 
 def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
-    """Return the row of the most significant step, and the square of its height divided by its standard error.
+    """Row of the most significant step, and the square of (height / standard error) of this step.
 
     A step at row i changes rows i and later. The amplitudes of the known functions are fitted together with each step.
     """
@@ -35,6 +35,7 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
     values = values - basis @ (basis.T @ values)
 
     def squares(rows: NDArray[np.int64]) -> Array:
+        """Square of (height / standard error) of a step at each of these rows."""
         out = np.zeros(rows.size)
         for first in range(0, rows.size, STEPS_PER_BLOCK):
             stop_if_unwanted()

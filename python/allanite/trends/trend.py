@@ -169,20 +169,20 @@ class Trend:
     _functions: Functions
 
     def predicted(self, times: float) -> float:
-        """Return the predicted standard error of the rate for a record `times` as long as this one.
+        """Predicted standard error of the rate for a record that is `times` times as long as this record.
 
         The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps.
         """
         return _after(self._fitted, self._series, self._functions, times)
 
     def signal(self, times: ArrayLike) -> Array:
-        """Return the fitted sum of offset, rate, steps and periodic terms at times (n,), s from the first sample."""
+        """Fitted sum of offset, rate, steps and periodic terms at times in s since the first sample, shape (n,)."""
         return np.asarray(
             self._fitted.regressed.amplitudes @ self._functions.at(np.asarray(times, dtype=float))
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON with the results of one column."""
         return {
             "column": self.column,
             "unit": self.unit,
@@ -266,7 +266,7 @@ class Trends(Several[Trend]):
         self.path = path
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form, ``allanite/trend/1``."""
+        """Dict for JSON with the trends of all columns, schema ``allanite/trend/1``."""
         return {
             "schema": "allanite/trend/1",
             "version": _kernels.version(),
@@ -289,7 +289,7 @@ def trend(
     model: str | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Trend:
-    """Fit the rate of a series together with steps, annual and semi-annual terms, and the noise.
+    """Rate of a series, fitted together with steps, annual and semi-annual terms, and the noise.
 
     Parameters
     ----------
@@ -306,7 +306,8 @@ def trend(
     periods : sequence of float, optional
         Periods in s; by default one year and half a year, if the record is at least one year long.
     model : str, optional
-        Noise model: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL`` or ``N+PL``. By default all are compared and
+        Noise model: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL`` or ``N+PL``. By default all are compared
+        and
         the one with the highest evidence is used.
     progress : callable, optional
         Called with a column, the number of fits done and the number of all fits.
@@ -353,6 +354,7 @@ def trend(
         return several
 
     def report(done: int, total: int) -> None:
+        """Call `progress` with the column's name, the number of fits done, and the number of all fits."""
         if progress is not None:
             progress(recording.columns[0], done, total)
 
@@ -399,7 +401,7 @@ def trend_columns(recording: Recording, **options: Any) -> Trends:
 
 
 def _candidates(model: str | None) -> tuple[Candidate, ...]:
-    """Return the noise models to compare: all, or the one with this name."""
+    """Noise models to compare: all if `model` is None, else the one with this name."""
     white, flicker, walk = AngleRandomWalk(), BiasInstability(), RateRandomWalk()
     free, range_ = PowerLaw(), (-1.99, -0.01)
     known = (
@@ -433,7 +435,7 @@ def _trend(
     candidates: tuple[Candidate, ...],
     report: Callable[[int, int], None],
 ) -> Trend:
-    """Fit one column."""
+    """Trend of one column; `report` is called with the number of fits done and the number of all fits."""
     name = column.columns[0]
     samples = np.asarray(column.samples, dtype=np.float64)
     there = np.isfinite(samples)
@@ -461,6 +463,7 @@ def _trend(
         )
 
     def fit(known: Functions) -> tuple[StampedSeries, list[FittedNoise]]:
+        """Series with these known functions, and the fits of all noise candidates, highest evidence first."""
         series = StampedSeries(times, values, known.at(times))
         return series, _fits(series, candidates, column.rate, report)
 
@@ -524,7 +527,10 @@ def _trend(
 def _given(
     steps: Sequence[float | str], epoch: float | None, times: Array, name: str
 ) -> tuple[float, ...]:
-    """Return the times of given steps in ascending order; check that samples lie before, between and after them."""
+    """Times of given steps, s, ascending.
+
+    Raises `InputError` unless samples lie before, between and after all steps.
+    """
     out = sorted(seconds_of(s, epoch) if isinstance(s, str) else float(s) for s in steps)
     rows = np.searchsorted(times, out)
     for step, row in zip(out, rows.tolist(), strict=True):
@@ -544,7 +550,7 @@ def _fits(
     rate: float,
     report: Callable[[int, int], None],
 ) -> list[FittedNoise]:
-    """Return a fit of each candidate, best first. Larger models start from the results of smaller ones."""
+    """Fit of each noise candidate, highest evidence first. Larger models start from the results of smaller ones."""
     fits: list[FittedNoise] = []
     for candidate in candidates:
         stop_if_unwanted()
@@ -562,7 +568,7 @@ def _fits(
 
 
 def _significant(square: float, n: int) -> bool:
-    """Return True if noise causes so large a squared height, the largest of n, in less than `FALSE_ALARM` of records."""
+    """True if noise alone makes the largest of n squares of (height / error) that large in under 1 % of records."""
     from scipy.special import chdtrc
 
     return n * float(chdtrc(1, square)) < FALSE_ALARM
@@ -578,7 +584,7 @@ class _Estimates:
     unit: str
 
     def one(self, at: int, name: str, unit: str | None = None) -> Estimate:
-        """Return one amplitude as an estimate with its 95 % interval."""
+        """Amplitude with index `at` as an `Estimate` with its 95 % interval."""
         from scipy.special import stdtrit
 
         value, error = float(self.amplitudes[at]), float(self.errors[at])
@@ -589,7 +595,7 @@ class _Estimates:
 
 
 def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
-    """Return the amplitude of a periodic term from its cosine and sine."""
+    """Amplitude of a periodic term as an `Estimate`, from its cosine and sine and their covariance."""
     size = float(np.hypot(*pair))
     direction = pair / size if size > 0.0 else np.array([1.0, 0.0])
     error = float(np.sqrt(direction @ covariance @ direction))
@@ -599,7 +605,7 @@ def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
 
 
 def _parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
-    """Return name, size and unit of each part of the noise in the convention of geodesy.
+    """Name, size and unit of each part of the noise in the convention of geodesy.
 
     The unit is U for white noise and U/yr^(−κ/4) for a power law with exponent κ, where U is the unit of the series.
     """
@@ -624,7 +630,7 @@ def _parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str]
 
 
 def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times: float) -> float:
-    """Return the standard error of the rate for a record `times` as long.
+    """Predicted standard error of the rate for a record that is `times` times as long.
 
     The times of the samples are repeated; there are no steps after the end of the original record.
     """
@@ -639,7 +645,7 @@ def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times
 
 
 def _span(seconds: float) -> str:
-    """Return the text of a duration in years, days, hours or seconds."""
+    """Text of a duration in years, days, hours or seconds."""
     for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"

@@ -18,7 +18,7 @@ Dataset = Any  # h5py.Dataset; h5py is imported in the child process only
 
 
 def datasets(file: Any) -> list[tuple[str, Dataset]]:
-    """Name and dataset of every dataset with numbers, or with columns of numbers, in an open file.
+    """Pairs (name, dataset) of all datasets in an open file that hold numbers or columns of numbers.
 
     Raises
     ------
@@ -55,14 +55,14 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
 
 
 def numbers(item: Dataset) -> NDArray[Any]:
-    """Numbers of a dataset; for a compound type, its numeric fields."""
+    """Values of a dataset as an array; for a compound type, a structured array of its numeric fields."""
     fields = _numeric_fields(item.dtype)
     values: NDArray[Any] = item.fields(fields)[()] if fields else item[()]
     return values
 
 
 def _refusal(what: str, name: str, kind: str) -> str:
-    """Message for a link or dataset that reads another file."""
+    """Message of the error about a link or dataset that would read another file."""
     return (
         f"{what} {plain(name, 60)} {kind} and would read another file:"
         " copy the samples into one file without such links (with h5py)"

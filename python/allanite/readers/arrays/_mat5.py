@@ -60,18 +60,18 @@ class _Reader:
         self.content, self.order, self.at = content, order, 0
 
     def more(self) -> bool:
-        """True if another element follows."""
+        """True if at least one more element follows."""
         return self.at + 8 <= len(self.content)
 
     def take(self, count: int) -> memoryview:
-        """The next `count` bytes."""
+        """Next `count` bytes, which are consumed. Raises `ValueError` if fewer are left."""
         if count < 0 or self.at + count > len(self.content):
             raise ValueError(f"{count} bytes are missing")
         self.at += count
         return self.content[self.at - count : self.at]
 
     def element(self) -> tuple[int, memoryview]:
-        """Type and contents of the next element."""
+        """Type code and contents of the next element, which is consumed."""
         first, size = struct.unpack(f"{self.order}II", self.take(8))
         if first >> 16:  # a small element: up to four bytes in its tag
             kind, size = first & 0xFFFF, first >> 16
@@ -84,7 +84,7 @@ class _Reader:
         return first, data
 
     def numbers(self) -> NDArray[Any]:
-        """Contents of the next element as numbers."""
+        """Contents of the next element as an array of numbers."""
         kind, data = self.element()
         if kind not in STORED:
             raise ValueError(f"numbers of unknown type {kind}")
@@ -93,7 +93,7 @@ class _Reader:
 
 
 def _elements(content: memoryview, order: str) -> Iterator[Named]:
-    """Yield the numeric arrays of a file of version 5 to 7.2."""
+    """Yield name and values of each numeric array in a file of version 5 to 7.2. `order` is the byte order."""
     reader = _Reader(content, order)
     while reader.more():
         kind, data = reader.element()
@@ -105,7 +105,7 @@ def _elements(content: memoryview, order: str) -> Iterator[Named]:
 
 
 def _unpacked(data: memoryview, order: str) -> memoryview:
-    """The decompressed element. Its size in the tag is checked before memory is allocated."""
+    """Bytes of a compressed element after decompression. The stated size is checked before memory is allocated."""
     unpacker = zlib.decompressobj()
     try:
         head = unpacker.decompress(data, 8)
@@ -118,7 +118,7 @@ def _unpacked(data: memoryview, order: str) -> memoryview:
 
 
 def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Iterator[Named]:
-    """Yield the numeric array of a matrix element, or the arrays in its fields."""
+    """Yield name and values of a numeric matrix element, or of each array in the fields of a structure."""
     if len(data) == 0:
         return
     reader = _Reader(data, order)
@@ -142,7 +142,7 @@ def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Itera
 
 
 def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
-    """Yield the numeric arrays in the fields of a structure."""
+    """Yield name (``name.field``) and values of each numeric array in the fields of a structure."""
     length = reader.numbers()
     names = bytes(reader.element()[1])
     each = int(length[0]) if length.size == 1 else 0
@@ -157,7 +157,7 @@ def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
 
 
 def _version_4(content: memoryview) -> Iterator[Named]:
-    """Yield the numeric arrays of a file of version 4."""
+    """Yield name and values of each numeric array in a file of version 4."""
     order = "<"
     if len(content) >= 4 and not 0 <= struct.unpack("<i", content[:4])[0] < 5000:
         order = ">"

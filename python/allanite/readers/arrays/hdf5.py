@@ -59,7 +59,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
-    """Arrays and attributes of an HDF5 file, by name."""
+    """Two dicts of an HDF5 file by name: its numeric arrays, and the attributes of each object (``""``: of the file)."""
     import h5py
 
     found: dict[str, NDArray[Any]] = {}
@@ -88,7 +88,7 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
 
 
 def _classic(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
-    """Arrays and attributes of a netCDF 3 file, by name."""
+    """Two dicts of a netCDF 3 file by name: its arrays, and the attributes of each variable (``""``: of the file)."""
     from scipy.io import netcdf_file
 
     with refused_as("a netCDF file"), netcdf_file(str(path), "r", mmap=False) as file:

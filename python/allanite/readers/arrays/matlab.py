@@ -119,7 +119,7 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield the numeric arrays of a file up to version 7.2, by name."""
+    """Yield name and values of each numeric array in a file up to version 7.2."""
     size = path.stat().st_size
     require_memory(2.0 * size, f"a file of {shown_bytes(size)}")
     try:

@@ -94,7 +94,7 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
-    """Texts of a key, one per channel; a single text is used for every channel."""
+    """Texts of a key, one for each of k channels, or None without the key. A single text is used for every channel."""
     if key not in found:
         return None
     if found[key].dtype.kind not in "US":

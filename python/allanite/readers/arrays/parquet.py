@@ -43,12 +43,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _wanted(schema: Any) -> list[int]:
-    """Indices of columns of numbers, booleans or times, and of text columns whose name is that of a time.
+    """Indices of columns of numbers, booleans or times, and of text columns that are named like a time.
 
-    Raises
-    ------
-    InputError
-        There is no column of numbers.
+    Raises ------ InputError There is no column of numbers.
     """
     import pyarrow as pa
 
@@ -81,7 +78,7 @@ def _require(schema: Any, rows: int) -> None:
 
 
 def _bytes(kind: Any) -> float:
-    """Bytes per value; for text, the bytes of its offset."""
+    """Bytes per value of an Arrow type; 4 for text, the size of its offset."""
     try:
         return float(kind.bit_width) / 8.0
     except ValueError:
@@ -89,7 +86,10 @@ def _bytes(kind: Any) -> float:
 
 
 def _parquet(path: Path) -> Any:
-    """Read the wanted columns of a Parquet file, after the number of rows was compared with the memory budget."""
+    """Arrow table with the wanted columns of a Parquet file.
+
+    The number of rows is first compared with the memory budget.
+    """
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -107,7 +107,7 @@ def _parquet(path: Path) -> Any:
 
 
 def _arrow(path: Path) -> Any:
-    """Read the wanted columns of an Arrow file batch by batch, because sizes are only known after unpacking."""
+    """Arrow table with the wanted columns of an Arrow file, read batch by batch within the memory budget."""
     import pyarrow as pa
 
     size, batches = 0, []
@@ -123,7 +123,7 @@ def _arrow(path: Path) -> Any:
 
 
 def _feather(path: Path) -> Any:
-    """Read a file of Feather version 1, which is not compressed."""
+    """Arrow table with all columns of a file of Feather version 1, which is not compressed."""
     from pyarrow import feather
 
     return feather.read_table(str(path), use_threads=False)

@@ -59,7 +59,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
 
 def _commented(path: Path, lines: int) -> Iterator[str]:
-    """Lines of the log, with the header turned into comments."""
+    """Yield the lines of the log, with ``#`` in front of the first `lines` lines."""
     with path.open(encoding="latin-1") as stream:
         for number, line in enumerate(stream):
             yield f"# {line.rstrip()}" if number < lines else line.rstrip()

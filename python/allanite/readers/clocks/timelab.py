@@ -74,7 +74,7 @@ def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
 
 
 def _append(found: list[NDArray[np.float64]], cells: list[bytes]) -> int:
-    """Append the numbers of some cells to a list; return how many."""
+    """Append an array of the numbers in some cells to the list `found`; return how many numbers."""
     try:
         found.append(np.array(cells, dtype=np.float64))
     except ValueError as error:

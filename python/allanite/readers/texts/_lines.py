@@ -59,7 +59,7 @@ def seconds_of_day(clock: str) -> float:
 
 
 def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
-    """A remark on the intervals between the lines of a time server, if they vary; otherwise empty.
+    """List with one remark on the intervals between the lines of a time server, if they vary; otherwise empty.
 
     A server writes a line when a packet arrives, so that the intervals may vary.
     """
@@ -74,7 +74,7 @@ def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
 
 
 def is_utf16(path: Path) -> bool:
-    """True if a text begins with the byte order mark of UTF-16, as Excel's "Unicode text" and PowerShell write it."""
+    """True if a file begins with the byte order mark of UTF-16, which Excel's "Unicode text" and PowerShell write."""
     with path.open("rb") as stream:
         begin = stream.read(4)
     return begin[:2] in (b"\xff\xfe", b"\xfe\xff") and begin != b"\xff\xfe\0\0"

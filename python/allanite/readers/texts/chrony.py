@@ -33,7 +33,7 @@ _ROW = re.compile(r"^\d{4}-\d\d-\d\d$")
 
 
 def _kind(head: bytes) -> str | None:
-    """Kind of a log of chronyd from its first bytes, or None."""
+    """Kind of a log of chronyd (``"tracking"``, …) from its first bytes, or None."""
     if b"Date (UTC) Time" not in head:
         return None
     return next((kind for kind, (words, _) in _KINDS.items() if words in head), None)

@@ -36,7 +36,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _object(line: str) -> dict[str, Any] | None:
-    """The JSON object in a line, or None."""
+    """JSON object (dict) in a line; None if the line is no object, or if the object is empty or has a ``schema``."""
     try:
         found = json.loads(line)
     except (ValueError, RecursionError):
@@ -46,7 +46,10 @@ def _object(line: str) -> dict[str, Any] | None:
 
 
 def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
-    """Yield the path and value of every text or number; the values in a list of three are named x, y and z."""
+    """Yield path and value of every text or number inside a JSON value.
+
+    The values in a list of three are named x, y and z.
+    """
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _flat(inner, f"{path}_{key}" if path else str(key))

@@ -79,7 +79,7 @@ def _is_positive(cell: str) -> bool:
 
 
 def _head(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
-    """Separator, whether commas are decimal, values by key, column names, and number of the first row."""
+    """Contents of the header: separator, True for decimal commas, values by key, names, and index of the first row."""
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.rstrip("\r\n") for _, line in zip(range(HEAD_LINES), stream, strict=False)]
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]

@@ -40,7 +40,7 @@ PICOSECOND = 10**12
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines are times of edges with a round period."""
+    """True if the first lines are times of edges of a pulse, one period or whole periods apart."""
     lines = first_lines(head)
     form = _form(lines)
     if form is None:
@@ -77,12 +77,12 @@ def _form(lines: list[str]) -> re.Pattern[str] | None:
 
 
 def _picoseconds(found: re.Match[str]) -> int:
-    """Time of an edge in ps."""
+    """Time of an edge in ps, from a matched line."""
     return int(found["seconds"]) * PICOSECOND + int(found["fraction"].ljust(12, "0"))
 
 
 def _round_period(step: float) -> float | None:
-    """The nearest period of 1, 2 or 5 times a power of ten, s; None if it is too far."""
+    """Nearest round period (1, 2 or 5 times a power of ten, s) of a step; None if it differs by more than 0.1 %."""
     if not step > 0:
         return None
     power = 10.0 ** np.floor(np.log10(step))
@@ -134,7 +134,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _phase(
     times: NDArray[np.object_], rows: list[int], of: str
 ) -> tuple[NDArray[np.float64], float]:
-    """Phase of every period in s, NaN if an edge is missing; and the period in s."""
+    """Phase of each period, s (NaN without an edge), and the period, s.
+
+    `times` are in ps; `rows` and `of` are for messages.
+    """
     if times.size < 2:
         raise InputError(f"only {times.size} edge{of}: a phase needs at least two edges")
     # Python integers are exact. Doubles resolve seconds since 1970 only to 0.2 µs.

@@ -32,7 +32,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _shown(field: str) -> tuple[str, str | None]:
-    """Column name and unit of a field."""
+    """Column name and unit (or None) for a field of a message."""
     path = field.removeprefix("field.")
     vector = _VECTOR.match(path)
     if vector is None:

@@ -78,7 +78,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the sentences of the first kind in the log; other sentences are skipped.
+    """Table of the sentences whose kind comes first in the log; other sentences are skipped.
 
     A line with a wrong checksum is a missing sample.
 
@@ -105,7 +105,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _rows(
     path: Path, start: bytes, whole: Callable[[bytes], list[bytes] | None]
 ) -> tuple[list[list[bytes] | None], int, int]:
-    """Fields of each sentence (None if damaged), the number of damaged sentences, and the line of the first one."""
+    """Fields of each sentence (None if damaged), the number of damaged sentences, and the line of the first damaged one.
+
+    Sentences begin with `start`; `whole` returns the fields of a line, or None.
+    """
     rows: list[list[bytes] | None] = []
     damaged = at = 0
     width = None
@@ -155,7 +158,7 @@ def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float6
 
 
 def _of_vectornav(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """Table of the sentences of VectorNav."""
+    """Table from the fields of VectorNav sentences; `note` are its remarks."""
     fields = VECTORNAV[start[3:6].decode()]
     values = _numbers(rows, slice(len(fields)))
     if values.shape[1] < len(fields):
@@ -168,7 +171,7 @@ def _of_vectornav(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table
 
 
 def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """Table of the sentences of NovAtel."""
+    """Table from the fields of NovAtel sentences; `note` are its first remarks."""
     kind = start[1:].rstrip(b"A,").removesuffix(b"S")
     extended = kind.endswith(b"X")
     raw = kind.startswith(b"RAWIMU")
@@ -196,7 +199,7 @@ def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
 def _scale(
     rows: list[Any], raw: bool, rate: float
 ) -> tuple[NDArray[np.float64] | None, tuple[str | None, ...]]:
-    """Size of a count of each axis in rad/s and m/s² (None if unknown), and the units."""
+    """Factor of each axis from logged numbers to rad/s or m/s² (None if unknown), and the units of the axes."""
     units: tuple[str | None, ...] = ("rad/s",) * 3 + ("m/s^2",) * 3
     if not raw:
         return np.full(6, rate), units

@@ -49,7 +49,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _pairs(line: str) -> list[tuple[str, str]] | None:
-    """Labels and values of a line that holds nothing else, or None."""
+    """Pairs (label, value) of a line that holds nothing else, or None."""
     found = [(m["label"], m["value"]) for m in _PAIR.finditer(line)]
     rest = _PAIR.sub("", line).strip(_SEPARATORS)
     return found if found and not rest else None
@@ -104,7 +104,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 def _without_labels(
     lines: Sequence[str], labeled: Sequence[list[tuple[str, str]] | None]
 ) -> tuple[list[str], list[str]]:
-    """Labels, and each line with only its values."""
+    """Labels of the values, and every line with its values only."""
     labels: list[str] = []
     values: list[str] = []
     for number, (line, pairs) in enumerate(zip(lines, labeled, strict=True), start=1):

@@ -121,7 +121,7 @@ def _number(text: str) -> float:
 
 
 def _whole(samples: list[dict[str, float]], units: dict[str, str | None], line: int) -> None:
-    """Raise an error if the last sample lacks a column."""
+    """Raise `InputError` if the last sample lacks a column of `units`; the sample begins in row `line`."""
     if samples and samples[-1].keys() != units.keys():
         lacking = ", ".join(units.keys() - samples[-1].keys())
         raise InputError(f"the sample that begins in row {line} has no {lacking}")

@@ -93,7 +93,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _forward(reader: type[Any]) -> type[Any]:
-    """Subclass of the reader that raises an error for a message of length 0, which would cause an infinite loop."""
+    """Subclass of a reader class. It raises an error for a message of length 0, which would cause an infinite loop."""
 
     class Forward(reader):  # type: ignore[misc]
         def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -127,7 +127,7 @@ def _number(value: Any) -> float:
 def _chosen(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
-    """Kind and instance of the messages to read, or None."""
+    """Kind and instance of the messages to read: those of the topic, or the first inertial ones; None without any."""
     if topics:
         kind, _, at = topics[0].partition(".")
         found = (kind, int(at) if at.isdigit() else 0)

@@ -60,7 +60,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _has_metadata(folder: Path) -> bool:
-    """True if a folder is a ROS 2 bag."""
+    """True if a folder is a ROS 2 bag: it holds ``metadata.yaml``."""
     return (folder / "metadata.yaml").exists()
 
 
@@ -149,14 +149,14 @@ def _sensors(names: Iterable[str]) -> set[str]:
 
 
 def _is_same_rate(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
-    """True if two topics have equally many messages, up to 1 at the ends of the bag and 0.1 % that were lost."""
+    """True if two topics have equally many time stamps, up to one plus 0.1 % that may be lost."""
     return abs(one.size - other.size) <= 0.001 * other.size + 1
 
 
 def _topic(
     bag: Any, topic: str, kind: str
 ) -> tuple[NDArray[np.int64], dict[str, tuple[NDArray[Any], str | None]]]:
-    """Stamps of a topic in ns, and its columns with units."""
+    """Stamps of a topic, ns, and a dict from column name to (values, unit or None)."""
     rows: list[tuple[float, ...]] = []
     stamps: list[int] = []
     names: tuple[str, ...] = tuple(AXES)

@@ -97,7 +97,7 @@ def _stamps(data: dict[str, Any]) -> NDArray[np.int64]:
 
 
 def _column(topic: str, field: str) -> tuple[str | None, str | None]:
-    """Column name and unit of a field, or None for a field that is no sample."""
+    """Column name and unit of a field; (None, None) for a field that is no sample."""
     base, _, index = field.partition("[")
     axis = {"0]": "x", "1]": "y", "2]": "z"}.get(index)
     if base in FIELDS and axis:
