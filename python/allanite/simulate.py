@@ -40,11 +40,10 @@ MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """Filter that turns white noise into the sum of some terms: σ of the white noise, numerator b, denominator a. b
-    begins with b0 = 1; a begins with a1, because a0 = 1 is left out.
+    """Filter that turns white noise into the sum of some terms: σ of the noise, numerator, denominator.
 
-    The terms are exponentials and white noise. Their spectrum times |a|² is the spectrum of a moving average; b is its
-    minimum-phase factor.
+    The numerator b begins with b0 = 1. The denominator a begins with a1, because a0 = 1 is left out. The spectrum of the
+    terms times |a|² is the spectrum of a moving average; b is its minimum-phase factor.
 
     Parameters
     ----------
@@ -114,9 +113,7 @@ def _generator(term: Term) -> tuple[str, list[float]]:
 
 
 def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
-    """Name and parameters of the generator that simulates a sum of terms as white noise after one second-order
-    filter.
-    """
+    """Name and parameters of the generator that simulates a sum of terms: filtered white noise, second order."""
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
             "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
@@ -329,9 +326,7 @@ def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stocha
 
 
 def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
-    """Function of time (s) that returns the factor by which the samples of a band with a changing level are
-    multiplied.
-    """
+    """Function of time (s) that returns the factor on the samples of a band whose level changes over time."""
 
     def gain(time: Array, _: Mapping[str, Array] | None = None) -> Array:
         """Factor at each time (s): square root of the power of the effect over one sample."""

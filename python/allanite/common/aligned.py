@@ -33,6 +33,7 @@ def aligned_when_unpickled(cls: C) -> C:
     restore = getattr(cls, "__setstate__", None)
 
     def set_state(self: Any, state: Any) -> None:
+        """Restore an instance from its pickled state, after the arrays in the state were aligned."""
         state = aligned(state)
         if restore is not None:
             restore(self, state)

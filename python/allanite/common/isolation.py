@@ -311,6 +311,7 @@ def _end_with_parent() -> None:
 
     def wait() -> None:
         # os.read instead of sys.stdin: the interpreter aborts if a thread holds the buffer of sys.stdin at its end.
+        """End this process with exit code 1 when standard input is closed."""
         while os.read(0, 1 << 16):
             pass
         os._exit(1)

@@ -55,6 +55,7 @@ def html_table(
     """HTML table with a caption. Texts are escaped; the columns with indices `right` are aligned to the right."""
 
     def cell(tag: str, i: int, text: str) -> str:
+        """HTML of one cell in column i."""
         style = _CELL.format("right" if i in right else "left")
         return f'<{tag} style="{style}">{escape(text)}</{tag}>'
 

@@ -89,6 +89,7 @@ def with_deadline(
     outer = _wanted.get()
 
     def is_wanted() -> bool:
+        """True before the deadline, while the surrounding computation is wanted."""
         return clock() < deadline and (outer is None or outer())
 
     try:
@@ -160,6 +161,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     at_work: set[int] = set()
 
     def work() -> None:
+        """Compute waiting tasks one after another, and put each (index, result or error) into `done`."""
         _at_work.set(at_work)
         while True:
             try:

@@ -313,10 +313,11 @@ def _verdict(low: float, high: float, limit: float) -> str:
 def _needed(
     duration: float, value: float | None, low: float, high: float, limit: float, power: float
 ) -> float | None:
-    """Return the length of a record in s whose interval would probably exclude the limit, or None.
+    """Length of a record in s whose interval would probably exclude the limit; None above 30 days.
 
     The width of an interval decreases with the square root of the length T. If an effect is not detected in white noise
-    N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of 1/T
+    N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of
+    1/T
     is therefore 1/2 for B, 1 for K and 3/2 for R.
     """
     if value is None:

@@ -142,6 +142,7 @@ def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
         factors: ArrayLike | None = None,
         quantity: str = "rate",
     ) -> Deviation:
+        """Deviation of a record by this estimator; the docstring is replaced by that of the estimator."""
         if has_columns(x):
             former_use(x.columns, f"al.deviations(recording, {row.name!r})")
             several: Any = of_columns(
@@ -169,6 +170,7 @@ def _corrected(more: str, nbs14: str, **what: Any) -> Correctable:
         quantity: str = "rate",
         unbiased: bool = row.unbiased,
     ) -> Deviation:
+        """Deviation of a record by this estimator; the docstring is replaced by that of the estimator."""
         if has_columns(x):
             former_use(x.columns, f"al.deviations(recording, {row.name!r})")
             several: Any = of_columns(

@@ -208,6 +208,7 @@ def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
         decided: list[Layout] = []
 
         def pick(first_rows: Table) -> Sequence[int]:
+            """Indices of the columns to read, decided from the first rows."""
             refuse_deviation_table(first_rows)
             decided.append(understand(first_rows, request))
             return decided[0].used

@@ -47,6 +47,7 @@ def isolated(
     """
 
     def decorator(read: Reader) -> Reader:
+        """Function with the signature of a reader that runs `read` in a child process."""
         name = f"{read.__module__}:{read.__name__}"
 
         @wraps(read)

@@ -278,6 +278,7 @@ def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int
     places: list[int] = []
 
     def everything(first_rows: Table) -> list[int]:
+        """Indices of all numeric columns; also stores the decision about the columns."""
         decided.append(_decided(first_rows, request))
         places[:] = all_numbers(first_rows)
         return places

@@ -194,6 +194,7 @@ def _calendar(
         return None
 
     def seconds(x: Sequence[NDArray[Any]]) -> list[NDArray[np.float64]]:
+        """Terms in s whose sum is the time since 1970: whole days, the fraction of a day, hours, minutes, seconds."""
         years = (np.asarray(x[0]).astype(np.int64) - 1970).astype("datetime64[Y]")
         if calendar == 3:
             months = years.astype("datetime64[M]") + (np.asarray(x[1]).astype(np.int64) - 1)

@@ -58,9 +58,7 @@ FREQUENCY_FIGURES = ("bandwidth", "sample_rate")
 
 
 def known_figures() -> dict[str, tuple[str, float | str]]:
-    """Dict from the name of a figure to the coefficient that it states (or `MINIMUM`) and the power of seconds or
-    unit.
-    """
+    """Dict from the name of a figure to its coefficient (or `MINIMUM`) and the power of seconds or the unit."""
     ours = {
         figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
         for e in CATALOGUE
@@ -127,9 +125,7 @@ class Quoted:
 
     @property
     def coefficient(self) -> str:
-        """Name of the coefficient that the figure states (``"N"``, ``"K"``, …), or ``"minimum"`` of the Allan
-        deviation.
-        """
+        """Coefficient that the figure states: ``"N"``, ``"K"``, …, or ``"minimum"`` of the Allan deviation."""
         return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:

@@ -29,6 +29,7 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
     import h5py
 
     def is_external(name: bytes, info: Any) -> bytes | None:
+        """Name of a link that leads to another file, else None, which continues the search."""
         return None if info.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name
 
     # `visit` examines links without following them. The library would swallow an error raised inside.
@@ -38,6 +39,7 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
     found: list[tuple[str, Dataset]] = []
 
     def check_object(name: str, item: Any) -> None:
+        """Add a numeric dataset to `found`; raise `InputError` for a dataset that reads another file."""
         if isinstance(item, h5py.Dataset):
             layout = item.id.get_create_plist()
             if layout.get_layout() == h5py.h5d.VIRTUAL:

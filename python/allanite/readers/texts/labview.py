@@ -48,6 +48,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     is_time = keys.get("X_Dimension", ["Time"])[0].lower() == "time"
 
     def rows() -> Iterator[str]:
+        """Lines of a plain table: the header as comments, cells separated by tabs, decimal points."""
         with path.open(encoding="utf-8-sig", errors="replace") as stream:
             for number, line in enumerate(stream):
                 if number < first:

@@ -80,6 +80,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
     # Messages of a starting sketch ("MPU6050 found") become comments. A line with the names of the columns is kept.
     def shown() -> Iterator[str]:
+        """Lines of a plain table: text before the first values is turned into comments."""
         for i, line in enumerate(plain_lines):
             is_names = i < first and labels is None and _is_header(line, plain_lines[first:])
             yield line if i >= first or is_names or not line else f"# {line}"
