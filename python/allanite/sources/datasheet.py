@@ -233,7 +233,7 @@ def read_datasheet(path: str | Path) -> DataSheet:
 
 
 def _read(path: Path) -> DataSheet:
-    """Read a sheet; the messages of errors do not contain the path."""
+    """Data sheet read from a file; the messages of errors do not contain the path."""
     text = text_of(path)
     with as_expected("not a data sheet in TOML or JSON"):
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)

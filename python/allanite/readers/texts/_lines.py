@@ -37,7 +37,7 @@ def first_lines(head: bytes) -> list[str]:
 
 
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
-    """Seconds since 1970 as date-times of shape (n,), so that their unit is unambiguous.
+    """Array of date-times (datetime64[ns]), shape (n,), from seconds since 1970.
 
     Raises
     ------
