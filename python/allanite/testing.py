@@ -62,8 +62,7 @@ def check_effect(effect: Effect, covariates: Columns | None = None) -> None:
     ----------
     effect : Effect
         Effect with a value of every parameter. The values must suit a record of 2048 samples at 50 Hz: time constants
-        of
-        0.1 to 10 s, times within 41 s, frequencies below 25 Hz.
+        of 0.1 to 10 s, times within 41 s, frequencies below 25 Hz.
     covariates : mapping of str to ndarray, shape (2048,), optional
         Logged columns that the effect follows, by name.
 

@@ -61,14 +61,10 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
     """`Curve` of a fitted law with its 95 % band, over the range of some temperatures, °C.
 
     The band is simultaneous: with 95 % confidence it contains the law at all temperatures at once. Its half-width is
-    the
-    root mean square deviation of random laws at each temperature, times the 95 % quantile of the largest ratio of a
-    random law's deviation to this value. The
-    random laws are drawn from the joint distribution of coefficients, lags and widths of hysteresis over all noise
-    models
-    that agree with the record (`fit.likelihood.marginal`). If several forms have similar evidence, each contributes
-    laws
-    in proportion to its evidence.
+    the root mean square deviation of random laws at each temperature, times the 95 % quantile of the largest ratio of a
+    random law's deviation to this value. The random laws are drawn from the joint distribution of coefficients, lags
+    and widths of hysteresis over all noise models that agree with the record (`fit.likelihood.marginal`). If several
+    forms have similar evidence, each contributes laws in proportion to its evidence.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ class Loop:
 
     @property
     def detected(self) -> bool:
-        """True if the interval excludes zero."""
+        """True if the 95 % interval of the loop excludes zero."""
         return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
     def to_dict(self) -> dict[str, Any]:

@@ -173,8 +173,7 @@ def three_cornered_hat(
     ------
     InputError
         There are fewer than three clocks, a pair is missing, the columns are differences of pairs without `pairs`, or
-        the
-        record is too short.
+        the record is too short.
 
     References
     ----------
@@ -333,9 +332,8 @@ def _intervals(
     """Lower and upper ends of the 95 % intervals of the deviations, and a mask of the clocks whose noise is detected.
 
     The covariances have a Wishart distribution. The prior of a variance v is 1/(v + e), where e is the standard error
-    of
-    the estimate at v = 0. For a detected clock this prior does not depend on the unit of v; for another clock it allows
-    v = 0.
+    of the estimate at v = 0. For a detected clock this prior does not depend on the unit of v; for another clock it
+    allows v = 0.
     """
     size = float(np.trace(scatter)) / len(scatter)
     s = scatter / size

@@ -41,8 +41,7 @@ def thinned(n: int) -> NDArray[np.int64]:
 
     These are the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those, and so on.
     The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present
-    phase,
-    the sparse samples before them determine slow noise.
+    phase, the sparse samples before them determine slow noise.
     """
     rows: list[NDArray[np.int64]] = []
     end, stride = n, 1

@@ -243,8 +243,7 @@ def timing(
         Times after the last sample for which holdover is predicted, s.
     steering : (str, float), optional
         Name of a covariate with the frequency that a servo set, and the phase in s that a value of 1 adds per second.
-        Its
-        integral is subtracted from the phase, so that noise, frequency and holdover are those of the free-running
+        Its integral is subtracted from the phase, so that noise, frequency and holdover are those of the free-running
         clock.
     progress : callable, optional
         Called with a column and the number of noise models fitted.

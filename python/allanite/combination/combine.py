@@ -233,8 +233,7 @@ def combine(
         Noise model of each unit; random effects only.
     tau : float, optional
         Averaging time for which the weights are optimal, s. By default the weights minimize the mean of the logarithm
-        of
-        the deviation over all τ.
+        of the deviation over all τ.
     on_progress : callable, optional
         Called with (units done, all units).
 

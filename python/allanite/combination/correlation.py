@@ -95,8 +95,7 @@ def allan_covariance(
 
     The variances are those of the models. The covariance of two units is the product of their deviations times a mean
     correlation. The weight of a frequency in this mean is its contribution to the Allan variance of the geometric mean
-    of
-    both spectra.
+    of both spectra.
     """
     variance = np.column_stack(
         [fit.model.allan_variance(tau, rate=fit.recording.rate) for fit in fits]

@@ -59,13 +59,10 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 
     The logarithm of the power of each unit is compared with the mean over the other units, in every octave and in every
     range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference
-    is
-    the sum of the statistical error of the records and of the spread between units. This spread is the one observed
-    among
-    the others, moderated by the known spread of units of one type (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3, 3), so
-    that three units are enough. The test statistic has Student's distribution. After a unit was found it is removed,
-    and
-    the others are compared again.
+    is the sum of the statistical error of the records and of the spread between units. This spread is the one observed
+    among the others, moderated by the known spread of units of one type (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3,
+    3), so that three units are enough. The test statistic has Student's distribution. After a unit was found it is
+    removed, and the others are compared again.
     """
     edges, levels, chance = _levels(fits)
     ranges = [(k, k + 1) for k in range(levels.shape[1])]

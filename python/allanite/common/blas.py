@@ -47,8 +47,7 @@ def _let_all_threads_set_limits(*, force: bool = False) -> None:
     """Let every Python thread set the number of OpenBLAS threads; threadpoolctl 3.8 allows only the first that sets it.
 
     Without this function, the last computation could not restore the number that the first computation set in another
-    thread, and the limits of a
-    user in a third thread would have no effect.
+    thread, and the limits of a user in a third thread would have no effect.
     """
     from threadpoolctl import OpenBLASController
 

@@ -47,8 +47,8 @@ def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> s
     """Text of the harmonics of a spectral line: ``34.6 Hz 0.00795 °/s (harmonic 2)``.
 
     `overtones` is a flat sequence: multiple, amplitude and phase of the first harmonic, then of the second, and so on.
-    For evenly spaced lines that are
-    no harmonics, the text states their number, spacing, highest frequency and range of amplitudes.
+    For evenly spaced lines that are no harmonics, the text states their number, spacing, highest frequency and range of
+    amplitudes.
     """
     given = list(overtones)
     multiples, amplitudes = given[::3], given[1::3]

@@ -317,8 +317,7 @@ def _needed(
 
     The width of an interval decreases with the square root of the length T. If an effect is not detected in white noise
     N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of
-    1/T
-    is therefore 1/2 for B, 1 for K and 3/2 for R.
+    1/T is therefore 1/2 for B, 1 for K and 3/2 for R.
     """
     if value is None:
         factor = (high / limit) ** (1.0 / max(0.5 - power, 0.5))

@@ -176,10 +176,8 @@ def minimum_of(fit: Any, edf: float = MIN_EDF) -> Estimate:
 
     The upper end is that of the measured point at which the fitted model is lowest, among points with at least `edf`
     degrees of freedom; the minimum cannot be larger. The lower end is the minimum of the detected effects, each with
-    the
-    lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the record. The
-    lower
-    end is then 0, and the minimum counts as not detected.
+    the lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the record.
+    The lower end is then 0, and the minimum counts as not detected.
 
     Parameters
     ----------

@@ -107,8 +107,7 @@ def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
     Each value of `power` is the mean of `each` squares.
 
     Heavy tails, and bands narrower than an octave, leave fewer independent values. Differences of neighbors do not
-    respond
-    to single changes of level.
+    respond to single changes of level.
     """
     found = 1.0
     cells = min(MAX_CELLS, power.size // MIN_CELL_VALUES)

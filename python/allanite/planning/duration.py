@@ -147,8 +147,7 @@ def plan(
     References
     ----------
     Cowan, G., Cranmer, K., Gross, E. & Vitells, O. (2011). Asymptotic formulae for likelihood-based tests of new
-    physics.
-    Eur. Phys. J. C 71, 1554: the expected record ("Asimov data set").
+    physics. Eur. Phys. J. C 71, 1554: the expected record ("Asimov data set").
 
     Examples
     --------

@@ -91,8 +91,7 @@ def read(
         object of pandas, polars, xarray or Arrow. The index or date-time column of such an object is the time.
     rate : float or str, optional
         Sampling rate in Hz. Default: the rate in the file, or the rate of the time column. ``"100!"`` uses 100 Hz even
-        if
-        the file contradicts.
+        if the file contradicts.
     unit : str, optional
         Unit of the samples. Default: the unit in the file, or ``"1"``. A unit of one kind of sensor excludes the other
         kind; ``"deg/s,m/s^2"`` reads gyroscopes and accelerometers.
@@ -257,9 +256,8 @@ def contradicted(request: Request, stated: float | None, stamps: Stamps | None) 
     """Raise `InputError` if the requested rate contradicts the `stated` rate or the stamps, unless the caller insists.
 
     The rate of stamps is the number of intervals divided by the time between two stamps. Therefore its relative
-    standard
-    error is the jitter of one interval divided by the length of the record, plus the resolution of stamps that several
-    rows share. Stamps whose unit is a guess contradict nothing.
+    standard error is the jitter of one interval divided by the length of the record, plus the resolution of stamps that
+    several rows share. Stamps whose unit is a guess contradict nothing.
     """
     rate = request.rate
     if rate is None or request.insists or not 0.0 < rate < np.inf:

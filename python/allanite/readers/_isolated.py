@@ -76,7 +76,7 @@ def isolated(
 
 
 def limits_of(path: Path, seconds_per_megabyte: float) -> Limits:
-    """Limits of the child process that reads a log."""
+    """Limits of the child process that reads a log: processor and wall time grow with the size of the log."""
     seconds = CPU_SECONDS + CPU_TIME_FACTOR * seconds_per_megabyte * _size(path) / 1e6
     return Limits(cpu=seconds, wall=WALL_TIME_FACTOR * seconds)
 

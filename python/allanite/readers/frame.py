@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def is_frame(log: object) -> bool:
-    """True if an object holds columns itself instead of naming a file."""
+    """True if the object is a table or series of pandas, polars, xarray or Arrow instead of the path of a file."""
     return type(log).__module__.split(".")[0] in ("pandas", "polars", "xarray", "pyarrow")
 
 

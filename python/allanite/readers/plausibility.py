@@ -29,8 +29,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
     """Recording with only the samples that the sensor measured; raises an error for an implausible recording.
 
     Every command starts with this function. No-data markers become missing samples and repeated samples are removed;
-    the
-    audit states both.
+    the audit states both.
 
     Parameters
     ----------

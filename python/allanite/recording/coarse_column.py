@@ -45,13 +45,10 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Smoothest curve that rounds to a coarsely logged column, shape (n,); other columns are returned unchanged.
 
     The quantity was at the threshold of two codes when the column changed, and within half a step of the code
-    otherwise. A
-    ramp with one exponential relaxation is preferred if it rounds to the column: a warming body relaxes, and nothing
-    else
-    determines the curve before the first and after the last change. Otherwise the curve has the smallest squared third
-    differences. Without it, rounding errors of up to half a step, correlated for as long as a code lasts, would look
-    like
-    noise of the sensor.
+    otherwise. A ramp with one exponential relaxation is preferred if it rounds to the column: a warming body relaxes,
+    and nothing else determines the curve before the first and after the last change. Otherwise the curve has the
+    smallest squared third differences. Without it, rounding errors of up to half a step, correlated for as long as a
+    code lasts, would look like noise of the sensor.
     """
     step = coarse_step_of(values)
     if step == 0.0:

@@ -48,8 +48,7 @@ def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
 
     Noise with a standard deviation σ and a mean m within the code leaves it upwards with probability Q((½ − m)/σ) and
     downwards with Q((½ + m)/σ), in steps. The sum of the two normal quantiles is 1/σ for any mean, so the upper limits
-    of
-    both shares give the upper limit of σ.
+    of both shares give the upper limit of σ.
     """
     if np.unique(x[:FIRST_SAMPLES]).size > MAX_CODES:
         return None

@@ -363,7 +363,7 @@ class Recording(Record):
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 
     def _rows(self, rows: slice) -> Recording:
-        """Recording of a slice of the rows."""
+        """Recording of the rows in a slice, with the covariates and times of these rows."""
         extra = {name: values[rows] for name, values in self.covariates.items()}
         first = rows.start or 0
         times, begin = None, first / self.rate
@@ -380,8 +380,7 @@ class Recording(Record):
         Covariates are averaged.
 
         Averaging keeps the white level N; skipping samples would raise it by √k. If samples are missing, the present
-        ones
-        are averaged if they are at least half; otherwise the average is missing.
+        ones are averaged if they are at least half; otherwise the average is missing.
         """
         if k < 1 or k > self.n:
             raise InputError(

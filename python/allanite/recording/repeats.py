@@ -96,8 +96,7 @@ def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool
     The other entries of `equal` are True by chance, with the probability `chance`.
 
     Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come when that
-    number
-    changes, which makes a line at r in the spectrum of `equal`.
+    number changes, which makes a line at r in the spectrum of `equal`.
     """
     if chance > 0.5:
         return None

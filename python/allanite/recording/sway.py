@@ -27,8 +27,7 @@ def sway_of(
     """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,); None without sway.
 
     The integrated rates of a turning platform are the change of the direction of gravity: df/dt = −ω × f. The
-    covariance of
-    both is the variance of the tilt, whatever the noise of the two sensors.
+    covariance of both is the variance of the tilt, whatever the noise of the two sensors.
 
     Parameters
     ----------

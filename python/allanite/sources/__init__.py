@@ -171,7 +171,7 @@ def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[s
 
 
 def _check_recording(document: Mapping[str, Any], name: str) -> None:
-    """Raise an error if unit or rate of the recording behind a document are of another type."""
+    """Raise `InputError` unless the unit of the recording in a document is a text and its rate a positive number."""
     recording = document.get("recording") or {}
     unit, rate = recording.get("unit"), recording.get("rate_hz")
     if unit is not None and not isinstance(unit, str):

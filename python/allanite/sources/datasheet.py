@@ -172,9 +172,8 @@ class DataSheet:
 
         Skipping samples without averaging folds all noise of the sensor's band below half the rate, so N rises by
         √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but not
-        more
-        than the sensor's sampling rate. The result is None if the sheet states neither frequency, or if the band is
-        narrower than twice the rate.
+        more than the sensor's sampling rate. The result is None if the sheet states neither frequency, or if the band
+        is narrower than twice the rate.
         """
         most = math.inf if self.sample_rate is None else self.sample_rate
         band = math.inf if self.bandwidth is None else self.bandwidth

@@ -179,9 +179,8 @@ def bridge_gaps(
     """Samples as doubles without gaps: NaN, and samples flagged in `missing`, are filled so that the spectrum is preserved.
 
     Each run of missing samples is bridged by a straight line between the means of up to 8 samples on each side. White
-    noise with the record's
-    own sample-to-sample scatter (fixed seed) is added, so that neither steps nor quiet segments appear. The recording
-    counts the filled samples. All deviations skip them and never see filled values.
+    noise with the record's own sample-to-sample scatter (fixed seed) is added, so that neither steps nor quiet segments
+    appear. The recording counts the filled samples. All deviations skip them and never see filled values.
     """
     values = np.ascontiguousarray(samples, dtype=np.float64)
     bad = np.isnan(values)

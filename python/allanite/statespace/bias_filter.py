@@ -205,8 +205,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
 
     Lines count with a random phase and a ramp with its square. Steps, warm-ups and effects of a column do not count,
     because a filter must subtract them. A filter that forgets its bias falls back to the mean of the model if there is
-    one,
-    else to the mean over a segment before aiding.
+    one, else to the mean over a segment before aiding.
 
     Parameters
     ----------

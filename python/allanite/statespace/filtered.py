@@ -21,8 +21,7 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
     """One section that describes the sum of all sections after a filter.
 
     White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level
-    come
-    first. The filter's states are measured from the values at which such a level would hold them, so that they are
+    come first. The filter's states are measured from the values at which such a level would hold them, so that they are
     stationary. A level that the filter blocks is no state.
     """
     terms = filtering.passed(tuple(t for s in sections for t in s.terms), rate)

@@ -254,8 +254,7 @@ def smooth_samples(samples: Array, space: StateSpace) -> Array:
     """Expected noise without its white part R at each sample, given all present samples (NaN: missing), shape (n,).
 
     For a missing sample, this is the expected sample. To draw missing samples given the others: draw a whole record
-    from
-    the model, smooth (samples − draw), and add the draw (Durbin & Koopman 2002).
+    from the model, smooth (samples − draw), and add the draw (Durbin & Koopman 2002).
     """
     there = ~np.isnan(samples)
     mean = float(samples[there].mean()) if there.any() else 0.0

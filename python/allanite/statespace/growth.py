@@ -131,7 +131,7 @@ class Growth:
         return self.table()
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record of one quantity."""
+        """Dict for JSON with the growth of one quantity."""
         return {
             "quantity": self.quantity,
             "unit": self.unit,

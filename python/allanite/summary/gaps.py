@@ -44,8 +44,7 @@ def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) ->
     On each side, the mean of as many samples as are missing is computed. The filled values are the line between the two
     means plus the mirrored deviations of both sides from these means, with weights whose squares have the sum 1. The
     filled run has the noise level of its surroundings at all frequencies and joins its neighbors without a step. If a
-    mirror image has
-    missing samples, the other image replaces it.
+    mirror image has missing samples, the other image replaces it.
     """
     sizes = ends - starts
     total = np.concatenate([[0.0], np.cumsum(np.where(bad, 0.0, x))])

@@ -307,8 +307,7 @@ def trend(
         Periods in s; by default one year and half a year, if the record is at least one year long.
     model : str, optional
         Noise model: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL`` or ``N+PL``. By default all are compared
-        and
-        the one with the highest evidence is used.
+        and the one with the highest evidence is used.
     progress : callable, optional
         Called with a column, the number of fits done and the number of all fits.
 
