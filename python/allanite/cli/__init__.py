@@ -223,7 +223,7 @@ def _discard_output() -> None:
 
 
 def _fail(message: str, code: int) -> int:
-    """Print a message as one line on standard error; return the exit code."""
+    """Print a message as one line on standard error, and return the exit code `code`."""
     with suppress(OSError):
         click.echo(plain(f"allanite: {' '.join(message.split())}", 300), err=True)
     return code

@@ -132,9 +132,10 @@ class Clock:
         self.squares += float(np.var(clean)) * raw.size if clean.size else 0.0
 
     def stamps(self) -> Stamps:
-        """Properties of all stamps, in the form that `read_stamps` returns.
+        """Number, intervals, gaps and jitter of all time stamps, in the form that `read_stamps` returns.
 
-        The jitter is relative to the mean interval of each chunk. A drift of the interval is not computed.
+        The jitter is relative to the mean interval of each chunk. A drift of the interval is not
+        computed.
         """
         second = TIME_UNITS[self.unit or "s"]
         if self.times <= 0.0:

@@ -56,7 +56,7 @@ class WatchedColumn:
 
 
 def rows_in(file: BinaryIO, end: int) -> bytes:
-    """The first lines of a file before a position: the header, and at most `FIRST_ROWS` rows of numbers."""
+    """Bytes of the first lines of a file before position `end`: the header, and at most `FIRST_ROWS` rows of numbers."""
     file.seek(0)
     lines, rows = [], 0
     while rows < FIRST_ROWS and file.tell() < end:

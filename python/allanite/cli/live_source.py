@@ -74,7 +74,7 @@ class Stop(threading.Event):
                 signal.signal(number, handler)
 
     def _hear(self, number: int, _frame: object) -> None:
-        """Store the first signal, and end waits for this event."""
+        """Signal handler: store the number of the first signal, and set this event."""
         self.signal = self.signal or number
         self.set()
 
@@ -185,7 +185,7 @@ class _Lines:
         self.follows = True
 
     def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
-        """Yield rows once there are enough, some time has passed, or the source pauses."""
+        """Yield the collected samples in batches: when there are many, after some time, and when the source pauses."""
         passed_on = time.monotonic()
         try:
             for block in blocks:
@@ -212,7 +212,7 @@ class _Lines:
         yield from self._flush()
 
     def _begin(self, block: _Block) -> None:
-        """Forget the columns and the unfinished line, because reading begins anew."""
+        """Prepare for reading a source from a new position: forget the column and the unfinished line."""
         if self.rest:
             _notice(f"{self.name}: the last row is incomplete and is skipped")
         self.offset, self.tail, self.rest = block.begins_at or 0, b"", b""
@@ -223,7 +223,7 @@ class _Lines:
         self.follows = self.follows and block.follows
 
     def _flush(self) -> Iterator[Rows]:
-        """Yield the collected samples, if there are any."""
+        """Yield the collected samples as one `Rows`, if there are any, and empty the collection."""
         if not self.samples:
             return
         position = None
@@ -234,7 +234,10 @@ class _Lines:
         yield rows
 
     def _take(self, data: bytes, *, counted: int | None = None) -> None:
-        """Split bytes of the source into lines. `counted`, if given, is the number of bytes that the source really has."""
+        """Split bytes of the source into lines, and collect the sample of each line.
+
+        `counted`, if given, is the number of bytes that the source really has.
+        """
         # A carriage return also ends a line. The blank line in "\r\n" is ignored later.
         text = self.rest + data.replace(b"\r", b"\n")
         end = text.rfind(b"\n") + 1
@@ -270,7 +273,7 @@ class _Lines:
             )
 
     def _know_the_column(self) -> None:
-        """Choose the column from the first lines, and extract the samples of these lines."""
+        """Choose the column from the first lines if it is not chosen yet, and collect the samples of these lines."""
         if self.column is None:
             self.column = self.column_of(self.first)
             lines, self.first = self.first, []
@@ -366,7 +369,7 @@ def _of_file(
 
 
 def _is_continued(descriptor: int, at: int, tail: bytes) -> bool:
-    """True if a file still has these bytes before a position."""
+    """True if the bytes `tail` still precede the position `at` of an open file, so that reading can continue there."""
     if os.fstat(descriptor).st_size < at:
         return False
     here = os.lseek(descriptor, 0, os.SEEK_CUR)
@@ -390,10 +393,11 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 
 
 def _of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
-    """Yield the blocks that a function returns, called in a thread, until it returns no bytes."""
+    """Yield the blocks that `read` returns in a thread of its own, until it returns no bytes."""
     blocks: queue.Queue[bytes] = queue.Queue(QUEUE)
 
     def run() -> None:
+        """Put the bytes that `read` returns into the queue, until there are none."""
         data = b"-"
         while data:
             try:
@@ -423,6 +427,7 @@ def _of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
     with listener:
 
         def read() -> bytes:
+            """Bytes of the next datagram; empty at the end."""
             data = listener.recv(BLOCK)
             if data.strip() == b"end":
                 return b""

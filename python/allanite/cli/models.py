@@ -76,13 +76,7 @@ def models_of(text: str, unit: str | None = None, rate: float | None = None) -> 
 
 
 def first_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
-    """The model of each column in the unit of its samples; None for the usual models.
-
-    Raises
-    ------
-    InputError
-        No model for a column, or for another kind of sensor.
-    """
+    """The model of each column in the unit of its samples; the usual models if `text` is None."""
     if text is None:
         from allanite.common.starts import start_of
         from allanite.effects.files import parse_model

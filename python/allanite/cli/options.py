@@ -72,6 +72,7 @@ def plot_option(command: Any) -> Any:
     """Add the options --plot and --style to a command; `output.plot` uses the style."""
 
     def keep(ctx: click.Context, _param: click.Parameter, value: str) -> None:
+        """Store the style of --style for `output.plot`."""
         ctx.meta[STYLE] = value
 
     style = click.option(
@@ -294,6 +295,7 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
+        """Run the command with the shared options combined to one `LogOptions`."""
         shared = {field.name: arguments.pop(field.name) for field in fields(LogOptions)}
         return command(options=LogOptions(**shared), **arguments)
 
@@ -327,7 +329,10 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """Columns that are not locked to one quantization code; prints a line for each column that is."""
+    """The columns whose samples take more than one quantization code.
+
+    Prints a line for each other column, and raises an error if all are locked.
+    """
     from allanite.fit.locked import locked_error
 
     errors = [locked_error(column) for column in columns]
@@ -456,7 +461,7 @@ def _varies(column: Recording) -> bool:
 
 
 def _span(text: str) -> tuple[float | None, float | None]:
-    """Start and end of ``START:END`` in seconds, None for an open end."""
+    """Start and end in s from a text ``START:END``; None for an open end."""
     start, colon, end = text.partition(":")
     try:
         bounds = (float(start) if start else None), (float(end) if end else None)

@@ -162,6 +162,7 @@ def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], N
     with click.progressbar(length=1, label=label, file=sys.stderr) as bar:
 
         def report(done: int, total: int) -> None:
+            """Draw the progress bar at `done` of `total` steps."""
             bar.length = total
             bar.update(done - bar.pos)
 
@@ -194,6 +195,7 @@ def progress_of_axes(
     phase(f"{columns} axes, {parallel_columns()} at a time", options)
 
     def steps_shown(_item: object) -> str:
+        """Text with the steps done."""
         return " · ".join(f"{name} step {done}" for name, done in at.items())
 
     with click.progressbar(
@@ -201,6 +203,7 @@ def progress_of_axes(
     ) as bar:
 
         def report(column: str, done: int, total: int) -> None:
+            """Draw the progress after a step of one axis."""
             with lock:
                 if not at and not bar.pos:
                     first = turns * (monotonic() - begin)

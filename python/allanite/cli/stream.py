@@ -148,7 +148,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
 def _with_joined_time(
     chunks: Iterable[NDArray[np.float64]], places: Sequence[int], parts: TimeParts
 ) -> Iterator[NDArray[np.float64]]:
-    """Chunks of shape (rows, columns) in which the first time column holds the seconds since the first row.
+    """Yields chunks, shape (rows, columns), in which the first time column holds the seconds since the first row.
 
     `places` are the columns whose parts (date, seconds, nanoseconds, …) make up the time.
     """
@@ -176,6 +176,7 @@ def _opened(log: str) -> tuple[Table, _Rows]:
     table, _ = first_rows(reader, names, units)
 
     def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
+        """Yield the given columns of all rows in chunks, shape (rows, columns)."""
         reader.select(wanted)
         while (chunk := reader.next(CHUNK_ROWS)) is not None:
             yield chunk
@@ -184,13 +185,17 @@ def _opened(log: str) -> tuple[Table, _Rows]:
 
 
 def _mapped(log: str) -> tuple[Table, _Rows]:
-    """Like `_opened`, for a memory-mapped NPY file."""
+    """Table of the first rows of an NPY file, and a function that yields all rows of given columns in chunks.
+
+    The file is mapped into memory.
+    """
     from allanite.readers._table import Table
     from allanite.readers.arrays.npy import load
 
     array = load(Path(log), largest_read=0)
 
     def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
+        """Yield the given columns of all rows in chunks, shape (rows, columns)."""
         for at in range(0, len(array), CHUNK_ROWS):
             part = np.asarray(array[at : at + CHUNK_ROWS])
             # Integers keep their type, as doubles do not hold all 64-bit integers.

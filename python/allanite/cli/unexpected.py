@@ -46,7 +46,7 @@ def _version() -> str:
 
 
 def _details(error: BaseException) -> str:
-    """Text of the file: versions, command line and traceback."""
+    """Text of the error file: versions, command line and traceback."""
     where = "".join(traceback.format_exception(error))
     return (
         f"allanite {_version()}, Python {platform.python_version()}, {platform.platform()}\n"

@@ -29,5 +29,9 @@ WORDS = {
 
 
 def words_of(trim: str | None) -> dict[str, str]:
-    """`WORDS`, adapted to --trim: seconds in a message about a trimmed log are not those that --trim expects."""
+    """Words for error messages: `WORDS`, adapted to the option --trim.
+
+    After trimming, the seconds in a message do not refer to the untrimmed log, so the message must
+    not suggest them.
+    """
     return WORDS if trim is None else {**WORDS, "this_span": WORDS["trim"]}

@@ -75,7 +75,7 @@ class Bench:
 
     @property
     def now(self) -> Work | None:
-        """Work on the open log; None while the log is being read."""
+        """Work on the open log; None if no log is open or while the log is being read."""
         return None if self.place_of_source is None else self.works.get(self.place_of_source)
 
     @property
@@ -139,7 +139,7 @@ class Bench:
 
     @property
     def log(self) -> Recording:
-        """Recording of the current column."""
+        """Recording of the current column of the open log."""
         return self.work.log(self.column)
 
     # -- work ----------------------------------------------------------------------------------------
@@ -155,6 +155,7 @@ class Bench:
                     before.cancel()
 
             def guarded(job: Job) -> None:
+                """Run the work, and announce its end to the browser."""
                 try:
                     if before is not None and follows:
                         job.await_end(before)
@@ -185,7 +186,7 @@ class Bench:
             self.version += 1
 
     def climb(self, job: Job, step: Step, column: int) -> None:
-        """Append a step to those of a column."""
+        """Add `step` after the current step of a column, and make it the current one; later steps are dropped."""
         look(step.fit)
         with self.change(job):
             ladder = self.board.ladders[column]
@@ -205,7 +206,7 @@ class Bench:
         return self.tolerance is not None and step.fit.discrepancy.percent < self.tolerance
 
     def finish(self, job: Job, step: Step) -> Check:
-        """Compute the errors of a step, then its missing effects; each result is shown at once."""
+        """Compute the errors of a step and then its missing effects, show each result at once, and return the check."""
         job.take_turn()
         job.say(f"Searching for effects missing from {step.fit.model.name}")
         if step.error is None:
@@ -223,7 +224,7 @@ class Bench:
         return step.study.check
 
     def rest(self, job: Job, step: Step) -> None:
-        """Search for missing effects of a step; any action of the user interrupts this search."""
+        """Search for missing effects of a step, if it was not done yet; any action of the user interrupts this search."""
         job.gives_way = True
         self.finish(job, step)
 
@@ -259,6 +260,7 @@ class Bench:
             raise InputError(f"There is no column {column}")
 
         def work(job: Job) -> None:
+            """Read the log if necessary, and fit the first model."""
             with self.change(job):
                 self.place_of_source, self.problem, self.preview = place, None, None
                 self.moving = False
@@ -303,10 +305,11 @@ class Bench:
             work.audited = True
 
     def take(self, part: Part) -> None:
-        """Analyze a part of the log, starting from the current models."""
+        """Select a part of the log for the analysis; its models start from the current ones."""
         found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:
+            """Cut the part out of the log, and fit the first models to it."""
             self.cut(job, part, found)
             self._first(job, self.column)
 
@@ -315,7 +318,7 @@ class Bench:
         self.run("Selecting a part of the log", work)
 
     def cut(self, job: Job, part: Part, found: Recording) -> None:
-        """Replace the analyzed part of the log; the current column stays."""
+        """Make `found`, a part of the log, the analyzed recording; the current column stays."""
         before, place = self.work, self.place_of_source
         assert place is not None
         moved = (before.part[0] or (0.0,))[0] != (part[0] or (0.0,))[0]
@@ -388,5 +391,5 @@ class Bench:
 
 
 def look(fit: Fit) -> None:
-    """Compute and cache the results of a fit that the page shows."""
+    """Compute the results of a fit that the page shows, so that they are cached."""
     _ = fit.estimates, fit.misfit, fit.band, fit.discrepancy

@@ -77,7 +77,7 @@ def _called(
 
 
 def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Fields of the recording of a log. Runs in the child process."""
+    """Recording of a log as a dictionary of its fields. Runs in the child process."""
     from allanite.readers import read
 
     units = options.pop("units", None) or {}
@@ -125,12 +125,12 @@ def _restored(found: dict[str, Any]) -> Recording:
 
 
 def _tuples(value: Any) -> Any:
-    """The value with lists converted to tuples, at all levels."""
+    """The value with lists replaced by tuples, also inside other lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Interpretation of a log. Runs in the child process."""
+    """Interpretation of each column of a log, with spark lines. Runs in the child process."""
     from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
@@ -153,7 +153,7 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _spark(table: Table, at: int) -> list[list[float | None]] | None:
-    """Minimum and maximum of segments of a column, scaled to 0 … 1; None without numbers."""
+    """Spark line of a column: [minimum, maximum] of equal segments, scaled to 0 … 1; None if it has no numbers."""
     if table.columns[at] is None:
         return None
     x = np.asarray(table[at], dtype=np.float64)

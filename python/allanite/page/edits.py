@@ -20,7 +20,11 @@ DEVIATION = "B"
 
 
 def deviation_unit(sample_unit: str, chosen: str | None) -> str:
-    """Unit of an Allan deviation: that of the samples, the chosen one of the same kind, or that of data sheets."""
+    """Unit in which to display an Allan deviation.
+
+    It is the sample unit, the unit `chosen` by the viewer if it is of the same kind of sensor, or
+    the data-sheet unit.
+    """
     kind = parse_unit(sample_unit).kind
     if chosen == SHEET:
         return standard()[DEVIATION].parameter(DEVIATION).sheet.get(kind, sample_unit)
@@ -59,7 +63,7 @@ def parse_model_string(text: str) -> Model:
 
 
 def effect(fit: Fit, place: int) -> Any:
-    """Effect at a place of the model; `InputError` if there is none."""
+    """The effect at index `place` of the fitted model; raises `InputError` if there is none."""
     if not 0 <= place < len(fit.model):
         raise InputError(f"there is no effect {place} in the model")
     return fit.model.effects[place]
@@ -95,5 +99,5 @@ def frozen(effect: Any) -> Any:
 
 
 def freed(effect: Any, original: Any) -> Any:
-    """The effect with the held values and limits of `original`."""
+    """The effect with its own values, and with the held names and limits of `original`."""
     return effect.with_values(hold=original.hold, limits=original.limits)

@@ -96,7 +96,7 @@ class Job:
         self.say(name)
 
     def take_turn(self) -> None:
-        """Wait while other tabs search. The turn is released at the end of the job."""
+        """Wait until no other tab searches. At the end of this job, other tabs may search again."""
         name, waited = self.name, False
         turns = TURNS
         while self._turn is None:
@@ -119,7 +119,10 @@ class Job:
             yield
 
     def to_dict(self) -> dict[str, Any]:
-        """State of the progress bar, which shows elapsed seconds if progress cannot be counted."""
+        """State of the job for the progress bar of the browser.
+
+        The bar shows elapsed seconds if progress cannot be counted.
+        """
         return {
             "name": self.name,
             "done": self.done,
@@ -133,7 +136,7 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Body of the thread."""
+        """Body of the thread: run the work, then release what the job holds."""
         try:
             with while_wanted(lambda: not self._stop.is_set()):
                 self._work(work)

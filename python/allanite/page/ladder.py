@@ -132,7 +132,7 @@ class Work:
         return self._columns[column]
 
     def look(self, column: int) -> None:
-        """Make another column the current one; this is not a change that can be undone."""
+        """Make `column` the current column; this cannot be undone."""
         self.history[self.place] = replace(self.board, column=column)
 
     def push(self, column: int, ladder: Ladder) -> None:
@@ -148,7 +148,7 @@ class Work:
         self.place += 1
 
     def move(self, by: int) -> bool:
-        """Undo or redo one change and make its column the current one; False if there is none."""
+        """Undo (`by` = −1) or redo (+1) a change, and show its column; False if there is no such change."""
         if not 0 <= self.place + by < len(self.history):
             return False
         old, new = self.board, self.history[self.place + by]

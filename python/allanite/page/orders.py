@@ -202,7 +202,7 @@ def _what_if(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _factor(tab: Tab, place: int, name: str) -> float:
-    """Factor from the displayed unit of a parameter to its own unit."""
+    """Factor that converts a displayed value of a parameter to the parameter's own unit."""
     fit = tab.preview or tab.step.fit
     one = effect(fit, place)
     value = fit.estimates[place].get(name)

@@ -66,13 +66,17 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     from starlette.routing import Route
 
     def reply(document: Any, status: int = 200) -> Response:
+        """JSON response with this document; NaN becomes null."""
         text = json.dumps(
             finite(document), ensure_ascii=False, allow_nan=False, separators=(",", ":")
         )
         return Plain(text, status, media_type="application/json")
 
     def guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
+        """The handler with errors turned into JSON responses of status 400."""
+
         async def safe(request: Request) -> Response:
+            """Response of the handler, or a JSON response with the error."""
             try:
                 answer = await handler(request)
                 return answer if isinstance(answer, Plain) else reply(answer)
@@ -85,58 +89,71 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return safe
 
     async def static(request: Request) -> Response:
+        """Response with one of the page's own files."""
         name = request.scope["path"].removeprefix("/") or "index.html"
         kind = KINDS[PurePath(name).suffix]
         body = resources.files("allanite.page").joinpath("static", name).read_bytes()
         return Plain(body, media_type=f"{kind}; charset=utf-8")
 
     async def plotly(_request: Request) -> Response:
+        """Response with the source of plotly."""
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")
 
     async def open_tab(_request: Request) -> Any:
+        """Open a new tab; returns its key."""
         return {"tab": await run_in_threadpool(sessions.open)}
 
     async def close_tab(request: Request) -> Any:
+        """Delete a tab."""
         await run_in_threadpool(sessions.close, request.path_params["tab"])
         return {}
 
     async def leave_tab(request: Request) -> Any:
+        """Note that a page was left; its tab is deleted later unless it is resumed."""
         sessions.leave(request.path_params["tab"])
         loop = asyncio.get_running_loop()
         loop.call_later(GRACE + 1.0, lambda: loop.run_in_executor(None, sessions.sweep))
         return {}
 
     async def copy_tab(request: Request) -> Any:
+        """Copy a tab; returns the key of the copy."""
         return {"tab": await run_in_threadpool(sessions.copy, request.path_params["tab"])}
 
     async def resume_tab(request: Request) -> Any:
+        """Continue the tab of a reloaded page."""
         await run_in_threadpool(sessions.resume, request.path_params["tab"])
         return {}
 
     async def get_state(request: Request) -> Any:
+        """State of a tab; only the progress of its job if the browser has seen this version."""
         tab = sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
             return work(tab)
         return await run_in_threadpool(state, tab)
 
     def asked(request: Request) -> dict[str, str]:
+        """Query parameters of a request, each cut to 80 characters."""
         return {k: v[:80] for k, v in request.query_params.items()}
 
     async def get_view(request: Request) -> Any:
+        """Figure of a view for plotly."""
         tab, name = sessions.tab(request), request.path_params["name"]
         options = asked(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
+        """Data by name, such as the catalog of effects."""
         name = request.path_params["name"]
         return await run_in_threadpool(part, sessions.tab(request), name, asked(request))
 
     async def post_act(request: Request) -> Any:
+        """Carry out an action of the user; returns the new state of the tab."""
         tab = sessions.tab(request)
         await run_in_threadpool(act, tab, _order(await _bounded(request, MOST_ACTION)))
         return await run_in_threadpool(state, tab)
 
     async def upload(request: Request) -> Any:
+        """Store an uploaded log or data sheet; returns the new state of the tab."""
         tab = sessions.tab(request)
         name = check_name(request.query_params.get("name", ""))
         said = request.headers.get("content-length", "0")
@@ -162,6 +179,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return await run_in_threadpool(state, tab)
 
     async def download(request: Request) -> Response:
+        """Response with a generated file."""
         tab, name = sessions.tab(request), request.path_params["name"]
         options = asked(request)
         theme = options.pop("theme", "light")

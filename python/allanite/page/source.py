@@ -74,7 +74,7 @@ class Shared:
         self._state: tuple[int, int] | None = None
 
     def get(self, path: Path, read: Callable[[], Recording], watch: Watch) -> Recording:
-        """The shared recording, read now if necessary; a file that has changed is read again."""
+        """The shared recording of a log; it is read now if it was not read yet, or if the file has changed."""
         with self.alone(watch):
             state = _state(path)
             found = self._found() if state == self._state else None
@@ -127,6 +127,7 @@ class Source:
             assert self.path is not None
 
             def read() -> Recording:
+                """Recording read in a child process."""
                 assert self.path is not None
                 with about(self.name, instead=self.path):
                     return read_in_child(self.path, reading.options(), watch).called(self.name)
@@ -212,7 +213,7 @@ MIN_SAMPLES = 64
 
 
 def joined(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
-    """Segments in ascending order, with touching ones merged."""
+    """The segments in ascending order; overlapping or touching segments are merged."""
     out: list[Segment] = []
     for start, end in sorted(stretches):
         if out and start <= out[-1][1]:
@@ -260,7 +261,10 @@ def _without(part: Recording, out: list[Segment]) -> Recording:
 
 
 def kept(model: Model, moved: bool) -> Model | None:
-    """Start model for another part of the log; without events if the start time has `moved`. None if nothing remains."""
+    """The model to start from on another part of the log; None if no effect remains.
+
+    If the start time has `moved`, effects at a particular time are left out.
+    """
     effects = [e for e in model if not (moved and _is_of_time(e))]
     return Model(tuple(effects)) if effects else None
 

@@ -206,7 +206,7 @@ def _tray(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
 
 
 def work(tab: Tab) -> dict[str, Any]:
-    """The part of the state that changes without a new version: the progress of the job."""
+    """State of a tab that changes without a new version: the progress of its job."""
     return {"job": None if tab.job is None else tab.job.to_dict()}
 
 

@@ -96,6 +96,7 @@ def open_study(tab: Tab, document: Any) -> None:
     seen = document.get("column")
 
     def bring(job: Job) -> None:
+        """Fit the models of the study step by step."""
         job.take_turn()
         if (span, out) != tab.work.part:
             tab.cut(job, (span, out), part_of(tab.work.whole, span, out))
@@ -122,12 +123,12 @@ def open_study(tab: Tab, document: Any) -> None:
 
 
 def _span(said: Any) -> tuple[float, float] | None:
-    """Segment of a study, or None for the whole log."""
+    """The segment (start, end) in s from a study document; None for the whole log."""
     return None if said is None else _segment(said)
 
 
 def _segment(said: Any) -> Segment:
-    """Segment from a document; `ValueError` if its limits are wrong."""
+    """The segment (start, end) in s from a document; raises `ValueError` if its limits are wrong."""
     start, end = float(said[0]), float(said[1])
     if not 0.0 <= start < end < float("inf"):
         raise ValueError("a segment ends before it starts")

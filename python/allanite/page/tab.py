@@ -29,6 +29,7 @@ class Tab(Bench):
         column = self.column
 
         def work(job: Job) -> None:
+            """Make the step and show its results."""
             step = Step(label, make())
             self.climb(job, step, column)
             self.rest(job, step)
@@ -118,6 +119,7 @@ class Tab(Bench):
         log = self.log
 
         def work(job: Job) -> None:
+            """Compute the model with the trial value."""
             found = fit_model(log, still)
             effects = (freed(e, o) for e, o in zip(found.model, model, strict=True))
             tried = replace(found, model=Model(tuple(effects)))
@@ -152,6 +154,7 @@ class Tab(Bench):
         names = self.work.recording.columns
 
         def work(job: Job) -> None:
+            """Improve the columns one after the other."""
             for i, column in enumerate(work_on):
                 job.columns, job.column = tuple(work_on[i:]), column
                 before = "" if columns is None else f"{names[column]} ({i + 1} of {len(work_on)}): "
@@ -223,7 +226,7 @@ class Tab(Bench):
         self._move(+1, "Nothing to redo")
 
     def _part(self, by: int) -> bool:
-        """Undo or redo the selection of a part of the log; False if there is none."""
+        """Undo (`by` = −1) or redo (+1) the selection of a part of the log; False if there is none."""
         now, place = self.work, self.place_of_source
         other = now.before if by < 0 else now.after
         if other is None or place is None:
@@ -237,7 +240,7 @@ class Tab(Bench):
         return True
 
     def _move(self, by: int, otherwise: str) -> None:
-        """Undo or redo one change; `InputError` with the message `otherwise` if there is none."""
+        """Undo (`by` = −1) or redo (+1) one change; raises `InputError` with the message `otherwise` if there is none."""
         with self.lock:
             if self.busy:
                 self.cancel()

@@ -55,7 +55,7 @@ def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
 
 
 def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
-    """Tick text, as 0.001 if `plain`, else as 10⁻³; with a mantissa 0.002 or 2·10⁻³."""
+    """Tick text of mantissa·10^exponent: 0.001 if `plain`, otherwise 10⁻³; with mantissa 2: 0.002 or 2·10⁻³."""
     if plain:
         return f"{mantissa * 10.0**exponent:g}" if exponent < 5 else f"{mantissa}e{exponent}"
     power = "10" + str(exponent).translate(_SUPERSCRIPT)
@@ -84,6 +84,6 @@ def score_axis(label: str, *scores: Any) -> Axis:
 
 
 def step_axis(texts: Iterable[str]) -> Axis:
-    """A categorical axis with one place per step, the first at the top."""
+    """A categorical axis with one tick per text, the first at the top."""
     ticks = tuple((float(i), text) for i, text in enumerate(texts))
     return Axis("", -0.6, len(ticks) - 0.4, False, ticks, reverse=True)

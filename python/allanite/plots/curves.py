@@ -99,7 +99,10 @@ def _limit(effect: Effect, values: dict[str, Any]) -> float | None:
 
 
 def failing(fit: Fit) -> list[tuple[float, float, float]]:
-    """Ranges (low, high) of τ in which the curve deviates from the model, with the extreme ratio measured/model."""
+    """Ranges of τ in which the curve deviates from the model: (low, high, ratio), τ in s.
+
+    The ratio is measured/model where it is farthest from 1 within the range.
+    """
     curve = fit.curve
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     out, start = [], 0
@@ -118,7 +121,7 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
 
 
 def tau_spans(fit: Fit) -> tuple[Span, ...]:
-    """Shaded ranges of τ in which a model fails, each labeled with its factor."""
+    """Shaded ranges of τ in which a model fails, each labeled with the ratio between model and measured deviation."""
     return tuple(
         Span(
             low / 1.06,
@@ -132,7 +135,7 @@ def tau_spans(fit: Fit) -> tuple[Span, ...]:
 
 
 def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, ...]:
-    """Shaded range of frequencies in Hz in which a model fails most, labeled with the ratio measured/model there."""
+    """Shaded range of the frequencies `worst` (Hz), labeled with the ratio measured/model there; empty without `worst`."""
     if worst is None:
         return ()
     low, high = fit.data.bins.limits(fit.data.rate)
@@ -152,7 +155,11 @@ def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
 
 
 def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
-    """τ, deviation of the model, and deviation of each of `parts`, at the τ of the curve and `PER_DECADE` per decade."""
+    """(τ in s, deviation of the model, list with the deviation of each of `parts`), all at the same τ.
+
+    The τ are those of the measured curve, and `PER_DECADE` further ones per decade. An effect that
+    was not detected is at its 95 % limit.
+    """
     data, model = fit.curve.of
     own = fit.curve.factors
     grid = 10 ** np.arange(0.0, np.log10(own[-1]), 1.0 / PER_DECADE)
@@ -277,6 +284,7 @@ def spectrum_panels(
     frequency = np.sqrt(np.maximum(bottom[first], rate / (2.0 * bins.n)) * top[last])
 
     def mean(power: Array) -> Array:
+        """Density (two-sided) of each plotted point, as the mean of the power of its bins."""
         return np.asarray(np.add.reduceat(bins.count * power, first) / width / rate)
 
     measured, model = mean(solution.power), mean(solution.spectrum)
@@ -352,14 +360,15 @@ def _at_limit(fit: Fit, part: Part, own: Process) -> Array:
 
 
 def _shown(marks: list[Mark]) -> list[Array]:
-    """Densities of the points before removing deterministic effects, which must fit on the axis."""
+    """Densities of the points measured before deterministic effects were removed; the axis must cover them."""
     return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
 
 
 def _merge(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """First bin and degrees of freedom of each plotted point: cells, merged until they have `MIN_DOF`.
+    """First bin of each plotted point, and the degrees of freedom of the points.
 
-    The bins of a cell are drawn as one point, because a screen could not resolve them.
+    The bins of a cell are drawn as one point, because a screen could not resolve them. Cells are
+    merged until they have `MIN_DOF` degrees of freedom.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0

@@ -80,7 +80,7 @@ def plot_deviation(
 
 
 def _name(deviation: Deviation) -> str:
-    """Axis label: the name of the estimator with its unit, or with the symbol such as σ_y(τ) for clocks."""
+    """Axis label: the name of the estimator with its unit. For clocks it has the symbol, such as σ_y(τ)."""
     words = estimator_named(deviation.kind).title
     if deviation.unit == "1" and deviation.kind in SIGMA:
         words = f"{words}, {SIGMA[deviation.kind]}"
@@ -148,6 +148,7 @@ def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> t
     heights = values[middle] * (ends / tau[middle]) ** slope
 
     def place(value: float, axis: Axis) -> float:
+        """Position (0 to 1) of a value on a logarithmic axis."""
         return float(np.log(value / axis.low) / np.log(axis.high / axis.low))
 
     # Place the label on the line as close to the end at long τ as the panel allows.

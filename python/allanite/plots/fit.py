@@ -76,7 +76,7 @@ def _figure(
 
 
 def agreement(fit: Fit) -> str:
-    """One line on the goodness of fit of a model."""
+    """Line with χ² per degree of freedom, p-value, and the residual of the Allan deviation with its expected scatter."""
     misfit, error = fit.misfit, fit.error
     text = f"χ²/dof {number(misfit.reduced)} (p = {number(max(misfit.p_value, 1e-300), 2)})"
     if error.adev_rms_percent is not None and error.chance_rms_percent is not None:
@@ -88,7 +88,7 @@ def agreement(fit: Fit) -> str:
 
 
 def _verdict(check: Check) -> str:
-    """Goodness of fit and the first missing effect, as two lines."""
+    """Two lines: the goodness of fit, and the strongest missing effect or a sentence that none is known."""
     text = agreement(check.fit)
     if check.significant:
         first = check.significant[0]

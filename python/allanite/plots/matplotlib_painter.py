@@ -216,7 +216,7 @@ def _resize(canvas: Any, form: Style) -> None:
 
 
 def _words(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
-    """Draw title, subtitle, table and legend; return the upper and lower limit of the panels as parts of the height."""
+    """Draw title, subtitle, table and legend; return the upper and lower limit of the panels as fractions of the height."""
     width, height = canvas.get_size_inches()
     grown = 1.0 if form.points is None else form.points / 9.5
     bottom = 0.0
@@ -263,7 +263,7 @@ def _words(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float
 
 
 def _columns(labels: list[str], letters: float) -> int:
-    """Maximum number of legend columns that fit the width; the first columns may be one label longer."""
+    """Maximum number of legend columns for these labels in a width of `letters` characters."""
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)
         starts = [i * rows + min(i, longer) for i in range(columns + 1)]

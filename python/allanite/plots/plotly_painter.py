@@ -115,14 +115,14 @@ def _row_gap(figure: Figure) -> float:
 
 
 def _bare_columns(figure: Figure) -> frozenset[int]:
-    """Columns without tick texts on the left, which may be closer to the column before."""
+    """Indices of the grid columns without tick texts on the left; they may be closer to the column before."""
     return frozenset(p.column for p in figure.panels if not p.show_y)
 
 
 def _domain(
     sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
 ) -> list[float]:
-    """Start and end (0 … 1) of a row or column of the grid."""
+    """Start and end (0 … 1) in the figure of the grid rows or columns `place` … `place` + `span` − 1."""
     gaps = [0.25 * gap if i + 1 in bare else gap for i in range(len(sizes) - 1)]
     unit = (1.0 - sum(gaps)) / sum(sizes)
     start = sum(s * unit for s in sizes[:place]) + sum(gaps[:place])
@@ -131,7 +131,10 @@ def _domain(
 
 
 def _partner(figure: Figure, panel: Panel) -> str | None:
-    """Name of the x axis of the panel above that shares this axis, so that both zoom together; else None."""
+    """Name of the x axis of an earlier panel that shows the same axis, so that both zoom together.
+
+    None if there is none.
+    """
     for count, other in enumerate(figure.panels, 1):
         if other is not panel and other.column == panel.column and other.x == panel.x:
             return None if other.row > panel.row else ("x" if count == 1 else f"x{count}")

@@ -17,7 +17,10 @@ Array = NDArray[np.float64]
 
 
 def _fix(thing: object, *names: str) -> None:
-    """Convert fields to read-only float arrays of equal length; None is kept."""
+    """Convert the named fields of an object to read-only float arrays; raise an error unless they have equal lengths.
+
+    Fields that are None stay None.
+    """
     sizes = set()
     for name in names:
         value = getattr(thing, name)
@@ -253,6 +256,7 @@ class Figure:
                     seen.setdefault(label, mark)
 
         def rank(mark: Mark) -> int:
+            """Sort key of a mark: 0 for points, 1 for the model, 2 for all others."""
             return (
                 0 if isinstance(mark, Points) else 1 if getattr(mark, "color", "") == "model" else 2
             )

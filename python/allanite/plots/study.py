@@ -180,7 +180,7 @@ def _densities(study: Study, column: int) -> Panel:
 
 
 def _ending(study: Any) -> str:
-    """Number of added effects and the reason why the model building ended."""
+    """Clause with the number of added effects and the reason why the model building ended."""
     last, first = (Counter(e.kind for e in fit.model) for fit in (study.fit, study.ladder[0].fit))
     added = (last - first).total()
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"

@@ -33,7 +33,7 @@ def unit_text(unit: str) -> str:
 
 
 def in_unit(words: str, unit: str) -> str:
-    """Label with its unit in brackets, e.g. ``Allan deviation (°/s)``; pure numbers have no brackets."""
+    """Label with its unit in brackets, e.g. ``Allan deviation (°/s)``; without brackets for numbers without a unit."""
     return words if unit in ("", "1") else bracket(words, unit_text(unit))
 
 
@@ -43,7 +43,7 @@ def allan_label(unit: str) -> str:
 
 
 def bracket(words: str, unit: str) -> str:
-    """Label with a unit in brackets: square ones if the unit itself starts with a round bracket."""
+    """Label followed by the unit in round brackets; in square brackets if the unit itself starts with a round bracket."""
     return f"{words} [{unit}]" if unit.startswith("(") else f"{words} ({unit})"
 
 

@@ -51,7 +51,10 @@ def column_title(entry: Entry) -> str:
 
 
 def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
-    """All blocks of one column. `place` is the path of its `document` in the document of the whole report."""
+    """All blocks of one column of a report.
+
+    `place` is the path of its `document` in the document of the whole report.
+    """
     at = f"{place}." if place else ""
     tone, words = verdict(entry.study, entry.first)
     return [
@@ -223,7 +226,7 @@ def _worst_error(worst: dict[str, Any], place: str) -> list[str | Number]:
 
 
 def _flat(cell: Cell) -> list[str | Number]:
-    """The parts of a cell as a list."""
+    """The texts and numbers of a cell as a list."""
     return list(cell) if isinstance(cell, tuple) else [cell]
 
 
@@ -261,7 +264,7 @@ def _title(check: Any) -> str:
 
 
 def _where(check: Any) -> list[Block]:
-    """Sentences on the averaging times, frequencies and times at which a model fails."""
+    """Bulleted sentences on the averaging times, frequencies and times at which a model fails, or one sentence if none."""
     sentences = tuple(_sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(_sentence(check.nowhere))]
 
@@ -272,7 +275,7 @@ def _sentence(words: str) -> str:
 
 
 def _cards(check: Any, place: str) -> list[Block]:
-    """Cards of the best suggestions, of their alternatives and of further missing effects; the others by name only."""
+    """Cards of the suggestions of a check, grouped under titles; suggestions beyond `MAX_CARDS` are named in a sentence."""
     cards: list[Block] = []
     rest = []
     left = MAX_CARDS
@@ -388,7 +391,7 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
 
 
 def _left(entry: Entry, at: str) -> list[Block]:
-    """Section on what the last model does not explain, and on alternatives that the record cannot exclude."""
+    """Sections on undecided alternatives (if there are any) and on what the last model does not explain."""
     study, check = entry.study, entry.study.check
     out: list[Block] = []
     if study.undecided is not None:

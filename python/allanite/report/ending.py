@@ -46,9 +46,13 @@ def computed(report: Report) -> list[Block]:
 
 
 def column_blocks(entries: Sequence[Entry], places: Sequence[str]) -> list[list[Block]]:
-    """All blocks of each column; columns are computed in parallel. `places` are their paths in the JSON document."""
+    """All blocks of each column; several columns are computed in parallel.
+
+    `places` are the paths of the columns in the JSON document.
+    """
 
     def blocks(entry: Entry, place: str) -> list[Block]:
+        """All blocks of one column."""
         document = entry.to_shown_dict()
         return [*parts(entry, document, place), *curve_table(document, place)]
 

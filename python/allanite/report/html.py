@@ -150,6 +150,7 @@ def _table(table: Table) -> str:
     """HTML of a table."""
 
     def row(cells: tuple[Cell, ...]) -> str:
+        """HTML of one row of the table."""
         inside = [_cell(c) for c in cells]
         if not table.head:
             return f"<tr><th>{inside[0]}</th><td>{inside[1]}</td></tr>"
@@ -168,7 +169,7 @@ def _table(table: Table) -> str:
 
 
 def _side(column: int, table: Table) -> str:
-    """Class attribute that right-aligns a column, or nothing."""
+    """HTML attribute that right-aligns a column of a table; empty for a left-aligned column."""
     return ' class="r"' if column in table.right else ""
 
 

@@ -83,7 +83,7 @@ def _axis(entry: Entry) -> tuple[str, ...]:
 
 
 def _next(report: Report) -> tuple[str, ...]:
-    """Recommended actions: use the values, or how to clarify the misfit of each axis."""
+    """Sentences with recommended actions: which values to use, or how to clarify the misfit of an axis."""
     out = []
     for entry in report.entries:
         study, name = entry.study, entry.recording.columns[0]

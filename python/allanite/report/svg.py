@@ -88,7 +88,7 @@ def _left(panel: Panel) -> float:
 def _boxes(
     figure: Figure, width: float, height: float
 ) -> list[tuple[Panel, tuple[float, float, float, float]]]:
-    """Each panel with its left, top, width and height in pixels."""
+    """Pairs of a panel and its (left, top, width, height) in pixels."""
     columns, rows = len(figure.widths), len(figure.heights)
     left = [
         max((_left(p) for p in figure.panels if p.column == i), default=0) for i in range(columns)

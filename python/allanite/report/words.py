@@ -38,7 +38,10 @@ def many(value: float) -> str:
 
 
 def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
-    """Numbers with two digits of their uncertainty `spread` and at least two digits of their own: 3.0999 … 3.1002."""
+    """Texts of several numbers, each with two digits of the uncertainty `spread`, as 3.0999 … 3.1002.
+
+    A number has at least two significant digits. Without a positive spread, a number has four.
+    """
     if not (math.isfinite(spread) and spread > 0):
         return tuple(number(v, 4) for v in values)
     # Use one notation for all: 9.949·10⁻⁵ … 0.00010015 would mix two.
@@ -47,7 +50,7 @@ def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
 
 
 def _resolved(value: float, last: int, power: bool) -> str:
-    """A number rounded to one digit beyond the decimal place 10^`last`; with a power of ten if `power`."""
+    """Text of a number rounded to one digit beyond the decimal place 10^`last`; in powers of ten if `power`."""
     if value == 0 or not math.isfinite(value):
         return number(value)
     first = math.floor(math.log10(abs(value)))
@@ -116,7 +119,11 @@ def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -
 
 
 def verdict(study: Any, check: Any) -> tuple[str, str]:
-    """Tone and sentences of the verdict: does the first model fit, what was added, how far did the errors fall."""
+    """Tone (``good`` or ``bad``) and text of the verdict.
+
+    The text says whether the first model fits, which effects were added, and how the errors
+    changed.
+    """
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
     added = _all_added(study)
@@ -157,7 +164,7 @@ def _sentences_on(added: list[str]) -> str:
 
 
 def _missing(study: Any) -> str:
-    """Why nothing was added to an adequate first model."""
+    """Clause on why no effect was added to an adequate first model."""
     if study.verdict == "limited by quantization":
         return "the resolution is too coarse to judge anything else"
     return "nothing is significantly missing"
@@ -201,7 +208,7 @@ def _added(fit: Any, effect: Any) -> str:
 
 
 def _fall(first: Any, last: Any) -> str:
-    """Sentence on the errors of the first and the last model."""
+    """Sentence on how the errors changed from the first to the last model."""
     before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
     if before is None or after is None:
         return f"χ²/dof falls from {number(first.misfit.reduced)} to {number(last.misfit.reduced)}."

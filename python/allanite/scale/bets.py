@@ -187,14 +187,17 @@ class Bets:
         return scores
 
     def clearest(self) -> tuple[int, int, float, int]:
-        """The best bet: its first ordinate, the ordinate after its last, their power ratio, and the first segment."""
+        """The best bet: its first ordinate, the ordinate after its last, the measured over expected power, and its start.
+
+        The start is the index of the segment from which on the power is measured.
+        """
         top = int(np.argmax(self.best))
         low, high = self.spans[top]
         freedom = self._freedom[top] * (self.segments - self.since[top])
         return int(low), int(high), float(self.power[top] / max(freedom, 1.0)), int(self.since[top])
 
     def state(self) -> dict[str, Any]:
-        """State as plain values."""
+        """State of the bets as numbers and lists that JSON can hold."""
         numbers = {name: getattr(self, name).tolist() for name in STATE_FIELDS}
         # JSON has no infinities: bets that have not begun have the logarithm None.
         numbers["best"] = [None if x == -math.inf else x for x in numbers["best"]]
@@ -249,9 +252,10 @@ def _rank_quantiles(n: int) -> Array:
 
 
 def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
-    """Power ratios of the spectrum nearest to an alternative of which no two differ by more than `contrast`.
+    """Power ratios that the model still allows and that are nearest to an alternative; they differ at most by `contrast`.
 
-    Total power does not matter: the distance is the Kullback-Leibler divergence after the best scaling of either.
+    Total power does not matter: the distance is the Kullback-Leibler divergence after the best
+    scaling. `ratios` is the alternative, and `count` is the number of ordinates of each ratio.
     """
     lows = np.geomspace(ratios.min(), max(ratios.max() / contrast, ratios.min()), 100)
     nulls = np.clip(ratios, lows[:, None], lows[:, None] * contrast)
@@ -262,19 +266,19 @@ def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
 
 
 def _line_sums(total: Array) -> Array:
-    """Sums over the ordinates of each position of a line, from cumulative sums."""
+    """Sum of the values over each position at which a line is tried, from their cumulative sums, shape (…, positions)."""
     first = FIRST_LINE_ORDINATE - 1
     return total[..., first + LINE_WIDTH :: LINE_STEP] - total[..., first:-LINE_WIDTH:LINE_STEP]
 
 
 def share(segment: int) -> float:
-    """Share of the capital that is bet on a change at a segment, from 1; the sum over all segments is 1."""
+    """Fraction of the capital that is bet on a change at this segment (the first is 1); the sum over all segments is 1."""
     # The series telescopes: 1/ln(e + k − 1) decreases by this part at segment k.
     return float(1.0 / np.log(math.e + segment - 1.0) - 1.0 / np.log(math.e + segment))
 
 
 def _edges(segment: int) -> NDArray[np.int64]:
-    """First ordinates of half octaves, and the ordinate after the last."""
+    """First ordinate of each half octave, followed by the number of samples of the segment, in ascending order."""
     halves = (at for k in range(segment.bit_length() - 1) for at in (1 << k, 3 << k >> 1))
     return np.array(sorted({1, *halves, segment}), dtype=np.int64)
 

@@ -102,7 +102,7 @@ def summarize(
 
 
 def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | None) -> Any:
-    """Task of the merged summary of an array."""
+    """Dask task whose result is the summary of a whole array, merged from the summaries of its chunks."""
     from dask import delayed
 
     if array.ndim not in (1, 2):
@@ -128,7 +128,7 @@ def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | No
 
 
 def _computed(tasks: list[Any], client: Any) -> list[Any]:
-    """Results of tasks, each fetched from the worker that has it, so that they do not pass through one task."""
+    """Results of Dask tasks, in their order; each is fetched from the worker that has it."""
     # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
         if client is not None:
@@ -146,7 +146,7 @@ def _summary_of_block(
 
 
 def _merged(parts: list[Summary]) -> Summary:
-    """Merged summary of several."""
+    """One summary, merged from the summaries of consecutive parts."""
     return parts[0].merge(*parts[1:])
 
 

@@ -22,7 +22,7 @@ Rows = list[dict[str, Any]]
 
 @contextmanager
 def _naming_errors(path: Path) -> Iterator[None]:
-    """Context in which errors of the system name the file, which they do not for a full or broken disk."""
+    """Context in which an error of the operating system names the file, also for a full or broken disk."""
     try:
         yield
     except OSError as error:
@@ -56,7 +56,7 @@ def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
 
 
 def _parse_line(line: bytes) -> tuple[str, Rows]:
-    """Key and rows of a line."""
+    """Key of a log and its rows, from one line of a journal; raises an error if the line is damaged."""
     value = json.loads(line)
     if value["form"] != FORMAT_VERSION or value["check"] != _checksum(value["key"], value["rows"]):
         raise ValueError(value["form"])
@@ -64,7 +64,7 @@ def _parse_line(line: bytes) -> tuple[str, Rows]:
 
 
 def _checksum(key: str, rows: str) -> str:
-    """Checksum of a line."""
+    """Checksum of a journal line with this key and these rows."""
     return hashlib.sha256(f"{key}\n{rows}".encode()).hexdigest()[:16]
 
 

@@ -123,7 +123,7 @@ def journal_key(settings: str, path: str, content: str) -> str:
 
 
 def is_child() -> bool:
-    """True in a process that works on the logs of another process."""
+    """True if this process works on the logs of a parent process."""
     return _state["child"]
 
 
@@ -137,7 +137,7 @@ class LogProcess:
         self._lock = threading.Lock()
 
     def answer(self, path: str) -> Answer:
-        """Rows of a log, or one row with the reason why there are none.
+        """Rows of a log and its journal key; if the log cannot be used, one row with the reason.
 
         Earlier logs may have damaged a used child, so a failure is confirmed by a new child.
         """
@@ -154,7 +154,7 @@ class LogProcess:
         self._end()
 
     def _try(self, path: str) -> Answer | None:
-        """Answer of the child, or None if the log ended it; then the reason is stored."""
+        """Answer of the child for a log; None if no child starts, or if the log ended the child. The reason is stored."""
         if self._process is None and not self._start():
             return None
         self._send(path)
@@ -178,7 +178,7 @@ class LogProcess:
         return None
 
     def _start(self) -> bool:
-        """True if a child was started and is ready."""
+        """Start a child; True if it is ready. Otherwise the reason is stored."""
         alone: dict[str, Any] = (
             # A new process group, so that Ctrl-C reaches only the parent, which decides what follows.
             {"process_group": 0}
@@ -209,7 +209,7 @@ class LogProcess:
         return message is not None
 
     def _send(self, value: Any) -> None:
-        """Send a value to the child."""
+        """Send a value to the child; does nothing if the child has ended."""
         data = pickle.dumps(value)
         assert self._process is not None
         assert self._process.stdin is not None
@@ -244,7 +244,7 @@ class LogProcess:
             return None, late.is_set()
 
     def _ending(self) -> str:
-        """Sentence on how the child ended."""
+        """Clause on how the child ended, such as ``its process ended with code 1``."""
         assert self._process is not None
         try:
             code = self._process.wait(GRACE_SECONDS)
@@ -333,7 +333,10 @@ def _listen(orders: queue.SimpleQueue[bytes]) -> None:
 
 
 def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: bytes) -> Setup:
-    """Setup of this process: registers the caller's effects, modules and limits."""
+    """Setup received from the parent.
+
+    Also registers the caller's effects, module folders and memory limit in this process.
+    """
     # Behind those of Python: no module beside a log or a program takes the place of one of Python's.
     sys.path += [path for path in paths if path not in sys.path]
     if main:
@@ -386,7 +389,7 @@ def _end_after(seconds: float) -> None:
 
 
 def _release() -> None:
-    """Free the memory of a log, so that it does not count for the next one."""
+    """Free the memory that a log used, so that the memory limit of the next log does not count it."""
     from allanite import _kernels
 
     gc.collect()
@@ -423,7 +426,7 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
 
 
 def _stamp(path: str) -> tuple[int, ...]:
-    """Identity, size and time of the last change of a file."""
+    """Device, inode, size, and time of the last change (ns) of a file."""
     found = Path(path).stat()
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
 

@@ -73,7 +73,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
 
 def _logs_among(paths: Iterator[Path]) -> list[Path]:
-    """Paths that may be logs."""
+    """The paths without hidden files, folders, journals, and tables that have a journal."""
     # A pipe, a device or a broken link stays: its row says what it is.
     return [
         path
@@ -345,14 +345,14 @@ def _setup(
 
 
 def _registered() -> tuple[type[Effect], ...]:
-    """Effects that are not part of allanite."""
+    """Effect classes of the catalog that are not part of allanite."""
     from allanite.effects.registry import CATALOGUE
 
     return tuple(effect for effect in CATALOGUE if not effect.__module__.startswith("allanite."))
 
 
 def _program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
-    """How other processes import the running program, if it declares effects."""
+    """Name or path under which another process imports the running program; empty unless it declares one of the effects."""
     own = [effect for effect in effects if effect.__module__ == "__main__"]
     if not own:
         return ()
@@ -460,7 +460,7 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
 
 
 def _quoted(row: Sequence[Any]) -> list[Any]:
-    """Cells with an apostrophe before texts that a spreadsheet would compute, and before those that look quoted."""
+    """Cells of a row, with an apostrophe in front of texts that a spreadsheet would compute, or that look quoted."""
     return [
         f"'{cell}"
         if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA_STARTS)
@@ -470,7 +470,7 @@ def _quoted(row: Sequence[Any]) -> list[Any]:
 
 
 def without_quote(text: str) -> str:
-    """Text of a cell that `write_table` has written."""
+    """Original text of a cell that `write_table` has written: without the apostrophe in front, if there is one."""
     return (
         text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULA_STARTS) else text
     )

@@ -150,7 +150,7 @@ class Fleet:
         return f"{one.file}, {one.column}: {by} × {one.value / known.median:.2g} (p = {one.p_value:.1g})"
 
     def __getitem__(self, name: str) -> Population:
-        """A population by ``column.number``, or by the number where there is one column."""
+        """Population of a parameter by ``column.parameter``, or the first one with this parameter name."""
         for one in self.population:
             if name in (f"{one.column}.{one.name}", one.name):
                 return one
@@ -285,7 +285,10 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
 
 
 def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
-    """Spread of the bias of each column between logs in one unit, at least two."""
+    """Bias of each column over the logs: mean and spread, by name of the column.
+
+    A column needs at least two logs, and the same unit in all of them.
+    """
     out = {}
     for column in dict.fromkeys(str(row["column"]) for row in rows):
         own = [row for row in rows if row["column"] == column]
@@ -301,7 +304,10 @@ def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
 
 
 def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
-    """Deviating units to name, by Benjamini & Hochberg (1995) over all units and parameters; one for each axis."""
+    """The units that deviate significantly, at most one entry per axis.
+
+    Significance follows Benjamini & Hochberg (1995) over all units and parameters.
+    """
     found = sorted(found, key=lambda one: one.p_value)
     last = 0
     for rank, one in enumerate(found, start=1):
@@ -319,7 +325,10 @@ def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
 def _population(
     column: str, name: str, values: list[list[float | None]]
 ) -> tuple[Population, NDArray[np.float64]]:
-    """Population of a parameter, and the p-value of each unit."""
+    """Distribution of a parameter over all units, and the p-value of each unit's deviation, shape (units,).
+
+    `values` are [value, low, high, standard error] of each unit.
+    """
     from scipy.special import ndtr, stdtr
 
     x = np.array([float(v[0] or 0.0) for v in values])
@@ -367,7 +376,10 @@ def _population(
 
 
 def _upper_limit(order: NDArray[np.float64]) -> float | None:
-    """Order statistic below which 95 % of all units lie with 95 % confidence; None if there are too few."""
+    """Value below which 95 % of all units lie with 95 % confidence; None if there are too few units.
+
+    `order` are the sorted values of the units. The result is one of these values.
+    """
     from scipy.special import bdtr
 
     enough = np.flatnonzero(bdtr(np.arange(order.size), order.size, COVERED_SHARE) >= CONFIDENCE)

@@ -83,7 +83,10 @@ class ClippedPower:
 
 
 def _upper_mean(total: float, squares: float, n: int) -> float:
-    """Mean of n values plus its standard errors, from the sums of values and of their squares."""
+    """Upper bound of a mean: the mean of n values plus `STANDARD_ERRORS` standard errors.
+
+    `total` and `squares` are the sums of the values and of their squares.
+    """
     mean = total / n
     return float(mean + STANDARD_ERRORS * math.sqrt(max(squares / n - mean**2, 0.0) / n))
 

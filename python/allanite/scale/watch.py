@@ -175,7 +175,7 @@ class Watch:
 
     @property
     def segments(self) -> int:
-        """Number of short segments judged."""
+        """Number of complete short segments so far; those with missing samples count too."""
         return self._bets[0].segments
 
     @property
@@ -191,7 +191,7 @@ class Watch:
         return max(self._capitals())
 
     def _capitals(self) -> list[float]:
-        """Capital on short and on long segments."""
+        """Share of the capital on short segments and on long segments, [short, long]."""
         return [part * bets.capital for part, bets in zip(CAPITAL_SHARES, self._bets, strict=True)]
 
     def update(self, chunk: Any) -> Alarm | None:
@@ -349,7 +349,7 @@ class Watch:
 
 
 def _position(saved: object) -> dict[str, Any] | None:
-    """Position of a saved state."""
+    """The source position of a saved state, unchanged; raises an error unless it is a dictionary or None."""
     if saved is not None and not isinstance(saved, dict):
         raise InputError("damaged, or no state of a watch")
     return saved

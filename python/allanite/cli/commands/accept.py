@@ -152,5 +152,5 @@ def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
 
 
 def _text(cell: str) -> str:
-    """The cell, with an apostrophe in front if a spreadsheet would take it for a formula."""
+    """Text of a CSV cell, with an apostrophe in front if a spreadsheet would take the text for a formula."""
     return f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell

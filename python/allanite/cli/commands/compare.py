@@ -139,7 +139,10 @@ def _is_log(item: str) -> bool:
 
 
 def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """Comparison of the sheet's figures with a fit to each column of the sheet's kind of sensor."""
+    """One comparison per column: the figures of the data sheet against a fit of the model.
+
+    Columns whose kind of sensor the sheet does not cover are skipped.
+    """
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
     from allanite.comparison.datasheet import compare_datasheet, with_figures

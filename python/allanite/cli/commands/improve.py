@@ -85,6 +85,7 @@ def command(
     names = [c.columns[0] for c in columns]
 
     def write(studies: Sequence[Study]) -> None:
+        """Write the models of the finished columns to the file of --save."""
         if save is not None:
             output.save_fits([study.fit for study in studies], save)
         output.plot(studies, names, plot)

@@ -141,7 +141,7 @@ def _effect(text: str, unit: str | None) -> Effect | str:
 
 
 def _two(text: str) -> tuple[str, str]:
-    """The two names in ``GM,K``."""
+    """The two effect names of ``GM,K``."""
     from allanite.common.errors import InputError
 
     first, comma, second = (part.strip() for part in text.partition(","))
@@ -151,7 +151,7 @@ def _two(text: str) -> tuple[str, str]:
 
 
 def _share(text: str) -> float:
-    """The fraction 0.1 for ``10%`` or ``0.1``."""
+    """Fraction from a text: 0.1 from ``10%`` or ``0.1``."""
     from allanite.common.errors import InputError
 
     try:

@@ -117,7 +117,11 @@ def command(
 def _models(
     log: str | None, text: str, options: LogOptions, *, overbound: bool
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
-    """Name, model, unit, rate and recording of each column. Effects that were not detected have their expected size."""
+    """Yields (name, model, unit, rate in Hz, recording) of each column; the recording is None without a log.
+
+    Effects that were not detected have their expected size; with `overbound`, all effects have
+    their upper limit.
+    """
     from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
     from allanite.common.errors import InputError, about
@@ -151,7 +155,7 @@ def _models(
 
 
 def _times(last: float, rate: float) -> list[float]:
-    """Times 1, 2, 5 of each decade, over the three decades that end at the last time."""
+    """Times in s at 1, 2 and 5 of each decade, from 1/1000 of the last time (or one sample) up to the last time."""
     import math
 
     first = max(last / 1000.0, 1.0 / rate)

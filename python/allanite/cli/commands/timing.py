@@ -90,7 +90,10 @@ def command(
 def _read(
     log: str, options: LogOptions, *, as_logged: bool
 ) -> tuple[Recording, tuple[str, float] | None]:
-    """Phase of a log, and for the log of a servo its frequency column with the phase that 1 unit adds in 1 s."""
+    """Phase of a log, and its servo's frequency corrections as (column name, phase added per second by one unit).
+
+    The second value is None if the log is not that of a servo, or with `as_logged`.
+    """
     from dataclasses import replace
 
     from allanite.cli.options import recording_of

@@ -120,6 +120,6 @@ def _shown(unit: str, requested: str | None) -> tuple[str, float]:
 
 
 def _scale(unit: str) -> float | None:
-    """Size of a unit of length or time in m or s; None for any other unit."""
+    """Size of a unit in m (length) or s (time); None for any other unit."""
     prefixes = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9}
     return prefixes.get(unit[:-1]) if unit[-1:] in ("m", "s") else None

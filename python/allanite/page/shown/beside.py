@@ -103,7 +103,7 @@ def _text(value: Mapping[str, Any]) -> str:
 
 
 def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """Values by name and by a counter for repeated effects."""
+    """Displayed values of a fit, by (name, number): the number counts values of the same name from 0."""
     out: dict[tuple[str, int], dict[str, Any]] = {}
     for chip in chips(fit, unit):
         shown = [v for v in chip["values"] if v["free"]] or chip["values"][:1]

@@ -115,7 +115,10 @@ def telling_view(study: Study) -> str:
 
 
 def _scores(study: Study) -> dict[str, float]:
-    """Largest score of each failing view, relative to the threshold that true models rarely exceed."""
+    """Largest misfit score of each view in which the model fails, by view.
+
+    A score is divided by the threshold that true models rarely exceed.
+    """
     where, fit = study.check.where, study.fit
     out = {}
     if where.worst_tau is not None:
@@ -141,7 +144,7 @@ def alternatives(study: Study) -> str | None:
 
 
 def _over_all(own: Estimate, interval: tuple[float, float] | None, shown: str) -> str:
-    """Text of the interval over all equally good models, if it is wider than that of the model; else empty."""
+    """Text of the interval over all equally good models; empty if it is not wider than the interval of this model."""
     if interval is None or not is_wider(own, interval):
         return ""
     over = Estimate(own, None, interval, own.unit, True, own.name).to(shown).interval
@@ -235,7 +238,7 @@ def _shown_at(effect: Effect, acts: dict[str, list[float] | None]) -> dict[str, 
 
 
 def _parted(name: str, sentence: str) -> tuple[str, str]:
-    """The values of an effect and its explanation, separated, without its name."""
+    """The text of an effect's values and its explanation, split from a sentence "name (values): explanation"."""
     if sentence.startswith(f"{name} (") and "): " in sentence:
         values, _, words = sentence.removeprefix(f"{name} (").partition("): ")
         return values, words

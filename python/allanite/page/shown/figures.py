@@ -66,6 +66,7 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
     roles = {part.label: colors[part.place] for part in parts(fit)}
 
     def painted(mark: Mark) -> Mark:
+        """The mark in the color that its effect has on this page."""
         if isinstance(mark, Line | Rule) and mark.label in roles:
             return replace(mark, color=roles[mark.label])
         return mark
@@ -227,6 +228,7 @@ def _compared(figure: Figure) -> Figure:
     """The comparison with the simulated sensor in the color of the model and the data sheet in gray."""
 
     def painted(mark: Mark) -> Mark:
+        """The mark without the suffix of its label; a simulated sensor has the model's color, a data sheet is gray."""
         if not isinstance(mark, Line | Points):
             return mark
         label = mark.label.removesuffix(" (recording)")
@@ -320,14 +322,17 @@ def _apart(
 
 
 def chance_outside(points: int) -> int:
-    """Number of points that may lie outside their 95 % intervals; more have a probability below 1 % if independent."""
+    """Number of the points that may lie outside their 95 % intervals by chance.
+
+    For independent points, more lie outside with a probability below 1 %.
+    """
     from scipy.stats import binom
 
     return int(binom.ppf(0.99, points, 0.05))
 
 
 def _positive(options: Mapping[str, str], name: str, otherwise: float) -> float:
-    """A positive number from the options, or `otherwise` if it is missing."""
+    """Positive number called `name` in the options; `otherwise` if it is missing."""
     try:
         value = float(options.get(name) or otherwise)
     except ValueError:

@@ -45,7 +45,7 @@ def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> 
 
 
 def _told(fit: Fit, unit: str) -> list[str]:
-    """Hover text of each measured point: value, interval, model, and difference."""
+    """Hover text (HTML) of each measured point: value, interval, model, and difference."""
     from allanite.plots.curves import interval
 
     curve = fit.curve

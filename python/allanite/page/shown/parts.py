@@ -59,7 +59,7 @@ def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
 
 
 def _strip(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Small curves of every opened log, by the digest of the log."""
+    """SVG paths of the small Allan curves of every opened log, by the digest of the log; one path per column."""
     return {work.digest: _paths(work) for work in list(tab.works.values())}
 
 
@@ -78,7 +78,7 @@ def _paths(work: Work) -> list[str | None]:
 
 
 def _curve(column: Recording) -> Any:
-    """Logarithms of τ and deviation of a column; None if it has no deviation."""
+    """log10 τ and log10 deviation of up to `POINTS` points of a column; None if fewer than three points have a value."""
     try:
         found = column.oadev()
     except AllaniteError:
@@ -93,7 +93,7 @@ def _curve(column: Recording) -> Any:
 
 
 def _path(curve: Any, alike: list[Any]) -> str:
-    """SVG path of a curve on the common scale of `alike`."""
+    """SVG path of a curve, on the scale that fits all curves in `alike`."""
     left, right = min(c[0][0] for c in alike), max(c[0][-1] for c in alike)
     low, high = min(c[1].min() for c in alike), max(c[1].max() for c in alike)
     across = 100.0 * (curve[0] - left) / max(right - left, 1e-9)
@@ -128,7 +128,7 @@ def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _saved(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """The study of the open log."""
+    """Document of all steps of the open log: models with values, without samples."""
     from allanite.page.studies import study
 
     return study(tab)
@@ -162,6 +162,7 @@ def _shared(fits: tuple[tuple[str, Fit], ...]) -> Common:
 
     def study(fit: Fit) -> Study:
         # Only the last fit is used.
+        """Study that contains only this fit."""
         return Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
 
     return common_of({name: study(fit) for name, fit in fits})
@@ -196,6 +197,7 @@ def _accepted(name: str, found: Acceptance) -> dict[str, Any]:
     """Record of the acceptance test of one axis."""
 
     def interval(f: FigureVerdict) -> str:
+        """Text of the 95 % interval of a figure."""
         unit = unit_text(f.unit)
         if not np.isfinite(f.high):
             return "–"

@@ -84,10 +84,12 @@ def command(
     shown = not quiet and sys.stderr.isatty()
 
     def on_done(done: int, total: int, path: str) -> None:
+        """Show the progress: `done` of `total` logs."""
         if shown:
             click.echo(f"{done}/{total} {plain(path)}", err=True)
 
     def on_note(note: str) -> None:
+        """Print a note about the journal on standard error."""
         click.echo(f"allanite: {plain(note)}", err=True)
 
     rows = run_fleet(

@@ -195,7 +195,7 @@ class _Report:
             self._print()
 
     def finish(self) -> None:
-        """Print the last line, unless there are no samples since the one before."""
+        """Print a last line if samples have arrived since the previous line."""
         if self.watch.taken > self.shown:
             self._print()
 
@@ -216,7 +216,7 @@ class _Report:
 
 
 def _end(stop: Stop) -> None:
-    """End the process as the signal requires, after the last line and the state were written."""
+    """End the process in the way that the received signal requires; does nothing without a signal."""
     import signal
 
     if stop.signal == signal.SIGINT:
