@@ -213,9 +213,10 @@ class Effect:
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Grid of values of the shape `name` to try for n samples at `rate` Hz.
+        """Grid of values of the shape `name` that a fit tries for n samples at `rate` Hz.
 
-        By default times run from two samples to half the record, and frequencies from 4/T to Nyquist, 8 per decade.
+        By default times run from two samples to half the record, and frequencies from 4/T to
+        Nyquist, 8 per decade.
         """
         if self.parameter(name).unit == "s":
             low, high = 2.0 / rate, n / rate / 2.0
@@ -236,9 +237,10 @@ class Effect:
         return np.unique([*ends, *inside]) if ends or inside.size else grid.clip(low, high)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Lowest and highest value of the shape `name` in a fit of n samples at `rate` Hz: grid ends times ½ and 2.
+        """Lowest and highest value of the shape `name` that a fit of n samples at `rate` Hz may reach.
 
-        Frequencies are at most the Nyquist frequency.
+        They are half of the lowest and twice the highest grid value. Frequencies are at most the
+        Nyquist frequency.
         """
         grid = self.searched(name, n, rate)
         most = 0.5 * rate if name == "frequency" else np.inf
@@ -246,9 +248,10 @@ class Effect:
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
-        """Effects of this kind suggested by single ordinates, tried in addition to the grid; by default none.
+        """Effects of this kind that single ordinates suggest, to be tried in addition to the grid; by default none.
 
-        `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the model, shape (n,).
+        `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the
+        model, shape (n,).
         """
         return ()
 
@@ -444,20 +447,24 @@ class Stochastic(Effect):
 
     @classmethod
     def like(cls, other: Effect) -> Self | None:
-        """Effect of this kind with the spectrum of `other`, whose values are set; None if there is none."""
+        """Effect of this kind with the same spectrum as `other`, an effect with values.
+
+        None if this kind has no such spectrum.
+        """
         return None
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Simple spectral pieces from which a fit builds an effect of free form, for n samples at `rate` Hz.
+        """Narrow components that together can describe any spectrum, for an effect of free form; by default none.
 
-        By default none.
+        A fit chooses among them for n samples at `rate` Hz, and `joined` builds one effect from the
+        chosen ones.
         """
         return ()
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect built from `pieces` with squared coefficients `variances`."""
+        """One effect built from the components `pieces`, each with its squared coefficient in `variances`."""
         raise NotImplementedError
 
     def banded(self, low: float, high: float) -> Self | None:
@@ -466,7 +473,7 @@ class Stochastic(Effect):
 
     @classmethod
     def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """A `band` with sidebands at distance `rate` Hz and relative power (depth/2)²; by default None."""
+        """The modulated form of a `band`: with sidebands at ±`rate` Hz of relative power (depth/2)²; by default None."""
         return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:

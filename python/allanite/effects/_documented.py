@@ -54,7 +54,7 @@ def unit_of(parameter: Parameter) -> str:
 
 
 def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
-    """A docstring with `text` inserted before the first of the sections `before`, or at its end."""
+    """The docstring `doc` with `text` inserted before the first of the sections `before` that it has, or at its end."""
     doc = cleandoc(doc)
     places = (doc.find(f"\n\n{section}-") for section in before)
     at = min((place for place in places if place >= 0), default=len(doc))

@@ -78,7 +78,7 @@ class Response:
 
     @property
     def settling(self) -> int:
-        """Number of samples after which the start of a simulation is forgotten."""
+        """Number of samples after which a simulation no longer depends on its start."""
         slowest = max(abs(p) for p in self.poles)
         return int(np.ceil(SETTLING_E_FOLDINGS / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
 
@@ -128,7 +128,7 @@ class Filter(Modifier):
 
     @property
     def whole(self) -> Filter:
-        """The filter itself: it acts on all random processes."""
+        """The filter itself, because it acts on all random processes."""
         return self
 
     def response(self, rate: float) -> Response:
@@ -198,7 +198,7 @@ def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
 
 
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
-    """Terms of a sum of rational terms after the filter, minus `less` times the sum."""
+    """Terms of a sum of rational terms after the filter, minus the unfiltered terms multiplied by `less`."""
     out: list[Term] = []
     # Spectra at the few poles of the filter; arrays would be slower than loops.
     spectra = [0.0j] * len(response.modes)
@@ -230,7 +230,7 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
-    """A pole of a spectrum, moved slightly if the filter has (nearly) the same pole."""
+    """The pole `phi` of a spectrum; moved slightly if the filter has (nearly) the same pole."""
     for p in response.poles:
         near = MIN_POLE_DISTANCE * abs(1.0 - p)
         if abs(phi - p) < near:

@@ -67,7 +67,7 @@ class Deterministic(Effect):
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Cache key of the regressors: the class and all values except amplitudes."""
+        """Cache key of the regressors: the class and all values except amplitudes. Equal keys have equal regressors."""
         fitted = {p.name: p.role == "coefficient" for p in self.parameters}
         return type(self), *(v is None if fitted[name] else v for name, v in self.values.items())
 
@@ -226,7 +226,7 @@ class Periodic(Deterministic):
         return sines(self._turning(), time)
 
     def _turning(self) -> list[tuple[float, float, float]]:
-        """Angular frequency (rad/s), amplitude and phase of each line."""
+        """(angular frequency in rad/s, amplitude, phase in rad) of each line."""
         turn = 2.0 * np.pi * (self.frequency or 0.0)
         return [(turn * m, amplitude, phase) for m, amplitude, phase in self.lines]
 

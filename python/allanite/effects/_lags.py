@@ -116,7 +116,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     scaled_top = exact(top) * top ** (1.0 + exponent)
 
     def bent(k: Array) -> Array:
-        """The second power of m, or its logarithm."""
+        """Second term of the Allan variance at large factors: a power of m, or its logarithm."""
         # If both powers are equal, the second one gets a logarithm (flicker PM).
         return np.log(k) if second == 0.0 else k**second
 

@@ -55,7 +55,7 @@ class Modifier(Effect):
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self | None:
-        """The effect for single samples that stand out at `times`, s; by default None."""
+        """The effect that excludes single outlying samples at `times`, s; by default None."""
         return None
 
     @classmethod
@@ -76,7 +76,7 @@ class Modifier(Effect):
         return None
 
     def swells(self, effect: Effect) -> bool:
-        """True if an `effect` is a random process whose band has its middle inside `band`."""
+        """True if a random process `effect` has its band's center inside the `band` of this modifier."""
         if self.band is None or effect.occupies is None or isinstance(effect, Modifier):
             return False
         return self.band[0] <= 0.5 * sum(effect.occupies) <= self.band[1]
@@ -97,7 +97,7 @@ class Modifier(Effect):
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Times of the single samples that the effect names, s; by default none."""
+        """Times of the samples that the effect excludes or marks, s; by default none."""
         return ()
 
     def modify(

@@ -40,7 +40,7 @@ class Moving(Stochastic):
 
     @classmethod
     def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
-        """The effect for a `band` whose center moves along the frequencies of `course`, Hz; by default None."""
+        """The moving form of a `band` whose center has the frequencies `course` (Hz) in equal segments; by default None."""
         return None
 
 

@@ -143,7 +143,10 @@ class Bandwidth(Modifier):
         return (self.with_values(floor=START_FLOOR),)
 
     def equal_forms(self) -> tuple[Bandwidth, ...]:
-        """The filter acting on all random processes: the same design, or the two simplest for a design without poles."""
+        """The filter that acts on all random processes instead of the white noise only.
+
+        It has the same design, or the two simplest designs for a design without poles.
+        """
         if self.acts_on is not None or self.floor is not None or "design" in self.held:
             return ()
         if self.design in lowpass.RECURSIVE:

@@ -88,7 +88,10 @@ class BiasStep(Event):
         n: int,
         rate: float,
     ) -> tuple[tuple[Event, float], ...]:
-        """The best excursion (two opposite steps) and the best transition (many equal small steps), with their arcs."""
+        """(effect, angle) of the best excursion (two opposite steps) and of the best transition (a ramp to a new level).
+
+        The angle is that of `Deterministic.best_spans`.
+        """
         return (
             best_excursion(residual, root, basis, n, rate),
             best_transition(residual, root, basis, n, rate),
@@ -131,11 +134,12 @@ def best_excursion(
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
-    """The excursion with the largest ½z² − ln(length), and the arc of one edge (see `Deterministic.best_spans`).
+    """The excursion with the largest ½z² − ln(length), and the angle by which its direction turns as one edge moves.
 
-    Start and end are taken from as many times as there are ordinates. Every octave of lengths has the same prior
-    probability, so that the shorter of two equally good excursions is preferred. Excursions are at least 1/1000 of the
-    record long; the edges of shorter ones would be less certain than their length.
+    For the angle, see `Deterministic.best_spans`. Start and end are taken from as many times as
+    there are ordinates. Every octave of lengths has the same prior probability, so that the shorter
+    of two equally good excursions is preferred. Excursions are at least 1/1000 of the record long;
+    the edges of shorter ones would be less certain than their length.
     """
     from scipy.fft import dct, dst
 
@@ -177,9 +181,9 @@ def best_transition(
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
-    """The transition with the largest ½z² between two of 512 times, and the arc of one kink.
+    """The transition with the largest ½z² between two of 512 times, and the angle by which one kink turns its direction.
 
-    For the arc see `Deterministic.best_spans`.
+    For the angle, see `Deterministic.best_spans`.
     """
     from scipy.fft import dct
 
@@ -194,7 +198,7 @@ def best_transition(
     m = np.arange(every, places, every)
 
     def cosine_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sums Σ_j values_j cos(πjm/places) for all m."""
+        """Sums Σ_j values_j cos(πjm/K) for m = 0, 1, …, with K the number of times."""
         padded = np.zeros((places + 1, values.shape[1]))
         padded[1:places] = values
         return np.asarray(0.5 * dct(padded, type=1, axis=0))

@@ -64,9 +64,10 @@ class Term:
 
     @property
     def inside(self) -> Term:
-        """The term without the leakage of the record's ends, for a record whose first and last sample are missing.
+        """The term for a record whose first and last samples are missing: without leakage of the ends.
 
-        By default the term itself, because its leakage is small or comes from more than two samples.
+        By default the term itself, because its leakage is small or comes from more than two
+        samples.
         """
         return self
 

@@ -171,9 +171,10 @@ def _following(model: Model, columns: list[str]) -> Model:
 
 
 def refitted(fit: Fit, model: Model) -> Fit:
-    """Fit of another model to the recording of a fit, reusing its transforms if both exclude the same samples.
+    """Fit of another model to the recording of `fit`; transforms are reused if both models exclude the same samples.
 
-    The draws for missing samples are kept, so that the likelihoods of both fits refer to the same data.
+    The draws for missing samples are kept, so that the likelihoods of both fits refer to the same
+    data.
     """
     if [e for e in model if removes(e)] != [e for e in fit.model if removes(e)]:
         return _fit(fit.recording, model)

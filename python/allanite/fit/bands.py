@@ -144,7 +144,7 @@ def _quantiles(
 
 
 def _simultaneous_tail(correlation: NDArray[np.float64], level: float) -> float:
-    """Tail probability of each interval with which all correlated normal scores lie inside with probability `level`."""
+    """Tail probability of each single interval for which all normal scores lie inside together with probability `level`."""
     from scipy.special import ndtr
 
     values, vectors = np.linalg.eigh(correlation)

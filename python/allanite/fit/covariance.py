@@ -139,7 +139,10 @@ def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> 
 
 
 def logl_scale(solution: Solution, own: Process, data: Data) -> float:
-    """Variance of a coefficient from the likelihood over its sandwich variance; 1 without missing samples."""
+    """Variance of a coefficient according to the likelihood, divided by its sandwich variance.
+
+    1 without missing samples.
+    """
     if data.gain is None:
         return 1.0
     other_columns = [

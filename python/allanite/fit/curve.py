@@ -92,9 +92,10 @@ class Curve:
         return float(100.0 * np.expm1(np.sqrt(np.mean(0.5 / self.edf[keep]))))
 
     def risen(self, before: Curve, chance: float) -> float:
-        """Mean square of ln(model/measured) minus that of another fit of the record, over τ with edf ≥ 10.
+        """Increase of the mean square of ln(model/measured) over that of the curve `before`, over τ with edf ≥ 10.
 
-        A change at a τ counts only if it exceeds `chance` standard deviations.
+        Both curves belong to fits of one record. A change at a τ counts only if it exceeds `chance`
+        standard deviations.
         """
         keep = self.judged & before.judged
         if not keep.any():

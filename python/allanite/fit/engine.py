@@ -185,7 +185,10 @@ def _functions(
     regression: Regression,
     taken: tuple[Deterministic, ...],
 ) -> tuple[Regressed, ...]:
-    """Fitted record of each deterministic effect from a regression; `taken` are the effects removed from the residual."""
+    """One fitted record per deterministic effect, with its amplitudes from a regression.
+
+    `taken` are the effects that were removed from the residual.
+    """
     return tuple(
         Regressed(
             effect,

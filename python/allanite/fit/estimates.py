@@ -134,7 +134,10 @@ def _all_held(effect: Deterministic) -> bool:
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Standard errors of ln(shape) (of the shape itself if signed) and ln(coefficient), by effect index and name."""
+    """Standard errors of ln(coefficient) and ln(shape), by (effect index, parameter name).
+
+    For a shape that may be negative, the standard error of the shape itself.
+    """
     names, inverse = joint_covariance(solution, data)
     return dict(zip(names, map(float, np.sqrt(np.diag(inverse))), strict=True))
 
@@ -211,7 +214,7 @@ def _process_values(
 
 
 def _loss_of_single_ordinates(solution: Solution, own: Process, data: Data) -> float:
-    """Loss of logL of single ordinates, given the power of their bins, without a narrow band."""
+    """Loss of logL, given the power of the bins, if a narrow band is removed, from single ordinates."""
     model = solution.model
     less = Model(tuple(e for e in model if e is not own.effect))
     with_it, without = (
@@ -227,7 +230,10 @@ def _has_interval(value: Any) -> bool:
 
 
 def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate:
-    """The estimate of a shape; its interval extends to the lowest value if the fit ended at the lowest searched value."""
+    """The estimate of a shape.
+
+    Its interval reaches the lowest possible value if the fit ended at the lowest searched value.
+    """
     low = effect.parameter(value.name).low
     # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.
     tried = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else low

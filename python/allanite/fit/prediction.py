@@ -165,7 +165,7 @@ def _std_error(losses: Array) -> float:
 
 
 def _used(bins: Bins, solution: Solution) -> Array:
-    """Degrees of freedom that the regression used in each fold of each bin, shape (FOLDS, bins)."""
+    """Degrees of freedom that the regression on amplitudes used up in each fold of each bin, shape (FOLDS, bins)."""
     used = np.zeros((FOLDS, bins.count.size))
     place = np.searchsorted(bins.edges, solution.seen, side="right") - 1
     np.add.at(used, (solution.seen % FOLDS, place), solution.leverage)

@@ -106,7 +106,7 @@ def _percent(share: float) -> str:
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
-    """True if an interval over several models reaches further than an estimate's own, by over a tenth of its width."""
+    """True if `interval` extends beyond the interval of the estimate, at one end, by over a tenth of the latter's width."""
     if value.interval is None:
         return False
     low, high = value.interval

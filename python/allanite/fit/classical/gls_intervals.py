@@ -127,7 +127,10 @@ def interval(
 
 
 def _root(correlation: Array) -> Array:
-    """Cholesky factor of a correlation matrix with the smallest sufficient jitter; neighboring τ are nearly collinear."""
+    """Lower Cholesky factor of a correlation matrix, with the smallest addition to the diagonal that makes it possible.
+
+    Neighboring τ are nearly collinear.
+    """
     unit = np.eye(correlation.shape[0])
     for jitter in DIAGONAL_JITTERS[:-1]:
         try:

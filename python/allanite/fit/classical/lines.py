@@ -237,7 +237,10 @@ def _read(
 
 
 def _window(tau: NDArray[np.float64], a: int) -> slice | None:
-    """Window of averaging times from index `a` over a ratio of `WINDOW_TAU_RATIO`; None if it has fewer than three."""
+    """Slice of the averaging times from index `a` up to `WINDOW_TAU_RATIO` times the first.
+
+    None for fewer than three times.
+    """
     b = int(np.searchsorted(tau, tau[a] * WINDOW_TAU_RATIO * (1 - 1e-9)))
     return slice(a, b + 1) if b < tau.size and b - a >= 2 else None
 

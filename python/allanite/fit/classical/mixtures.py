@@ -118,9 +118,10 @@ class Mixtures:
         return np.asarray(np.einsum("a,b,abij->ij", squares, squares, self.parts))
 
     def skewness(self, squares: Array, readout: Array) -> float:
-        """Skewness of the sum of estimates weighted by `readout`, shape (k,).
+        """Skewness of the weighted sum of the Allan variances, with the weights `readout`, shape (k,).
 
-        The sum is a weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
+        The sum is a weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝
+        Σ (S H)^q.
         """
         x = (self.spectra @ squares) * (self.transfer @ readout)
         second = float(self.weights @ x**2)

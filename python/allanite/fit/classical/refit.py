@@ -49,7 +49,7 @@ def refit(fit: Fit, method: str) -> Fit:
 
 
 def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
-    """A fitted effect with its values replaced by those of a classical method."""
+    """A fitted effect with the given values in place of its own."""
     if isinstance(own, Process):
         name = own.effect.coefficient
         value = float(values[name])

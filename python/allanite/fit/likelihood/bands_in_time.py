@@ -96,7 +96,11 @@ def _divide(band: NDArray[np.float64], power: NDArray[np.float64]) -> None:
 def cell_shares(
     process: Process, solution: Solution, data: Data, n: int
 ) -> Iterator[tuple[int, int, float]]:
-    """Cells around each peak of a process, below ordinate n: (first ordinate, size, share of the density)."""
+    """Yields (first ordinate, number of ordinates, fraction of the density) of each cell around the peaks of a process.
+
+    Only cells below ordinate `n` are included. The fraction is the part of the model's density that
+    the process makes.
+    """
     for low, high in process.effect.peaks:
         middle, half = ((high + s * low) * data.n / data.rate for s in (1.0, -1.0))
         edges = np.unique(

@@ -133,7 +133,7 @@ class Data:
         expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
         louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
-        """Power over time of octaves without single ordinates: empty for in-memory recordings.
+        """Power over time of each octave for which no single ordinates are kept; empty for in-memory recordings.
 
         A summary (`fit.summarised`) overrides this method.
         """
@@ -159,7 +159,7 @@ class Data:
         return SectionsOfSamples(self.residual(model), self.rate, number)
 
     def half(self, which: int) -> Data:
-        """The first (`which` = 0) or second (1) half as its own record, with times kept."""
+        """The first (`which` = 0) or second (`which` = 1) half of the record as its own record, with the times kept."""
         middle = self.n // 2
         part = slice(0, middle) if which == 0 else slice(middle, None)
         samples = np.ascontiguousarray(self.samples[part])
@@ -221,9 +221,10 @@ class Data:
         ordinates: NDArray[np.float64],
         parts: Sequence[tuple[Deterministic, NDArray[np.float64]]],
     ) -> NDArray[np.float64]:
-        """Ordinates minus known functions of time with the given amplitudes; negative amplitudes add them.
+        """The ordinates minus known functions of time with the given amplitudes; negative amplitudes add the functions.
 
-        `parts` holds pairs of an effect and its amplitudes. Returns `ordinates` itself if all amplitudes are 0.
+        `parts` holds pairs of an effect and its amplitudes. Returns `ordinates` itself if all
+        amplitudes are 0.
         """
         total: NDArray[np.float64] | None = None
         once: NDArray[np.float64] | None = None

@@ -58,7 +58,7 @@ class Judged:
 
 @lru_cache(maxsize=64)
 def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
-    """`likelihood` by the bytes of the counts, which can be hashed."""
+    """The result of `likelihood` for degrees of freedom given as bytes, which can be a cache key."""
     counts = np.frombuffer(count)
     return _kernels.Likelihood(
         counts, SCALES, [*range(counts.size)] if cells else cells_of(counts.size)
@@ -97,7 +97,10 @@ def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]
 def climb_scale(
     power: Array, count: Array, spectrum: Array, scale: int, best: Judged
 ) -> tuple[int, Judged]:
-    """Index and likelihood of the locally best discrepancy, reached from the index `scale` through better neighbors."""
+    """Index into `SCALES` and likelihood of the nearest local maximum over the discrepancy, from the index `scale` on.
+
+    `best` is the likelihood at `scale`.
+    """
     found, value, weight = likelihood(count).best_scale(power, spectrum, scale)
     return (scale, best) if found == scale else (found, Judged(value, weight))
 

@@ -66,9 +66,10 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 def columns_like(
     model: Model, other: Model, known: NDArray[np.float64], data: Data
 ) -> NDArray[np.float64]:
-    """Expected bin power of each random effect at coefficient 1, shape (bins, effects), computed only where changed.
+    """Expected bin power of each random effect at coefficient 1, shape (bins, effects), reusing known columns.
 
-    `known` holds the columns of `other`, a model with as many random effects; columns of identical effects are reused.
+    `known` holds the columns of the model `other`, which has as many random effects. Only the
+    columns of effects that differ are computed.
     """
     effects, before = model.stochastic, other.stochastic
     modifiers, filters = model.modifiers, model.filters

@@ -215,7 +215,10 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
 def _importance_weights(
     record: _Record, drawn: Array, proposed: Array
 ) -> tuple[Array, Array, Array]:
-    """Means, covariances and normalized importance weights of draws whose log proposal density is `proposed`."""
+    """Means and covariances of the amplitudes for each draw of the coefficients, and normalized importance weights.
+
+    `proposed` are the logarithms of the proposal density at the draws.
+    """
     means, covariances, value = record.posterior(drawn)
     value -= proposed
     weights = np.exp(value - value.max())

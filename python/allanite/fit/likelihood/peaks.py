@@ -73,7 +73,7 @@ def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
 
 
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
-    """Indices of the bins that contain the peaks of an effect, and of `BINS_BESIDE_BAND` bins to either side."""
+    """Indices of the bin of each peak of an effect, and of `BINS_BESIDE_BAND` bins on either side, in ascending order."""
     found: set[int] = set()
     for band in effect.peaks:
         middle = sum(band) * bins.n / rate
@@ -118,7 +118,7 @@ def means_near(
 
 
 def _about(effect: Effect, bins: Bins, rate: float, places: NDArray[np.float64]) -> Ordinates:
-    """Ordinates at `places`, in half-widths from the middle, of each peak of an effect."""
+    """Ordinates around each peak of an effect, at the distances `places` in half-widths from the center of the peak."""
     low, high = np.array(effect.peaks).T[:, :, None] * 2.0 * bins.n / rate
     at = 0.5 * (low + high) + 0.5 * (high - low) * places
     return np.round(at).astype(np.int64).ravel()

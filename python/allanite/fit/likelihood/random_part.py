@@ -46,7 +46,7 @@ class Linear:
         return self.matrix @ self.fixed
 
     def whole(self, found: Maximum) -> Maximum:
-        """A maximum over the free coefficients, with θ extended by the held ones."""
+        """The maximum `found` over the free coefficients, with the held coefficients included in its θ."""
         theta = self.fixed.copy()
         theta[self.free] = found.theta
         return replace(found, theta=theta)
@@ -118,6 +118,6 @@ class RandomPart:
         )
 
     def judged(self, best: Maximum) -> float:
-        """Marginal logL of a maximum's spectrum on this power, less the penalty for a discrepancy δ > 0."""
+        """Marginal logL of a maximum's spectrum for this record, minus the penalty if the discrepancy δ is above 0."""
         price = MIN_DISCREPANCY_DELTA_LOGL if best.scale is not None else 0.0
         return judge(self.power, self.count, best.spectrum, best.scale).log_likelihood - price

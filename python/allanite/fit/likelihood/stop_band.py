@@ -64,7 +64,7 @@ def is_mostly_empty(bins: Bins, low: int, high: int) -> bool:
 
 
 def zero_empty_bins(ordinates: NDArray[np.float64], bins: Bins) -> NDArray[np.float64]:
-    """Ordinates with those in empty bins set to 0, in place."""
+    """Set the ordinates in empty bins to 0 in place, and return the array."""
     for b in np.flatnonzero(is_empty(bins)):
         ordinates[bins.edges[b] : bins.edges[b + 1]] = 0.0
     return ordinates

@@ -88,7 +88,7 @@ class Whitened:
 
     @cached_property
     def without_single(self) -> Whitened:
-        """The whitened residual with outliers reduced to the usual size of their neighbors.
+        """The whitened residual with each single outlier reduced to the usual size of the samples near it.
 
         A single outlier can have as much power as a segment and would imitate a level change.
         """
@@ -168,7 +168,7 @@ def with_normal_tails(whitened: Whitened) -> Whitened:
 
 
 def _without_outliers(whitened: Whitened) -> Whitened:
-    """The whitened residual with outliers reduced to the usual size of their cell."""
+    """The whitened residual with each outlier reduced to the usual size of the samples in its cell."""
     from scipy.special import ndtri_exp
 
     samples = whitened.samples.copy()

@@ -234,7 +234,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
 
 
 def _logl_difference(one: Data, other: Data) -> float:
-    """Upper bound of the difference in logL between two completions of a record."""
+    """Upper bound on the difference in logL between two completions of one record, nats."""
     first, second = (
         np.add.reduceat(data.ordinates**2, data.bins.edges[:-1]) for data in (one, other)
     )

@@ -19,9 +19,10 @@ Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Squared correlation that gaps cause between ordinates at distance h, for h = 0…2n−1; 0 for h = 0.
+    """Squared correlation that gaps cause between two ordinates at distance h, for h = 0 … 2n−1, shape (2n,); 0 at h = 0.
 
-    It is the squared cosine transform of the mask, because the missing part of white noise is the mask times the noise.
+    It is the squared cosine transform of the mask, because the missing part of white noise is the
+    mask times the noise.
     """
     n = missing.size
     # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats backwards with the opposite sign.

@@ -117,7 +117,7 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 
 
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
-    """Noise variance v on every sample that represents cells with an `unseen` fraction: mean of v/(v + S) = `unseen`."""
+    """Variance v of noise on every sample that has the effect of gaps: the mean of v/(v + S) is the fraction `unseen`."""
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
     mean = np.array([np.mean(each / (each + part)) for each in v])

@@ -137,10 +137,10 @@ def fit_replacement(
 def slow_scans(
     base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
 ) -> Iterator[tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]]:
-    """Grid scans of slow functions of time added to a model.
+    """Yields (grid points, their ΔlogL, their directions) for each slow function of time that `wanted` accepts.
 
-    Yields for each wanted function: its grid points, their ΔlogL, and their normalized directions in the whitened
-    ordinates.
+    A grid point is the function with values, added to the fitted model. Directions are normalized
+    whitened ordinates, shape (points, ordinates).
     """
     noise = base.noise(data)
     for blanks in slow_families(base.model, data.covariates).values():

@@ -62,7 +62,7 @@ class Pair:
 
 
 def can_be_split(effect: Effect) -> bool:
-    """True if an effect may stand for two: a slow effect, one that only describes, or a broad hump of the spectrum."""
+    """True if two effects may replace this effect: if it is slow, only descriptive, or a broad hump of the spectrum."""
     if not is_removable(effect):
         return False
     if isinstance(effect, Stochastic):
@@ -71,7 +71,10 @@ def can_be_split(effect: Effect) -> bool:
 
 
 def is_broad(effect: Effect) -> bool:
-    """True for a band wider than a mode of a structure: the edge of a filter beside quantization looks like it."""
+    """True for a band that is wider than a structural mode.
+
+    The edge of a filter and quantization can imitate such a band.
+    """
     if not isinstance(effect, Stochastic) or effect.occupies is None:
         return False
     low, high = effect.occupies

@@ -122,7 +122,10 @@ def undecided(fit: Fit) -> Undecided | None:
 def _replacements(
     chosen: Model, others: list[tuple[Model, float]]
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
-    """`Undecided.instead` for the effects of the chosen model; `others` are the other models and probabilities."""
+    """For each effect of the chosen model: (effects that may replace it, probability), or None if no other model lacks it.
+
+    `others` are pairs of another model and its probability.
+    """
     own = Counter(e.kind for e in chosen)
     found: list[tuple[tuple[Effect, ...], float] | None] = []
     for effect in chosen:
@@ -208,7 +211,7 @@ def _interval(
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0
 
     def end(share: float) -> float:
-        """Quantile of the mixture."""
+        """The value below which the mixture has the probability `share`."""
         low, high = least, 4.0 * reach
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)

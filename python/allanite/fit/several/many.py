@@ -224,7 +224,7 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
 
 
 def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
-    """Index among the random effects of each coefficient that can be pooled by likelihood, by name.
+    """Index of each coefficient that can be pooled by likelihood, among the random effects, by name of the coefficient.
 
     All fits must be Whittle fits, and the effects must have no free shapes and no held parameters.
     """

@@ -85,7 +85,7 @@ class Band:
         return self._turned_back(self.trials // 2)
 
     def _turned_back(self, most: int) -> tuple[float, float, float]:
-        """Best line, as `search` returns it, among `most` drift rates to each side of 0."""
+        """Best line as (frequency, drift, ΔlogL), as for `search`, with at most `most` drift rates on either side of 0."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         drifts = DRIFT_STEP * np.arange(-most, most + 1, dtype=np.float64)
@@ -109,7 +109,10 @@ class Band:
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
-        """Best straight courses of a wide band: mid-record frequency minus `first`, and drift over the record."""
+        """Best linear frequency courses of a wide band: (mid-record frequency minus `first`, drift over the record).
+
+        Frequencies are in cycles per record.
+        """
         number = self._sections
         # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.
         most = int(0.5 * DRIFT_STEP * self.trials / number)
@@ -121,7 +124,12 @@ class Band:
         return [(int(places[at]) * number // 2, float(number * (at - most))) for at in best]
 
     def _about(self, place: int, drift: float) -> tuple[float, float, float]:
-        """Best line, as `search` returns it, in a narrow band demodulated along a course."""
+        """Best line near a course, as (frequency, drift, ΔlogL) like the result of `search`.
+
+        The course has the mid-record frequency `first` + `place` and the drift `drift`, in cycles
+        per record. The band is demodulated along the course, so that only a narrow band must be
+        searched.
+        """
         k = self.series.size
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
@@ -143,9 +151,10 @@ class Band:
         return float(abs(turn @ self.series) ** 2)
 
     def relative_noise(self, frequency: float, drift: float) -> float:
-        """Power of the noise along the course of a line, without the line, relative to the expected noise; at least 1.
+        """Noise power near the course of a line, without the line, divided by the expected noise power; at least 1.
 
-        A band that moves with the line is noise there. It is weaker in the mean spectrum, which does not move.
+        A random band that moves with the line counts as noise there. It is weaker in the mean
+        spectrum, which does not move.
         """
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))

@@ -115,7 +115,10 @@ class Window:
         return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))}, **shapes)
 
     def start(self) -> Array:
-        """Coordinates of the band with the model's present values."""
+        """Coordinates of the band at the model's present values: ln power, center, ln half-width, and further shapes.
+
+        Center and half-width are in ordinates.
+        """
         own = self.own
         assert own.occupies is not None
         low, high = np.array(own.occupies) / self.hertz_per_ordinate
@@ -124,7 +127,10 @@ class Window:
         return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
 
     def scales(self, x: Array) -> Array:
-        """Change of each coordinate that changes the spectrum substantially, e.g. the middle by the half-width."""
+        """Scale of each coordinate at `x`: a change by this amount changes the spectrum substantially.
+
+        The scale of the center frequency, for example, is the half-width.
+        """
         half = float(np.exp(x[2]))
         units = [self.own.parameter(name).unit for name in self.companion_shapes]
         shapes = [
@@ -177,7 +183,7 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Coordinates of the best band of several widths, each placed at the largest excess over its width."""
+        """Coordinates of the most likely band among several widths; each is centered where the excess power is largest."""
         if not np.all(self.rest > 0.0):  # without other noise, no excess is defined
             return self.start()
         excess = self.power / self.rest
@@ -233,7 +239,7 @@ class Window:
         return np.column_stack(slopes), now
 
     def covariance(self, x: Array) -> Array:
-        """Covariance of the coordinates: the inverse of their Fisher information."""
+        """Covariance matrix of the coordinates at `x`: the inverse of their Fisher information."""
         slopes, _ = self._slopes(x)
         return _inverse(slopes)
 

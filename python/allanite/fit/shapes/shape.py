@@ -70,7 +70,10 @@ def free_places(model: Model) -> list[tuple[int, str]]:
 
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
-    """Models in which the effect at index `place` takes every point of its shape grid, for each of its designs."""
+    """Copies of the model in which the effect at index `place` has the values of each point of its shape grid.
+
+    All designs of the effect are included.
+    """
     variants = model.effects[place].variants()
     out = []
     for start in variants:

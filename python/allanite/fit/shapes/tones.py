@@ -52,7 +52,7 @@ def _lengths(size: int) -> NDArray[np.int64]:
 
 
 def search_burst(band: Band) -> tuple[float, float, float, float]:
-    """Strongest window: frequency (cycles per record), start and end (fractions of the record) and rise of logL."""
+    """Strongest burst: frequency (cycles per record), start and end (fractions of the record), and ΔlogL."""
     from scipy.fft import fft
 
     k = band.series.size
@@ -87,7 +87,7 @@ def steady_line_gain(band: Band, frequency: float) -> float:
 
 
 def relative_power(band: Band, frequency: float, start: float, end: float) -> float:
-    """Power of the band during a burst, without the burst, relative to the expected noise; at least 1."""
+    """Noise power of the band during a burst, without the burst itself, divided by the expected noise power; at least 1."""
     inside = band.series[round(start * band.series.size) : round(end * band.series.size)]
     count = max(inside.size, 2)
     # A pure burst has its whole gain in one Fourier sum, while noise has power 1 in each sum.

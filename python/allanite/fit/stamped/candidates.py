@@ -100,7 +100,7 @@ class FittedNoise:
 
     @property
     def coefficients(self) -> Array:
-        """Fitted coefficients, each in units of the one whose noise scatters by 1 over the record."""
+        """Fitted coefficients, relative to the coefficient with which each noise has a scatter of 1 over the record."""
         return np.asarray(np.exp(0.5 * self._place[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:

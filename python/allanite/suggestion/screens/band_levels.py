@@ -55,10 +55,10 @@ LOSS_AT_95_PERCENT = 1.92
 
 
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """Candidate of the band whose level in one interval differs most from that at other times; or None.
+    """Candidate for the band of noise whose level differs most between one interval and all other times; None without any.
 
-    The bands of the model's processes are searched like the white level, and else each octave. The frequency range of an
-    octave's change is found from the spectra of the interval and of the rest.
+    The bands of the model's processes are searched, and each octave. The frequency range of an
+    octave's change follows from the spectra inside and outside of the interval.
     """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n:
@@ -118,7 +118,10 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """Changes of level within `MAX_RIVAL_LOG_EVIDENCE` nats of the best score; the others are left for the next check."""
+    """Candidates whose score is within `MAX_RIVAL_LOG_EVIDENCE` nats of the best score, without None.
+
+    All others are left for the next check.
+    """
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
     best = max((w for w, _ in worth), default=0.0)
@@ -126,7 +129,7 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
-    """Start and end, as fractions of the record, of the interval whose power differs most, and ln of its p-value."""
+    """Start and end (fractions of the record) of the interval whose power differs most, and ln of its p-value."""
     size = power.size
     freedom = 1.0 / overdispersion(power)
     cells = min(LEVEL_CELLS, size // 8)
@@ -199,7 +202,7 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
 
 
 def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Processes with a band of constant level, with the first ordinate and the number of ordinates each dominates."""
+    """Yields (process, first ordinate, number of ordinates) of each band of constant level that a process dominates."""
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:
         place = own.effect.occupies
@@ -264,13 +267,13 @@ def _changed_band(
 
 
 def _pieces(samples: Array, length: int) -> Array:
-    """Consecutive pieces of samples, shape (pieces, length); the remainder at the end is dropped."""
+    """Consecutive segments of `length` samples, shape (segments, length); a remainder at the end is dropped."""
     many = samples.size // length
     return samples[: many * length].reshape(many, length)
 
 
 def _summed_spectrum(pieces: Array) -> Array:
-    """Summed power spectrum of pieces, at the frequencies between zero and half the rate."""
+    """Sum of the power spectra of segments, at frequencies between 0 and half the rate (both excluded)."""
     length = pieces.shape[1]
     window, rows = np.hanning(length), max(1, SAMPLES_AT_ONCE // length)
     total = np.zeros(length // 2 + 1)

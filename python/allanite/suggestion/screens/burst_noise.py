@@ -40,7 +40,10 @@ CHAIN_BLOCKS = 512
 
 
 def screen_burst_noise(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
-    """Candidate of burst noise, if the residual of a Gauss-Markov candidate has two levels or may have them; or None."""
+    """Candidate of burst noise if the samples may switch between two levels; None otherwise.
+
+    It is built from a Gauss-Markov candidate, which has the same spectrum.
+    """
     twins = [
         cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.screened == "two levels"
     ]
@@ -112,7 +115,7 @@ class _Blocks:
 def _odds_above(
     slow: int, solution: Solution, spectrum: tuple[Array, Array], block: _Blocks
 ) -> float:
-    """Log-odds of two levels from the ordinates of the block means, without the `slow` lowest ordinates."""
+    """Log-odds of two levels against Gaussian noise, from block means without their `slow` lowest ordinates."""
     from scipy.optimize import minimize
 
     j = np.arange(1 + slow, block.count, dtype=np.int64)

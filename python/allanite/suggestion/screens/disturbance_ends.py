@@ -19,10 +19,11 @@ OVERLAPPING_WINDOWS = 4
 def without_ringing(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> tuple[float, float] | None:
-    """Segment without the parts at its ends that are quiet in a band of ordinates, as fractions of the record.
+    """(start, end) of a loud segment without quiet parts at its ends, as fractions of the record.
 
-    An octave cut out of the spectrum rings long before and after a loud segment; a Hann window ends. Half a window stays at
-    each end. None if the segment is shorter than two windows or if nothing in it is strong enough to ring.
+    An octave cut out of the spectrum rings long before and after a loud segment; a Hann window
+    ends. Half a window stays at each end. None if the segment is shorter than two windows or if
+    nothing in it is strong enough to ring.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)

@@ -51,9 +51,10 @@ SEARCHES = (
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
-    """Bands of the model that can be located in sections of the record, and do not lie on the course of a moving band.
+    """Bands of the model whose center frequency may change, strong enough to be located in sections of the record.
 
-    Empty if much of the record is missing. What a moving band leaves moves as well, so its course is excluded.
+    Empty if much of the record is missing. Bands on the course of a moving band are excluded,
+    because its remainder moves as well.
     """
     known = [e.occupies for e in solution.model if isinstance(e, Moving) and e.occupies is not None]
     bands = [own for own in solution.processes if _may_move(own, data)]
@@ -67,7 +68,7 @@ def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
 def screen_drifting_bands(
     bands: list[Process], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Candidates with a moving band in the place of each band that moves, and of other bands on its course."""
+    """Candidates in which a moving band replaces a band of the model, alone or with other bands on its course."""
     if not bands:
         return ()
     found = (_candidate(own, solution, data) for own in bands)
@@ -98,13 +99,16 @@ def _section_count(band: Stochastic, data: Data) -> int:
 
 
 def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
-    """Effect of the catalogue that is this band along a course of frequencies; None if there is none."""
+    """The band with the center frequencies `course` (Hz), as an effect of the catalog.
+
+    None if no effect can describe it.
+    """
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Moving))
     return next((one for cls in kinds if (one := cls.along(band, course)) is not None), None)
 
 
 def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
-    """Candidate of a moving band in the place of a band, and of others on its course; or None."""
+    """Candidate in which a moving band replaces the given band and others on its course; None if the band does not move."""
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)
     sections = _Sections(own, solution, data)
@@ -130,14 +134,14 @@ def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None
 
 
 def _names(replaced: tuple[Effect, ...]) -> str:
-    """Text of the bands that leave, by their middle frequencies."""
+    """Text that lists the replaced bands by their center frequencies."""
     at = sorted(0.5 * sum(e.occupies) for e in replaced if e.occupies is not None)
     titles = dict.fromkeys(e.title for e in replaced)
     return f"the {' and '.join(titles)} at {' and '.join(f'{f:.3g}' for f in at)} Hz"
 
 
 def _replaceable(own: Process, moving: Process, solution: Solution) -> list[tuple[Effect, ...]]:
-    """Sets of effects that may leave for a moving band: the band itself, and the band with all others on its course."""
+    """Sets of effects that a moving band may replace: the band alone, and the band with all others on its course."""
     course = moving.effect.occupies
     if course is None:
         return []
@@ -147,7 +151,7 @@ def _replaceable(own: Process, moving: Process, solution: Solution) -> list[tupl
 
 
 def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
-    """Refitted solution of the model with the moving band instead of the effects that leave for it."""
+    """Refitted solution in which the moving band replaces the effects of `course.replaced`."""
     effect = _moving(course.band, tuple(course.places.tolist()))
     assert effect is not None
     others = _without(solution.model, course.replaced)
@@ -155,12 +159,12 @@ def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
 
 
 def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    """Effects of the model other than those that leave."""
+    """Effects of the model without the `replaced` ones."""
     return tuple(e for e in model if not any(e is other for other in replaced))
 
 
 def _width(moving: Effect) -> float:
-    """Half-width over middle frequency of a moving band at any time."""
+    """Half-width of a moving band, relative to its center frequency."""
     assert isinstance(moving, Moving)
     low, high = moving.stretches[0].occupies or (0.0, 0.0)
     return (high - low) / (high + low)
@@ -279,11 +283,12 @@ def _half(band: Stochastic) -> float:
 
 
 def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
-    """Most likely place in each section, shape (sections,), and the sum of its gains less the cost of the course.
+    """Most likely frequency index in each section, shape (sections,), and the sum of its gains minus its cost.
 
-    `gains` has shape (sections, places). The first place is any with equal probability. A step of x half-widths from one
-    section to the next has a probability proportional to 1/(1 + x²). By the union bound, a sum s occurs by chance with a
-    probability of at most e⁻ˢ, since the mean of e^gain is at most 1 if nothing moves.
+    `gains` has shape (sections, frequencies). The first frequency is any with equal probability. A
+    step of x half-widths between consecutive sections has a probability proportional to 1/(1 + x²).
+    By the union bound, a sum s occurs by chance with a probability of at most e⁻ˢ, since the mean
+    of e^gain is at most 1 if nothing moves.
     """
     sections, places = gains.shape
     steps = np.arange(places)
@@ -303,10 +308,11 @@ def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
 
 
 def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
-    """Most likely course of straight parts of equal length: place in each section, and its gain less its cost.
+    """Most likely piecewise linear course: frequency index in each section, and its gain minus its cost.
 
-    `gains` has shape (sections, places). At its begin and at the end of each part the course is at any place with equal
-    probability. The sum s occurs by chance with a probability of at most e⁻ˢ, as for `likeliest`.
+    `gains` has shape (sections, frequencies). The course has `parts` straight parts of equal
+    length. At its start and at the end of each part, all frequencies are equally probable. The sum
+    s occurs by chance with a probability of at most e⁻ˢ, as for `likeliest`.
     """
     sections, places = gains.shape
     size, at = sections // parts, np.arange(places)
@@ -326,7 +332,10 @@ def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
 
 
 def _thinned(course: Array, half: float) -> Array:
-    """Course with as few sections as have their frequencies within a `half`-width of their neighbors'."""
+    """The course after averaging pairs of sections, repeatedly, while neighboring frequencies differ by at most `half`.
+
+    `half` is the half-width of the band, in the unit of the course.
+    """
     while course.size >= 2 * MIN_BAND_SECTIONS:
         fewer = course.reshape(-1, 2).mean(axis=1)
         if float(np.abs(np.diff(fewer)).max()) > half:
@@ -336,7 +345,7 @@ def _thinned(course: Array, half: float) -> Array:
 
 
 def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:
-    """Offset of the maximum of a parabola through the gains from each place, in steps, at most half a step."""
+    """Offset, at most half a step, from the index in `path` to the maximum of a parabola through the gains near it."""
     at = path.clip(1, gains.shape[1] - 2)
     row = np.arange(at.size)
     low, mid, high = gains[row, at - 1], gains[row, at], gains[row, at + 1]

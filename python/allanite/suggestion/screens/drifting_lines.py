@@ -104,9 +104,11 @@ def solved_with(
 def _bands_to_search(
     spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
-    """Bands in Hz: all frequencies if they fit into one band, bands with excess power, and that of the best resonance.
+    """Yields (low, high) in Hz of each band to search.
 
-    A line that drifts far raises each of its ordinates by too little for an excess to show.
+    These are all frequencies if they fit into one band, bands with excess power, and the band of
+    the best resonance. A line that drifts far raises each of its ordinates by too little for an
+    excess to show.
     """
     whole = white.size <= 2 * MAX_BAND_FREQUENCIES
     if whole:
@@ -152,7 +154,7 @@ def _best(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best drifting line of a kind over all bands, or None if it does not beat the steady lines."""
+    """Candidate of the best drifting line of one kind over all bands; None if steady lines explain the record as well."""
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)
     tried = [(band, band.search()) for band in bands]

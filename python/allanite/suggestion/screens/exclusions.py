@@ -113,9 +113,10 @@ def only_at_the_ends(effect: Modifier, data: Data) -> bool:
 
 
 def _scale(size: NDArray[np.float64]) -> float:
-    """Robust standard deviation: the largest from three quantiles of |samples| (0.6745, 1 and 2 σ of a normal law).
+    """Robust standard deviation from three quantiles of |samples|; the largest of the three estimates.
 
-    With the largest, noise that is merely not normal has no outliers.
+    The quantiles are at 0.6745, 1 and 2 σ of a normal law. With the largest, noise that is merely
+    not normal has no outliers.
     """
     return float(np.max(np.quantile(size, [0.5, 0.6827, 0.9545]) / [0.6745, 1.0, 2.0]))
 
@@ -161,7 +162,8 @@ def screen_outliers(
 def _limit(distance: NDArray[np.float64], n: int, step: float) -> float:
     """Distance above the median, in standard deviations, beyond which a sample of the record is an outlier.
 
-    Each side of the median has its own distribution, so the long tail of a skewed one is none of outliers.
+    Each side of the median is treated separately, so that the long tail of a skewed distribution is
+    no outlier.
     """
     from scipy.special import ndtri_exp
 
@@ -182,7 +184,10 @@ def _exclusion(
     chance: float,
     note: str = "",
 ) -> Candidate | None:
-    """Candidate for an exclusion, refitted to the remaining samples; None if it excludes nothing."""
+    """Candidate that excludes samples, refitted to the remaining samples.
+
+    None if the effect is None or excludes nothing.
+    """
     if effect is None:
         return None
     taken = effect.missing(data.n, data.rate)
@@ -294,10 +299,11 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
 def _power_ratio(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> float | None:
-    """Largest ratio, over the bands within some ordinates, of the power in a segment to the median power elsewhere.
+    """Power in a segment relative to the median power elsewhere, the largest over the bands within an octave.
 
-    The segment is given in fractions of the record. The ratio is divided by `NARROW_DISTURBANCE_FACTOR` if half of the
-    other segments have something narrow in these ordinates: that may swell or wander. None if the segment is too short.
+    The segment is given in fractions of the record. The ratio is divided by
+    `NARROW_DISTURBANCE_FACTOR` if half of the other segments have a narrow peak in these ordinates,
+    because such a peak may swell or wander. None if the segment is too short.
     """
     from scipy.fft import next_fast_len, rfft
 

@@ -126,7 +126,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 
 
 def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the periodic change has a fixed waveform, which is a line, not a noise level."""
+    """True if the periodic change repeats a fixed waveform; it is then a spectral line instead of a noise level."""
     effect = candidate.effect
     assert isinstance(effect, Modifier)
     samples, lag = whitened.samples, round(effect.values["period"] * data.rate)
@@ -152,9 +152,10 @@ def _dithered(data: Data) -> bool:
 
 
 def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
-    """True if the power over time becomes steadier by at least half of what the change of level promises.
+    """True if the refitted model makes the power over time steadier by at least half of the promised ΔlogL.
 
-    Beside other changes of level, the model may contain this one already, and the remainder is not white noise.
+    Next to other level changes, the model may already contain this change; the remainder is then
+    not white noise.
     """
     assert candidate.solution is not None
     after = white_power(candidate.solution, data, whiten(candidate.solution, data))[0]
@@ -251,7 +252,10 @@ def _white_fraction(solution: Solution) -> float:
 
 
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
-    """Squares of the whitened samples with normal tails; the ends, which have no values, have the power beside them."""
+    """Squares of the whitened samples with normal tails.
+
+    The unknown ends of the record get the power of the samples nearby.
+    """
     square = with_normal_tails(whitened).samples ** 2
     n, ends = square.size, end_samples(square.size)
     square[:ends] = square[ends : 5 * ends].mean()
@@ -269,7 +273,11 @@ def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Overdispersion of the spectrum and largest relative noise power, due to a missing significant change of level."""
+    """Overdispersion of the spectrum, and largest relative noise power, due to the best significant missing level change.
+
+    Both are 1 if no significant level change is missing. `searches` is the number of searches, for
+    the significance.
+    """
     sure = [
         c
         for c in levels
@@ -283,9 +291,12 @@ def overdispersion_without(
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
-    """Candidate of the interval in which the white noise differs most from the rest, of any length; or None.
+    """Candidate for one interval, of any length, whose white-noise level differs most from all other times.
 
-    Two levels raise logL over one by −½(d_in ln ρ_in + d_out ln ρ_out), with mean powers ρ and degrees of freedom d.
+    None without any.
+
+    Two levels raise logL over one by −½(d_in ln ρ_in + d_out ln ρ_out), with mean powers ρ and
+    degrees of freedom d.
     """
     power, size = series.judged, series.judged.size
     cells = min(LEVEL_CELLS, size // 8)
@@ -308,5 +319,5 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
 
 
 def _screened(key: str) -> list[type[Modifier]]:
-    """Modifiers of the catalogue that declare a screen."""
+    """Modifier classes of the catalog that declare the screen `key`."""
     return [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == key]

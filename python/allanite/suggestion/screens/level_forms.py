@@ -202,7 +202,7 @@ def _interval_sums(values: Array, borders: list[int]) -> Array:
 def _best_path(
     power: Array, count: Array, levels: list[float], price: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """Lowest loss of a path through two levels with `price` per change (Viterbi), and where it is on the second level."""
+    """Lowest loss of a sequence of two levels with `price` per change (Viterbi), and a mask of the second level."""
     cost = np.stack([0.5 * count * (np.log(v) + power / v) for v in levels])
     here = cost[:, 0]
     stayed = np.zeros((2, power.size), dtype=bool)
@@ -236,7 +236,7 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """Borders that are worth their price; a change within a coarse cell may have been found as two borders."""
+    """The borders that are worth their price; two borders within a coarse cell may stand for one change."""
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]

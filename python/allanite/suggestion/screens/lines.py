@@ -152,7 +152,7 @@ def screen_lines(
 
 
 def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
-    """Place of the line that stands out most, in half cycles, and its height above ln of the trials."""
+    """Frequency index (in half cycles per record) of the clearest line, and its peak height minus ln of the trials."""
     # Octaves and known frequencies have their own shares of the trials.
     octaves = [(2**k, 2 ** (k + 1)) for k in range(1, (ratio.size - 1).bit_length())]
     known = 2.0 * data.n / data.rate * known_bands(data.n, data.rate)
@@ -166,7 +166,7 @@ def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
 
 
 def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """Places of the strongest separate lines, in half cycles."""
+    """Frequency indices (in half cycles per record) of the strongest separate lines."""
     left, found = ratio.copy(), []
     for _ in range(MAX_SPACED_LINES):
         top, above = _strongest(left, data)
@@ -207,7 +207,10 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
 
 
 def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
-    """Set a line and its side lobes to zero: they are sin²(πd/2)/(πd/2)² of it, at d half cycles."""
+    """Set a line and its side lobes to zero in place.
+
+    A side lobe d half cycles from the line has sin²(πd/2)/(πd/2)² of its power.
+    """
     first = max(0, place - reach)
     height = float(ratio[first : place + reach + 1].max(initial=0.0))
     beyond = int(2.0 / np.pi * np.sqrt(height / MIN_LINE_PEAK))
@@ -226,7 +229,7 @@ def _periodic_effects(
 
 
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
-    """Half-width, in ordinates, of the narrow-band noise that explains a line best, and its ΔlogL.
+    """Half-width (ordinates) and ΔlogL of the narrow-band noise that explains a line best; half-widths up to 2 count as 0.
 
     A Lorentzian of any height is fitted to the single ordinates near the line (Whittle likelihood).
     """
@@ -260,7 +263,10 @@ def _wandering_note(frequency: float, width: int, surplus: float, data: Data) ->
 
 
 def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[int]]:
-    """Fundamental (its ordinate) and multiples of the comb to which the line at `top` belongs."""
+    """Ordinate of the fundamental, and the multiples of it that stand out, for the line at `top`.
+
+    (`top`, [1]) without harmonics.
+    """
     best = (top, [1])
     for divisor in range(1, MAX_STRONGEST_HARMONIC + 1):
         base = round(top / divisor)

@@ -79,7 +79,7 @@ def several_excursions(
 
 
 def _best_beside(kind: type[Deterministic], solution: Solution, data: Data) -> Away | None:
-    """Best excursion beside a model that has others already."""
+    """Best further excursion if the model already has others; None if there is none."""
     spans = best_spans(
         kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
     )
@@ -87,7 +87,7 @@ def _best_beside(kind: type[Deterministic], solution: Solution, data: Data) -> A
 
 
 def _of_height_one(event: Away) -> Away:
-    """The excursion with a height, which several excursions need before they are fitted."""
+    """The excursion with height 1 as a start value, before several excursions are fitted together."""
     return event.with_amplitudes(np.ones(1))
 
 
@@ -100,13 +100,13 @@ def _fitted(events: Sequence[Away], solution: Solution, data: Data) -> Solution:
 
 
 def _log_p(count: int, places: float, fitted: Solution, solution: Solution) -> float:
-    """Ln of the probability that the best `count` of all excursions raise logL by as much by chance, at most 0."""
+    """Ln of the p-value of the ΔlogL of `count` excursions, the best of all possible sets; at most 0."""
     gain = fitted.log_likelihood - solution.log_likelihood
     return min(0.0, log_chi2_tail(gain, count) + _choices(count, places) + float(np.log(places)))
 
 
 def _choices(count: int, places: float) -> float:
-    """Ln of the number of sets of `count` among all `places`, over the number of single ones."""
+    """Ln of the number of ways to choose `count` excursions, divided by the number of single excursions (`places`)."""
     from scipy.special import gammaln
 
     return (count - 1) * float(np.log(places)) - float(gammaln(count + 1.0))

@@ -112,9 +112,10 @@ def _richer_forms(
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Richer forms of an effect at the best of their further shapes: arc of the grid, number of starts, noise used.
+    """Richer forms of an effect with optimized shapes, each with (angle of its grid, number of starts, noise used).
 
-    They include excursions between any two places of the grid, which need not begin where the simple form was found.
+    They include excursions between any two times of the grid, which need not begin where the simple
+    form was found.
     """
     base, known = solution.noise(data), solution.model.deterministic
     beside = None if simple is None else simple.solution
@@ -239,9 +240,12 @@ def _refit(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Candidate | None:
-    """Refitted candidate, judged by the smaller of its gains beside the model and beside the best wandering process.
+    """Refitted candidate of a slow function.
 
-    Its score uses the whole gain: a random process that takes part of a drift is not a better explanation of the drift.
+    None if it gains nothing, if it contradicts its column at one of two time scales, or if an event
+    rests on a few samples. The smaller of two gains decides on its significance: beyond the model,
+    and beyond the best wandering process. Its score uses the whole gain: a random process that
+    takes part of a drift is not a better explanation of the drift.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
@@ -304,7 +308,10 @@ def _share_with_normal_tails(
 
 
 def _relative_noise_power(solution: Solution, data: Data) -> float:
-    """Noise power where the last effect acts over the mean noise power, at least 1. The ordinates know only the mean."""
+    """Noise power at the times where the last effect acts, relative to the mean noise power; at least 1.
+
+    The ordinates know only the mean power.
+    """
     if not any(e.passing for e in solution.model.modifiers):
         return 1.0
     cells = min(TIME_CELLS, data.n)
@@ -315,7 +322,7 @@ def _relative_noise_power(solution: Solution, data: Data) -> float:
 
 
 def _equivalent_single_gain(gain: float, amplitudes: int) -> float:
-    """Gain of one amplitude with the same p-value as this gain of several amplitudes (half a χ²)."""
+    """ΔlogL of a single amplitude with the same p-value as the ΔlogL `gain` of several amplitudes."""
     from scipy.special import ndtri_exp
 
     if amplitudes == 1 or gain <= 0.0:
@@ -331,7 +338,7 @@ def score(candidate: Candidate) -> float:
 
 
 def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Screens by family; a function that others clearly beat is judged by the least that it adds beside one of them.
+    """The screens by family, where each clearly worse function counts only with its smallest ΔlogL next to a better one.
 
     A step at the start looks like a warm-up, and like any temperature that rises from there.
     """
@@ -344,7 +351,7 @@ def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Scre
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def judged(candidate: Candidate) -> Candidate:
-        """The candidate, judged beside the best ones."""
+        """The candidate with its smallest ΔlogL when added to the model of one of the best candidates."""
         if candidate in best:
             return candidate
         left = candidate.gain if candidate.judged is None else candidate.judged

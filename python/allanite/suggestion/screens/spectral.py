@@ -102,7 +102,7 @@ def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
 
 
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Change of bin power for a small amount of the effect, shape (bins,)."""
+    """Derivative of the bin power with respect to a small amount of the effect, shape (bins,)."""
     model = solution.model
     if isinstance(effect, Modifier):
         if model.white is None:
@@ -174,7 +174,7 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 def _within_a_bin(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """Candidate of the band narrower than a bin that stands out most in single ordinates; or None."""
+    """Candidate for the band narrower than a bin that is clearest in single ordinates; None if there is none."""
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None

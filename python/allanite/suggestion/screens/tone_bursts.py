@@ -47,7 +47,7 @@ def _best(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best tone burst over all bands, or None if it does not beat what is there all the time."""
+    """Candidate of the best tone burst over all bands; None if lasting lines and bands explain the record as well."""
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
     band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
@@ -81,7 +81,7 @@ def _best(
 
 
 def _is_on_course(frequency: float, solution: Solution) -> bool:
-    """True if a moving band of the model passes the frequency: where it turns back it looks like a burst."""
+    """True if a moving band of the model passes the frequency; where the band turns back, it looks like a burst."""
     courses = [e.occupies for e in solution.model if isinstance(e, Moving)]
     return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
 
