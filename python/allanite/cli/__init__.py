@@ -83,10 +83,12 @@ class _Commands(click.Group):
     """A group that imports a command's module when the command runs."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        """Parsed command line; a broken pipe, for example of --help, raises `_OutputClosedError`."""
         with _broken_pipe_as_closed_output():  # --help and --version are written here
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: click.Context) -> Any:
+        """Result of the command; a broken pipe raises `_OutputClosedError`."""
         with _broken_pipe_as_closed_output():
             return super().invoke(ctx)
 
@@ -95,9 +97,11 @@ class _Commands(click.Group):
         return list(COMMANDS)
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of this name, or None."""
         return _command(cmd_name)
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the names of all commands with their short descriptions."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 

@@ -84,6 +84,7 @@ def command(
     with about(log), output.progress("noise models", options) as bar:
 
         def report(_column: str, done: int, total: int) -> None:
+            """Draw the progress bar, if there is one."""
             if bar is not None:
                 bar(done, total)
 

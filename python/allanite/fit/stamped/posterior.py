@@ -55,6 +55,7 @@ def posterior_points(
     """
 
     def at(coefficients: Array) -> tuple[float, T]:
+        """Log-likelihood and value at the noise with these coefficients."""
         stop_if_unwanted()
         return evaluate(best.noise_of(np.abs(coefficients)))
 

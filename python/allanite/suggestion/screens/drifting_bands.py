@@ -239,7 +239,10 @@ class _Sections:
         cells = self._cells(within, step)
 
         def gains(rest: Array, band: Stochastic, strength: float) -> Array:
-            """LogL of each section and cell with a band of some strength in the place of the band searched."""
+            """LogL of each section, if the searched band is replaced by `band` with this squared coefficient.
+
+            `rest` is the expected power of the remaining model in each cell.
+            """
             there = Model(tuple(band if e is effect else e for e in self.model))
             of_band = cells.expected(there.unit_terms(band, self.data.rate))
             return cells.log_likelihood(rest + strength * of_band)

@@ -42,7 +42,9 @@ def most_likely_borders(
 def borders_between_values(
     power: Array, places: NDArray[np.int64], factors: Sequence[float], least: int
 ) -> NDArray[np.int64]:
-    """Most likely borders of the values, found in turn with the levels between them until both stay.
+    """Most likely borders between intervals of constant level.
+
+    Borders and levels are refined alternately until neither changes.
 
     Borders of coarse cells are far off in logL, so levels and borders must be refined together.
     """

@@ -87,8 +87,8 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
     """Candidates of changes of the white-noise level that explain its power over time best.
 
-    Searched are one interval, several, a period, and other columns. Candidates within `MAX_RIVAL_LOG_EVIDENCE` nats of
-    the best are returned.
+    The search covers one interval, several intervals, a periodic level, and levels that follow a
+    logged column. Candidates within `MAX_RIVAL_LOG_EVIDENCE` nats of the best are returned.
     """
     series = level_series(solution, data, whitened)
     if series is None:

@@ -42,12 +42,16 @@ class Excess:
 
 
 def widths_tried(n: int) -> int:
-    """Number of widths of a band within a bin for a record of n samples, at least 1."""
+    """Number of band widths (narrower than a bin) that a search tries in a record of n samples; at least 1."""
     return max(1, sum(width <= MAX_NARROW_WIDTH * n for width in WIDTHS))
 
 
 def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
-    """For every width, the band that stands out most in ordinates whitened by the model, where bins are wider."""
+    """Yields, for each width, the band with the clearest excess of power over the model.
+
+    Bands are searched in the whitened ordinates `white`, only at frequencies where bins are wider
+    than the band.
+    """
     total = np.square(white)
     np.cumsum(total, out=total)
     hertz = data.rate / (2.0 * data.n)
