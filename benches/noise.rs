@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
 
-use allanite::noise::Generator;
+use allanite::noise::{Generator, Primitive};
 use allanite::rng::{Stream, StreamKey};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
@@ -22,17 +22,17 @@ fn processes(criterion: &mut Criterion) {
             black_box(&samples);
         });
     });
-    let white = ("white", vec![1.0]);
-    let flicker = ("flicker", vec![1.0]);
-    let walk = ("random_walk", vec![1.0]);
-    let markov = ("gauss_markov", vec![1.0, 0.99]);
+    let white = Primitive::White { sd: 1.0 };
+    let flicker = Primitive::Flicker { level: 1.0 };
+    let walk = Primitive::RandomWalk { step: 1.0 };
+    let markov = Primitive::GaussMarkov { sigma: 1.0, phi: 0.99 };
     let lists = [
         ("white", vec![white.clone()]),
         ("flicker", vec![flicker.clone()]),
         ("random_walk", vec![walk.clone()]),
         ("gauss_markov", vec![markov.clone()]),
-        ("telegraph", vec![("telegraph", vec![1.0, 0.01])]),
-        ("filtered", vec![("filtered", vec![1.0, 0.02, 0.04, 0.02, -1.56, 0.64])]),
+        ("telegraph", vec![Primitive::Telegraph { amplitude: 1.0, probability: 0.01 }]),
+        ("filtered", vec![Primitive::Filtered { sd: 1.0, sections: vec![[0.02, 0.04, 0.02, -1.56, 0.64]] }]),
         ("white+flicker+walk+markov", vec![white, flicker, walk, markov]),
     ];
     for (name, list) in lists {

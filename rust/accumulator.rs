@@ -157,7 +157,7 @@ impl Accumulator {
     }
 
     /// Accumulator restored from the state that [`Self::state`] returned.
-    pub fn restored(grid: Grid, (start, samples, gaps, origin, levels): State) -> Result<Self> {
+    pub(crate) fn restored(grid: Grid, (start, samples, gaps, origin, levels): State) -> Result<Self> {
         let mut kept = Vec::with_capacity(levels.len());
         for (at, (start, head, tail, next, sums, counts)) in levels.into_iter().enumerate() {
             let factors = grid.at(at).factors.len();

@@ -42,3 +42,30 @@ pub fn factors(grid: Grid, most: usize) -> Result<Vec<usize>> {
     out.retain(|m| *m <= most);
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn grids_equal_their_definition(most in 1_usize..20_000, each in 1_u32..40) {
+            let powers = |base: usize| std::iter::successors(Some(1), move |m| Some(base * m)).take(20);
+            let decades = powers(10).take(6).flat_map(|m| [m, 2 * m, 4 * m]);
+            let logarithmic = (0..).map(|i| 10_f64.powf(f64::from(i) / f64::from(each)).round() as usize);
+            let definitions: [(Grid, Vec<usize>); 4] = [
+                (Grid::Octave, powers(2).collect()),
+                (Grid::Decade, decades.collect()),
+                (Grid::All, (1..=most).collect()),
+                (Grid::PerDecade(each), logarithmic.take_while(|m| *m <= most).collect()),
+            ];
+            for (grid, mut expected) in definitions {
+                expected.retain(|m| *m <= most);
+                expected.dedup();
+                prop_assert_eq!(factors(grid, most).unwrap(), expected, "{:?}", grid);
+            }
+        }
+    }
+}

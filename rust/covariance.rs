@@ -12,18 +12,27 @@ mod differences;
 mod distribution;
 mod exponential;
 mod lags;
-pub mod ordinates;
+#[cfg(test)]
+mod naive;
+pub(crate) mod ordinates;
 mod plain;
 mod powers;
 mod process;
 mod runs;
+mod term;
 mod total;
 
 use crate::{Error, Result};
-pub use process::{Kind, Term};
+pub(crate) use process::Kind;
+pub(crate) use term::Term;
 
 /// Expected variance (k,) and variance of the estimates (k,), at `factors`, for records of `n` samples.
-pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn variances(
+    terms: &[Term],
+    n: usize,
+    factors: &[usize],
+    kind: Kind,
+) -> Result<(Vec<f64>, Vec<f64>)> {
     match kind {
         Kind::Total => total::variances(terms, n, factors),
         _ => plain::variances(terms, n, factors, kind),
@@ -31,7 +40,12 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Res
 }
 
 /// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
-pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn covariance(
+    terms: &[Term],
+    n: usize,
+    factors: &[usize],
+    kind: Kind,
+) -> Result<(Vec<f64>, Vec<f64>)> {
     match kind {
         Kind::Total => total::covariance(terms, n, factors),
         _ => plain::covariance(terms, n, factors, kind),
@@ -39,7 +53,7 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Re
 }
 
 /// Quantiles of σ̂²/σ² at `probabilities` for the estimate at `factor` of records of `n` samples.
-pub fn quantiles(
+pub(crate) fn quantiles(
     terms: &[Term],
     n: usize,
     factor: usize,

@@ -6,7 +6,7 @@ use crate::{Error, Result};
 /// samples gives NaN.
 ///
 /// A record with fewer samples than `buckets` gets one segment per sample.
-pub fn envelope(samples: &[f64], buckets: usize) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn envelope(samples: &[f64], buckets: usize) -> Result<(Vec<f64>, Vec<f64>)> {
     if buckets == 0 {
         return Err(Error::Input("envelope: the number of segments is 0; give at least 1".into()));
     }

@@ -5,13 +5,15 @@
 //! §4.6). It stores one filter per segment and filters each segment a second time, so that it needs little more
 //! memory than the series.
 
-pub mod stamped;
+#[cfg(test)]
+mod dense;
+pub(crate) mod stamped;
 mod system;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{Error, Result};
-pub use system::System;
+pub(crate) use system::System;
 
 /// Number of samples between two checks of the stop flag, and of a segment that the smoother filters again. The
 /// smoother stores one filter per segment and two vectors per sample of one segment. Its memory is smallest near the
@@ -106,7 +108,7 @@ fn check(stop: &AtomicBool) -> Result<()> {
 }
 
 /// Innovations (prediction errors) of `samples` (NaN: missing) and their variances.
-pub fn filter(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn filter(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<(Vec<f64>, Vec<f64>)> {
     let mut filter = Filter::new(system);
     let (mut values, mut variances) = (Vec::with_capacity(samples.len()), Vec::with_capacity(samples.len()));
     for segment in samples.chunks(SEGMENT) {
@@ -121,7 +123,7 @@ pub fn filter(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<(Ve
 }
 
 /// Smoothed signal E(H s(k) | all samples) at every k, missing samples included.
-pub fn smooth(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
+pub(crate) fn smooth(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
     let d = system.states();
     let mut filter = Filter::new(system);
     let mut starts = Vec::with_capacity(samples.len() / SEGMENT + 1);
@@ -172,7 +174,53 @@ pub fn smooth(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<Vec
 
 #[cfg(test)]
 mod tests {
+    use faer::Mat;
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn filter_and_smoother_equal_the_joint_distribution(
+            f in prop::collection::vec(-0.6..0.6_f64, 9), g in prop::collection::vec(-1.0..1.0_f64, 9),
+            h in prop::collection::vec(-1.0..1.0_f64, 3), d in 1_usize..4, diagonal in any::<bool>(), r in 0.1..2.0_f64,
+            samples in prop::collection::vec(prop_oneof![4 => -3.0..3.0_f64, 1 => Just(f64::NAN)], 1..30)
+        ) {
+            let f = Mat::from_fn(d, d, |i, j| if i == j || !diagonal { f[3 * i + j] } else { 0.0 });
+            let g = Mat::from_fn(d, d, |i, j| g[3 * i + j]);
+            let q = &g * g.transpose();
+            let p0 = Mat::from_fn(d, d, |i, j| if i == j { 1.0 + i as f64 } else { 0.0 });
+            let flat = |m: &Mat<f64>| -> Vec<f64> {
+                (0..d * d).map(|place| m[(place / d, place % d)]).collect()
+            };
+            let system = System::new(&flat(&f), &flat(&q), &h[..d], r, &flat(&p0)).unwrap();
+            // cov(s_k, s_l) = F^(k−l) P_l for k ≥ l.
+            let n = samples.len();
+            let h = Mat::from_fn(1, d, |_, j| h[j]);
+            let mut signal = Mat::<f64>::zeros(n, n);
+            let mut p = p0;
+            for l in 0..n {
+                let mut across = p.clone();
+                for k in l..n {
+                    let value = (&h * &across * h.transpose())[(0, 0)];
+                    (signal[(k, l)], signal[(l, k)]) = (value, value);
+                    across = &f * &across;
+                }
+                p = &f * &p * f.transpose() + &q;
+            }
+            let (values, variances) = filter(&system, &samples, &never_stopped()).unwrap();
+            // The gain is reused once it changes by less than 1e-12 a sample; the conditions of the matrices are below
+            // 1e4.
+            for (k, (value, variance)) in dense::innovations(&signal, r, &samples).into_iter().enumerate() {
+                prop_assert!((variances[k] / variance - 1.0).abs() < 1e-8, "{k}: {} {variance}", variances[k]);
+                prop_assert!(value.is_nan() || (values[k] - value).abs() < 1e-8, "{k}: {} {value}", values[k]);
+            }
+            let found = smooth(&system, &samples, &never_stopped()).unwrap();
+            for (found, expected) in found.iter().zip(dense::smoothed(&signal, r, &samples)) {
+                prop_assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+            }
+        }
+    }
 
     fn never_stopped() -> AtomicBool {
         AtomicBool::new(false)

@@ -18,26 +18,33 @@
 //! | [`parallel`] | work on several threads | |
 //! | [`machine`] | vector units, large buffers, allocator | |
 //!
+//! The package has no Rust interface: modules are public only for the tests in `tests/` and the timings in `benches/`.
+//!
 //! Only the module `python` uses the Python interpreter. Every other module builds and is tested without Python.
+
+#![cfg_attr(
+    not(feature = "python"),
+    allow(dead_code, unused_imports, reason = "only the bindings use some items")
+)]
 
 pub mod accumulator;
 pub mod averaging;
-pub mod covariance;
+mod covariance;
 pub mod deviation;
-pub mod envelope;
-pub mod error;
-pub mod kalman;
-pub mod likelihood;
-pub mod lstsq;
+mod envelope;
+mod error;
+mod kalman;
+mod likelihood;
+mod lstsq;
 pub mod machine;
 pub mod noise;
 pub mod parallel;
 pub mod phase;
 #[cfg(feature = "python")]
 mod python;
-pub mod ranks;
+mod ranks;
 pub mod rng;
-pub mod spectrum;
+mod spectrum;
 pub mod text;
 
 pub use error::Error;

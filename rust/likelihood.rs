@@ -20,7 +20,7 @@ use std::sync::OnceLock;
 #[cfg(target_arch = "x86_64")]
 use crate::machine::processor::{Unit, Width};
 use crate::{Error, Result};
-pub use climb::{Maximum, Problem, climb_many};
+pub(crate) use climb::{Problem, climb_many};
 use exponents::ln;
 use gamma::{NODES, WIDTH};
 
@@ -36,7 +36,7 @@ struct Block {
 }
 
 /// Likelihood of bins with given degrees of freedom.
-pub struct Likelihood {
+pub(crate) struct Likelihood {
     count: Vec<f64>,
     /// First bin of each cell, and the end of the last.
     cells: Vec<usize>,
@@ -54,7 +54,7 @@ pub struct Likelihood {
 /// Marginal logL of a spectrum at one scale, and the effective degrees of freedom: of each cell during the
 /// computation, of each bin in results.
 #[derive(Debug, Clone, Default)]
-pub struct Evaluation {
+pub(crate) struct Evaluation {
     pub log_likelihood: f64,
     /// Shape (cells,), padded to whole blocks; in results (bins,).
     pub weight: Vec<f64>,
@@ -80,7 +80,7 @@ pub(crate) struct Ratio {
 impl Likelihood {
     /// Likelihood for bins with `count` degrees of freedom and discrepancy scales δ `scales`. `first` is the first
     /// bin of each cell.
-    pub fn new(count: Vec<f64>, scales: Vec<f64>, first: Vec<usize>) -> Result<Self> {
+    pub(crate) fn new(count: Vec<f64>, scales: Vec<f64>, first: Vec<usize>) -> Result<Self> {
         if let Some(bad) = count.iter().find(|n| !(**n > 0.0 && n.is_finite())) {
             return Err(Error::Input(format!("likelihood: {bad} degrees of freedom: give positive numbers")));
         }
@@ -98,7 +98,7 @@ impl Likelihood {
     }
 
     /// Number of bins.
-    pub fn bins(&self) -> usize {
+    pub(crate) fn bins(&self) -> usize {
         self.count.len()
     }
 
@@ -222,7 +222,12 @@ impl Likelihood {
     }
 
     /// Marginal logL and weights (bins,) of a spectrum at a scale; `None` means δ = 0.
-    pub fn evaluate(&self, power: &[f64], spectrum: &[f64], scale: Option<usize>) -> Result<Evaluation> {
+    pub(crate) fn evaluate(
+        &self,
+        power: &[f64],
+        spectrum: &[f64],
+        scale: Option<usize>,
+    ) -> Result<Evaluation> {
         self.check(power, spectrum, scale)?;
         let (mut y, mut out) = (Ratio::default(), Evaluation::default());
         self.fill(power, spectrum, &mut y);
@@ -242,7 +247,7 @@ impl Likelihood {
     }
 
     /// Marginal logL (scales, m) of spectra (m, bins), row by row, at the given scales.
-    pub fn profile(&self, power: &[f64], spectra: &[f64], scales: &[usize]) -> Result<Vec<f64>> {
+    pub(crate) fn profile(&self, power: &[f64], spectra: &[f64], scales: &[usize]) -> Result<Vec<f64>> {
         let m = spectra.len() / self.bins().max(1);
         for scale in scales {
             self.check(power, &spectra[..self.bins().min(spectra.len())], Some(*scale))?;
@@ -261,7 +266,7 @@ impl Likelihood {
 
     /// The scale with the highest marginal logL, and the result there: the best of all scales, or the nearest maximum
     /// uphill of `start`.
-    pub fn best_scale(
+    pub(crate) fn best_scale(
         &self,
         power: &[f64],
         spectrum: &[f64],

@@ -17,11 +17,11 @@ use crate::{Error, Result};
 
 /// Relative jitter added to the unit diagonal of the correlation matrix. Estimates at adjacent averaging times are
 /// almost equal. Without jitter their differences would get weights beyond the accuracy of the covariance.
-pub const JITTER: f64 = 1e-9;
+pub(crate) const JITTER: f64 = 1e-9;
 
 /// Solution of a least-squares problem.
 #[derive(Debug, Clone)]
-pub struct Solution {
+pub(crate) struct Solution {
     /// Coefficients (p,).
     pub coefficients: Vec<f64>,
     /// Covariance (p, p) of the coefficients, row by row. Rows and columns of coefficients held at 0 are those of the
@@ -32,7 +32,7 @@ pub struct Solution {
 }
 
 /// Coefficients ≥ 0 that minimize χ². `design` has shape (k, p), `covariance` (k, k), both row by row.
-pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Result<Solution> {
+pub(crate) fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Result<Solution> {
     let k = target.len();
     let p = design.len().checked_div(k).unwrap_or(0);
     if p == 0 || p > k || design.len() != k * p || covariance.len() != k * k {
@@ -180,7 +180,48 @@ fn active_set(normal: &Mat<f64>, p: usize) -> Vec<bool> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    /// Smallest χ² of all subsets of columns whose least-squares coefficients are not negative: the definition.
+    fn naive(design: &Mat<f64>, target: &Mat<f64>, inverse: &Mat<f64>) -> f64 {
+        let chi2 = |rest: &Mat<f64>| (rest.transpose() * inverse * rest)[(0, 0)];
+        let p = design.ncols();
+        let mut best = chi2(target);
+        for subset in 1..1_usize << p {
+            let kept: Vec<usize> = (0..p).filter(|c| subset >> c & 1 == 1).collect();
+            let own = Mat::from_fn(design.nrows(), kept.len(), |r, c| design[(r, kept[c])]);
+            let gram = own.transpose() * inverse * &own;
+            let Ok(factor) = gram.llt(Side::Lower) else { continue };
+            let x = factor.solve(own.transpose() * inverse * target);
+            if (0..kept.len()).all(|c| x[(c, 0)] >= 0.0) {
+                best = best.min(chi2(&(target - &own * &x)));
+            }
+        }
+        best
+    }
+
+    proptest! {
+        #[test]
+        fn no_subset_of_columns_fits_better(
+            design in prop::collection::vec(0.0..1.0_f64, 32), target in prop::collection::vec(-1.0..1.0_f64, 8),
+            p in 1_usize..5, correlation in 0.0..0.9_f64
+        ) {
+            let k = target.len();
+            let covariance = Mat::from_fn(k, k, |a, b| correlation.powi(a.abs_diff(b) as i32));
+            let flat = |m: &Mat<f64>| -> Vec<f64> {
+                (0..m.nrows() * m.ncols()).map(|place| m[(place / m.ncols(), place % m.ncols())]).collect()
+            };
+            let design = Mat::from_fn(k, p, |r, c| design[4 * r + c]);
+            let found = gls_nonnegative(&flat(&design), &target, &flat(&covariance)).unwrap();
+            let inverse = covariance.llt(Side::Lower).unwrap().solve(Mat::<f64>::identity(k, k));
+            let best = naive(&design, &Mat::from_fn(k, 1, |r, _| target[r]), &inverse);
+            prop_assert!(found.coefficients.iter().all(|x| *x >= 0.0));
+            // The jitter of 1e-9 changes the covariance by at most 1e-9 of its smallest eigenvalue, 0.05.
+            prop_assert!((found.chi2 / best - 1.0).abs() < 1e-6, "{} {best}", found.chi2);
+        }
+    }
 
     #[test]
     fn recovers_an_exact_mixture_and_drops_negative_coefficients() {

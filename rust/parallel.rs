@@ -66,3 +66,47 @@ pub fn default_threads() -> usize {
     static COUNT: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
     *COUNT.get_or_init(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn results_come_in_the_order_of_the_items(count in 0_usize..300, threads in 0_usize..9) {
+            let stop = AtomicBool::new(false);
+            let found = for_each(threads, 0..count, &stop, || 0, |_, item| item * item).unwrap();
+            prop_assert!(found.into_iter().eq((0..count).map(|item| item * item)));
+        }
+    }
+
+    #[test]
+    fn a_panic_in_a_worker_reaches_the_caller_and_the_pool_survives() {
+        let stop = AtomicBool::new(false);
+        for threads in [1, 2, 7] {
+            for bad in [0, 17, 99] {
+                let work = |(): &mut (), item: usize| {
+                    assert_ne!(item, bad, "a bug in one item");
+                    item
+                };
+                let caught = catch_unwind(AssertUnwindSafe(|| for_each(threads, 0..100, &stop, || (), work)));
+                assert!(caught.is_err(), "{threads} threads");
+            }
+            let sum: usize = for_each(threads, 0..100, &stop, || (), |(), item| item).unwrap().iter().sum();
+            assert_eq!(sum, 4950);
+        }
+    }
+
+    #[test]
+    fn the_stop_flag_ends_the_work() {
+        for threads in [1, 3] {
+            let stop = AtomicBool::new(false);
+            let work = |(): &mut (), item: usize| stop.fetch_or(item == 5, Ordering::Relaxed);
+            assert_eq!(for_each(threads, 0..1_000_000, &stop, || (), work), Err(Error::Interrupted));
+        }
+    }
+}

@@ -122,7 +122,7 @@ impl<'a, T: Sample> Record<'a, T> {
     /// zero and has the slope of the block of `start` removed.
     ///
     /// Missing rates count as zeros; the callers skip terms that use them. Missing phase points stay NaN.
-    pub fn local(&self, start: usize, phase: &mut [f64]) -> f64 {
+    pub(crate) fn local(&self, start: usize, phase: &mut [f64]) -> f64 {
         #[cfg(target_arch = "x86_64")]
         if Width::best().is_wide() {
             // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
@@ -170,7 +170,7 @@ impl<'a, T: Sample> Record<'a, T> {
 
     /// Writes the global phase of block `block`, computed from the result of [`Record::local`] at the start of that
     /// block.
-    pub fn global(&self, block: usize, local: &[f64], slope: f64, out: &mut [f64]) {
+    pub(crate) fn global(&self, block: usize, local: &[f64], slope: f64, out: &mut [f64]) {
         if self.quantity == Quantity::Angle {
             self.series.load(block * BLOCK, self.mean, out);
             return;
@@ -359,7 +359,7 @@ fn bases<T: Sample>(
 }
 
 /// a + b as an unevaluated sum of two doubles (Knuth).
-pub fn two_sum(a: f64, b: f64) -> [f64; 2] {
+pub(crate) fn two_sum(a: f64, b: f64) -> [f64; 2] {
     let sum = a + b;
     let virtual_b = sum - a;
     [sum, (a - (sum - virtual_b)) + (b - virtual_b)]

@@ -35,7 +35,7 @@ const fn unshuffled(i: u32) -> u32 {
 }
 
 /// Values in ascending order. NaN with a negative sign bit comes first, other NaN last.
-pub fn in_order(values: &[f64]) -> Vec<f64> {
+pub(crate) fn in_order(values: &[f64]) -> Vec<f64> {
     let mut keys: Vec<u64> = values.iter().map(|x| ordered_key64(x.to_bits())).collect();
     keys.sort_unstable();
     keys.into_iter().map(|key| f64::from_bits(bits_of_key64(key))).collect()
@@ -43,7 +43,7 @@ pub fn in_order(values: &[f64]) -> Vec<f64> {
 
 /// Indices that sort the values, rounded to single precision, in ascending order. Equal values are shuffled, so that
 /// ties do not keep the order of time.
-pub fn order(values: &[f64]) -> Result<Vec<i64>> {
+pub(crate) fn order(values: &[f64]) -> Result<Vec<i64>> {
     if u32::try_from(values.len()).is_err() {
         return Err(Error::Input(format!("order: {} values: at most {}", values.len(), u32::MAX)));
     }

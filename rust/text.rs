@@ -206,7 +206,7 @@ impl Reader {
     }
 
     /// All remaining rows, column by column.
-    pub fn rest(mut self, stop: &AtomicBool) -> Result<Table> {
+    pub(crate) fn rest(mut self, stop: &AtomicBool) -> Result<Table> {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); self.width()];
         loop {
             let more = self.more(stop)?;

@@ -5,9 +5,10 @@ use std::sync::atomic::AtomicBool;
 
 use allanite::averaging::{Grid, factors};
 use allanite::deviation::allan::{Execution, adjacent, overlapping};
-use allanite::deviation::family::{Kind, variances};
+use allanite::deviation::family::variances;
 use allanite::deviation::loops::sums;
-use allanite::deviation::{identify, naive};
+use allanite::deviation::statistic::Statistic;
+use allanite::deviation::{STATISTICS, identify, naive, statistic};
 use allanite::machine::processor::Width;
 use allanite::phase::{Quantity, Record, Series};
 use proptest::prelude::*;
@@ -77,13 +78,17 @@ fn groups_equal_single_factors() {
     }
 }
 
+fn named(name: &str) -> &'static dyn Statistic {
+    statistic(name).unwrap()
+}
+
 fn execution(stop: &AtomicBool, threads: usize) -> Execution<'_> {
     Execution { threads, width: Width::best(), stop }
 }
 
-/// Factors for which a record of n samples has a term (for Theo1 only even ones).
-fn valid_factors(kind: Kind, n: usize) -> Vec<usize> {
-    let fits = |m: &usize| kind.reach(*m) <= n && (kind != Kind::Theo1 || m % 2 == 0);
+/// Factors for which a record of n samples has a term.
+fn valid_factors(statistic: &dyn Statistic, n: usize) -> Vec<usize> {
+    let fits = |m: &usize| statistic.reach(*m) <= n && statistic.is_defined(*m);
     (2..=n / 3).filter(fits).collect()
 }
 
@@ -97,15 +102,16 @@ fn every_estimator_equals_its_definition() {
         let theta = naive::phase(&centered, Quantity::Rate);
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let angles = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
-        for (_, kind) in Kind::NAMED {
+        for kind in STATISTICS {
+            let name = kind.name();
             let all = valid_factors(kind, n);
             let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
             let (again, _, _) = variances(&angles, kind, &all, execution(&stop, 3)).unwrap();
             for (i, m) in all.iter().enumerate() {
                 let (expected, count) = naive::variance(kind, &theta, *m);
-                assert!(close(found[i], expected, 1e-9), "{kind:?} n = {n} m = {m}: {} {expected}", found[i]);
-                assert!(close(again[i], expected, 1e-9), "{kind:?} of a phase");
-                assert_eq!(counts[i], count, "{kind:?} n = {n} m = {m}");
+                assert!(close(found[i], expected, 1e-9), "{name} n = {n} m = {m}: {} {expected}", found[i]);
+                assert!(close(again[i], expected, 1e-9), "{name} of a phase");
+                assert_eq!(counts[i], count, "{name} n = {n} m = {m}");
             }
         }
     }
@@ -124,11 +130,12 @@ fn long_segments_equal_their_definition() {
         let theta = naive::phase(&centered, Quantity::Rate);
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let all = [23, 24, 25, 31, 40, 64, 65, 101, 150, 201, 233];
-        for kind in [Kind::ModifiedTotal, Kind::HadamardTotal] {
+        for kind in ["mtotdev", "htotdev"].map(named) {
+            let name = kind.name();
             let (found, _, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
             for (m, value) in all.into_iter().zip(found) {
                 let (expected, _) = naive::variance(kind, &theta, m);
-                assert!(close(value, expected, 1e-9), "{kind:?} m = {m}: {value} {expected}");
+                assert!(close(value, expected, 1e-9), "{name} m = {m}: {value} {expected}");
             }
         }
     }
@@ -141,10 +148,11 @@ fn blocks_join_without_a_seam() {
     let centered: Vec<f64> = x.iter().map(|v| v - 100.0).collect();
     let theta = naive::phase(&centered, Quantity::Rate);
     let record = Record::new(Series::new(&x), Quantity::Rate, 2, &stop).unwrap();
-    for kind in [Kind::Hadamard, Kind::Modified, Kind::Parabolic, Kind::Total] {
+    for kind in ["ohdev", "mdev", "pdev", "totdev"].map(named) {
+        let name = kind.name();
         let (found, _, _) = variances(&record, kind, &[3, 300, 5000], execution(&stop, 2)).unwrap();
         for (m, value) in [3, 300, 5000].into_iter().zip(found) {
-            assert!(close(value, naive::variance(kind, &theta, m).0, 1e-8), "{kind:?} {m}");
+            assert!(close(value, naive::variance(kind, &theta, m).0, 1e-8), "{name} {m}");
         }
     }
 }
@@ -183,14 +191,15 @@ proptest! {
         holes.iter().filter(|h| **h < n).for_each(|h| x[*h] = f64::NAN);
         for quantity in [Quantity::Rate, Quantity::Angle] {
             let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
-            for (_, kind) in Kind::NAMED {
+            for kind in STATISTICS {
+            let name = kind.name();
                 let all = valid_factors(kind, n);
                 let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
                 for (i, m) in all.iter().enumerate() {
                     let (expected, count) = naive::variance_with_gaps(kind, &x, quantity, *m);
-                    prop_assert_eq!(counts[i], count, "{:?} of {:?}, m = {}", kind, quantity, m);
-                    let same = close(found[i], expected, 1e-8) || (count == 0 && kind == Kind::Mtie);
-                    prop_assert!(same, "{kind:?} of {quantity:?}, m = {m}: {} {expected}", found[i]);
+                    prop_assert_eq!(counts[i], count, "{} of {:?}, m = {}", name, quantity, m);
+                    let same = close(found[i], expected, 1e-8) || (count == 0 && kind.is_maximum());
+                    prop_assert!(same, "{name} of {quantity:?}, m = {m}: {} {expected}", found[i]);
                 }
             }
         }

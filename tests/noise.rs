@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use allanite::noise::Generator;
+use allanite::noise::{Generator, Primitive};
 use proptest::prelude::*;
 
 const PROCESSES: [(&str, &[f64]); 11] = [
@@ -19,9 +19,13 @@ const PROCESSES: [(&str, &[f64]); 11] = [
     ("telegraph", &[1.0, 0.01]),
 ];
 
+fn primitives(list: &[(&str, &[f64])]) -> Vec<Primitive> {
+    list.iter().map(|(name, values)| Primitive::new(name, values.to_vec()).unwrap()).collect()
+}
+
 fn generator(chosen: &[usize], threads: usize) -> Generator {
     let list: Vec<_> = chosen.iter().map(|&i| PROCESSES[i]).collect();
-    Generator::new(&list, 1 << 20, 7, 1, 2, threads).unwrap()
+    Generator::new(&primitives(&list), 1 << 20, 7, 1, 2, threads).unwrap()
 }
 
 fn bits(samples: &[f64]) -> Vec<u64> {
@@ -59,7 +63,7 @@ fn a_sum_equals_the_sum_of_its_parts() {
     let n = 10_000;
     let run = |list: &[(&str, &[f64])]| {
         let mut samples = vec![0.0; n];
-        Generator::new(list, n, 1, 0, 0, 1).unwrap().fill(&mut samples, &stop).unwrap();
+        Generator::new(&primitives(list), n, 1, 0, 0, 1).unwrap().fill(&mut samples, &stop).unwrap();
         samples
     };
     let both = run(&[PROCESSES[3], PROCESSES[5]]);
@@ -76,7 +80,7 @@ fn an_effect_of_size_zero_adds_nothing() {
     for (name, values) in
         [("flicker", &[0.0][..]), ("power_law", &[-1.5, 0.0]), ("gauss_markov", &[0.0, 0.9])]
     {
-        let mut stream = Generator::new(&[(name, values)], 1 << 30, 1, 0, 0, 1).unwrap();
+        let mut stream = Generator::new(&primitives(&[(name, values)]), 1 << 30, 1, 0, 0, 1).unwrap();
         stream.fill(&mut samples, &AtomicBool::new(false)).unwrap();
         assert!(samples.iter().all(|x| *x == 0.0), "{name}");
     }

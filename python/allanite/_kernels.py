@@ -26,7 +26,6 @@ best_pair = _core.best_pair
 chirp_heights = _core.chirp_heights
 squares = _core.squares
 steps = _core.steps
-few_arenas = _core.few_arenas
 
 # -- ranks
 in_order = _core.in_order
@@ -72,7 +71,15 @@ def free_buffers() -> int:
     return _core.release()
 
 
-trim = _core.trim
+def own_process() -> None:
+    """Declare that this process belongs to a program of the package: the allocator has two arenas, and `trim` works."""
+    _core.own_process()
+
+
+def trim() -> bool:
+    """Return freed memory to the system if a program of the package owns the process; return whether it did."""
+    return _core.trim()
+
 
 # -- deviation
 Accumulator = _core.Accumulator

@@ -3,7 +3,7 @@
 use crate::machine::processor::compiled_for_each_width;
 
 /// Half-open index ranges of finite blocks. NaN blocks are set to zero.
-pub fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
+pub(super) fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
     let mut open = 0;
     for (i, block) in blocks.iter_mut().enumerate() {
@@ -19,7 +19,7 @@ pub fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
 
 compiled_for_each_width! {
     /// Samples minus an origin.
-    pub fn minus_origin(samples: &[f64], origin: f64, out: &mut [f64]) = minus_origin_inline
+    pub(super) fn minus_origin(samples: &[f64], origin: f64, out: &mut [f64]) = minus_origin_inline
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
@@ -32,7 +32,7 @@ fn minus_origin_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
 
 compiled_for_each_width! {
     /// Sums of adjacent pairs; a last block without a partner is ignored.
-    pub fn pair_sums(blocks: &[f64], out: &mut [f64]) = pair_sums_inline
+    pub(super) fn pair_sums(blocks: &[f64], out: &mut [f64]) = pair_sums_inline
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]

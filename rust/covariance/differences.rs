@@ -85,12 +85,12 @@ fn convolve(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
 }
 
 /// Weights of the points of a difference: signed binomial coefficients.
-pub fn binomial(order: usize) -> &'static [f64] {
+pub(super) fn binomial(order: usize) -> &'static [f64] {
     if order == 2 { &[1.0, -2.0, 1.0] } else { &[-1.0, 3.0, -3.0, 1.0] }
 }
 
 /// Differences of one kernel at one spacing.
-pub struct Spaced<'a> {
+pub(super) struct Spaced<'a> {
     kernel: &'a Powers,
     /// Spacing of the difference.
     i: f64,
@@ -104,7 +104,7 @@ pub struct Spaced<'a> {
 
 impl<'a> Spaced<'a> {
     /// Differences of order `order` of `kernel` at spacing `i`.
-    pub fn new(kernel: &'a Powers, i: usize, order: usize) -> Self {
+    pub(super) fn new(kernel: &'a Powers, i: usize, order: usize) -> Self {
         let i = i as f64;
         let reach = i * order as f64 / 2.0;
         let exact = kernel.table.len() as f64 + reach;
@@ -114,7 +114,7 @@ impl<'a> Spaced<'a> {
     }
 
     /// Δ_i^o of the kernel, centered at `x`.
-    pub fn at(&self, x: f64) -> f64 {
+    pub(super) fn at(&self, x: f64) -> f64 {
         let sign = if x < 0.0 && self.order == 3 { -1.0 } else { 1.0 };
         let x = x.abs();
         if x >= self.far {
@@ -130,7 +130,7 @@ impl<'a> Spaced<'a> {
     }
 
     /// Cross-covariance of differences at spacings i and j ≥ i, as a function of the distance of their centers.
-    pub fn with(&self, j: usize) -> Crossed<'_> {
+    pub(super) fn with(&self, j: usize) -> Crossed<'_> {
         let j = j as f64;
         let reach = j * self.order as f64 / 2.0;
         let far = if self.kernel.polynomial { self.far + reach } else { (self.far + reach).max(8.0 * reach) };
@@ -140,7 +140,7 @@ impl<'a> Spaced<'a> {
 }
 
 /// Cross-covariance of differences at two spacings.
-pub struct Crossed<'a> {
+pub(super) struct Crossed<'a> {
     inner: &'a Spaced<'a>,
     j: f64,
     far: f64,
@@ -149,7 +149,7 @@ pub struct Crossed<'a> {
 
 impl Crossed<'_> {
     /// Cross-covariance at distance `t` ≥ 0 of the centers.
-    pub fn at(&self, t: f64) -> f64 {
+    pub(super) fn at(&self, t: f64) -> f64 {
         let order = self.inner.order;
         let sign = if order == 3 { -1.0 } else { 1.0 };
         if t >= self.far {

@@ -9,14 +9,14 @@
 /// Quantiles of the estimate over its mean, from eigenvalues of sum 1, scaled to the exact relative variance. The
 /// eigenvalues come from a subset of the differences, which changes the variance by about a percent; `relative` is
 /// the exact relative variance.
-pub fn scaled_quantiles(eigenvalues: &[f64], relative: f64, probabilities: &[f64]) -> Vec<f64> {
+pub(super) fn scaled_quantiles(eigenvalues: &[f64], relative: f64, probabilities: &[f64]) -> Vec<f64> {
     let own: f64 = eigenvalues.iter().map(|l| 2.0 * l * l).sum();
     let scale = (relative / own).sqrt();
     probabilities.iter().map(|p| (1.0 + (quantile(eigenvalues, *p) - 1.0) * scale).max(1e-12)).collect()
 }
 
 /// Clips eigenvalues at zero, scales them to sum 1, and drops those that are then negligible.
-pub fn normalize(found: &mut Vec<f64>) {
+pub(super) fn normalize(found: &mut Vec<f64>) {
     found.iter_mut().for_each(|l| *l = l.max(0.0));
     let sum: f64 = found.iter().sum();
     found.iter_mut().for_each(|l| *l /= sum);
@@ -24,7 +24,7 @@ pub fn normalize(found: &mut Vec<f64>) {
 }
 
 /// Quantile q with P(Σ λ χ²₁ ≤ q) = p.
-pub fn quantile(eigenvalues: &[f64], p: f64) -> f64 {
+pub(super) fn quantile(eigenvalues: &[f64], p: f64) -> f64 {
     let target = normal_quantile(p);
     let pole = 0.5 / eigenvalues.iter().copied().fold(0.0, f64::max);
     // The saddle point t = pole (1 − e^y) decreases from its upper limit as y grows.

@@ -18,7 +18,7 @@ const SERIES: usize = 12;
 const MAX_TERM_SQUARED: f64 = 1e-34;
 
 /// Generalized covariance of one exponential, summed `level` times.
-pub struct Exponential {
+pub(super) struct Exponential {
     level: usize,
     /// ln φ.
     pub(super) lambda: c64,
@@ -113,7 +113,7 @@ fn sinhc_power_less_one(u: c64, order: usize) -> c64 {
 
 impl Exponential {
     /// Generalized covariance of r(h) = Re(a φ^|h|), summed `level` = 1 or 2 times.
-    pub fn new(a: c64, phi: c64, level: usize) -> Self {
+    pub(super) fn new(a: c64, phi: c64, level: usize) -> Self {
         let lambda = phi.ln();
         let e = -lambda;
         let e2 = e * e;
@@ -151,13 +151,13 @@ impl Exponential {
     }
 
     /// ln φ per sample: minus the decay rate, and the angular frequency.
-    pub fn lambda(&self) -> c64 {
+    pub(super) fn lambda(&self) -> c64 {
         self.lambda
     }
 
     /// Value at |h|. With `reduced`, even powers of h that differences remove are omitted; use it where h is add_short
     /// against the time constant.
-    pub fn at(&self, h: f64, reduced: bool) -> c64 {
+    pub(super) fn at(&self, h: f64, reduced: bool) -> c64 {
         let h = h.abs();
         let (wave, [one, three]) = if reduced {
             (exp_without(self.lambda * h, 2 * self.level + 1), self.reduced)
@@ -169,7 +169,7 @@ impl Exponential {
 
     /// Adds the twofold second difference at spacing m, which is add_short against the time constant, at places up to 2m.
     /// The five weights are 1, −4, 6, −4, 1.
-    pub fn add_short(&self, at: &[f64], m: f64, out: &mut [f64]) {
+    pub(super) fn add_short(&self, at: &[f64], m: f64, out: &mut [f64]) {
         let kernel = |h: f64| (self.c * exp_without(self.lambda * h, 3) + self.reduced[0] * h).re;
         for (slot, &t) in out.iter_mut().zip(at) {
             let ends = kernel(t + 2.0 * m) + kernel(2.0 * m - t);
@@ -179,7 +179,7 @@ impl Exponential {
 }
 
 /// Differences of an exponential at one spacing, up to powers of h that the second difference removes.
-pub struct Spaced<'a> {
+pub(super) struct Spaced<'a> {
     pub(super) kernel: &'a Exponential,
     /// Spacing of the difference.
     pub(super) i: f64,
@@ -195,7 +195,7 @@ pub struct Spaced<'a> {
 
 impl<'a> Spaced<'a> {
     /// Differences of order `order` of `kernel` at spacing `i`.
-    pub fn new(kernel: &'a Exponential, i: usize, order: usize) -> Self {
+    pub(super) fn new(kernel: &'a Exponential, i: usize, order: usize) -> Self {
         let i = i as f64;
         let (zero, lambda) = (c64::new(0.0, 0.0), kernel.lambda);
         let w = lambda * i;
@@ -245,7 +245,7 @@ impl<'a> Spaced<'a> {
     }
 
     /// Cross-covariance of differences at spacings i and j ≥ i, as a function of the distance of their centers.
-    pub fn with(&self, j: usize) -> Crossed<'_> {
+    pub(super) fn with(&self, j: usize) -> Crossed<'_> {
         let (j, o, lambda) = (j as f64, self.order as f64, self.kernel.lambda);
         let sign = if self.order == 3 { -1.0 } else { 1.0 };
         let reach = o * (self.i + j) / 2.0;
@@ -256,7 +256,7 @@ impl<'a> Spaced<'a> {
 }
 
 /// Cross-covariance of differences at two spacings.
-pub struct Crossed<'a> {
+pub(super) struct Crossed<'a> {
     pub(super) inner: &'a Spaced<'a>,
     pub(super) j: f64,
     sign: f64,
@@ -267,7 +267,7 @@ pub struct Crossed<'a> {
 
 impl Crossed<'_> {
     /// Cross-covariance at distance `t` ≥ 0 of the centers.
-    pub fn at(&self, t: f64) -> f64 {
+    pub(super) fn at(&self, t: f64) -> f64 {
         if t >= self.reach {
             return (self.far * (self.inner.kernel.lambda * (t - self.reach)).exp()).re;
         }

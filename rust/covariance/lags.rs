@@ -15,11 +15,11 @@ const MAX_DECAY: f64 = 6.0;
 /// accurate to 5e-4, which suffices for degrees of freedom.
 const MAX_PHASE: f64 = 6.0;
 /// Panels with fewer lags than this are summed lag by lag.
-pub const NARROW: usize = 20;
+pub(super) const NARROW: usize = 20;
 
 /// An oscillation that decays with the distance from a break. Panels must resolve it until it has decayed.
 #[derive(Debug, Clone, Copy)]
-pub struct Wave {
+pub(super) struct Wave {
     /// Decay in e-foldings per lag, and phase in rad per lag.
     pub decay: f64,
     pub angle: f64,
@@ -37,7 +37,7 @@ impl Wave {
 
 /// Quadrature nodes and weights, panel by panel, in ascending order. The nodes of a panel are symmetric about its
 /// middle.
-pub struct Nodes {
+pub(super) struct Nodes {
     pub at: Vec<f64>,
     pub weights: Vec<f64>,
     /// Number of nodes and width of each panel. Panels of equal width have nodes at equal offsets.
@@ -98,7 +98,7 @@ fn places(start: usize, width: usize) -> (f64, [f64; 4]) {
 /// Interpolation of a smooth function on a segment of at least `NARROW` lags, by the polynomial through its values at
 /// the nodes of one panel. If a break is half a segment width away, the relative error is about 3.7⁻⁸; steep
 /// functions lose one more digit.
-pub struct Smooth {
+pub(super) struct Smooth {
     center: f64,
     half: f64,
     z: [f64; 8],
@@ -108,7 +108,7 @@ pub struct Smooth {
 
 impl Smooth {
     /// Interpolation of `f` on the lags `start` to `start + width − 1`.
-    pub fn of(start: usize, width: usize, f: impl Fn(f64) -> f64) -> Self {
+    pub(super) fn of(start: usize, width: usize, f: impl Fn(f64) -> f64) -> Self {
         let (center, apart) = places(start, width);
         let half = width as f64 / 2.0;
         let mut z = [0.0; 8];
@@ -125,14 +125,14 @@ impl Smooth {
     }
 
     /// Interpolated value at lag `u`.
-    pub fn at(&self, u: f64) -> f64 {
+    pub(super) fn at(&self, u: f64) -> f64 {
         let z = (u - self.center) / self.half;
         (0..7).rev().fold(self.newton[7], |sum, k| sum * (z - self.z[k]) + self.newton[k])
     }
 }
 
 /// Nodes and weights for the sum over the integers 0 ≤ u < `end`. Breaks outside this range are ignored.
-pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
+pub(super) fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
     let mut inside: Vec<usize> = breaks.iter().copied().filter(|b| *b < end).collect();
     inside.push(0);
     inside.sort_unstable();

@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 use faer::c64;
 
-use super::process::{Term, unknown};
+use super::term::Term;
 use crate::machine::processor::{Width, compiled_for_each_width};
 use crate::{Error, Result};
 
@@ -20,7 +20,7 @@ use crate::{Error, Result};
 const LANES: usize = 8;
 
 /// The ordinates at which expectations are computed, with the quantities that depend on them alone.
-pub struct Ordinates {
+pub(crate) struct Ordinates {
     n: f64,
     j: Vec<f64>,
     /// 4 sin²(w/2), the power gain of a first difference.
@@ -31,7 +31,7 @@ pub struct Ordinates {
 
 impl Ordinates {
     /// Ordinates j in 1 … n−1 of `n` samples.
-    pub fn new(j: impl Iterator<Item = i64>, n: usize) -> Self {
+    pub(crate) fn new(j: impl Iterator<Item = i64>, n: usize) -> Self {
         let mut out = Self { n: n as f64, j: Vec::new(), s: Vec::new(), sign: Vec::new() };
         for j in j {
             let step = 2.0 * (PI * j as f64 / (2.0 * out.n)).sin();
@@ -42,31 +42,29 @@ impl Ordinates {
         out
     }
 
-    /// E c_j² (k,) of the sum of `terms`. The values of a flicker or power-law term end with the ratios of E c_j² to
-    /// its spectrum at j = 1, 2, ….
-    pub fn variance(&self, terms: &[Term]) -> Result<Vec<f64>> {
+    /// E c_j² (k,) of the sum of `terms`. Power laws need their end ratios.
+    pub(crate) fn variance(&self, terms: &[Term]) -> Result<Vec<f64>> {
         let mut total = vec![0.0; self.j.len()];
-        for (name, values) in terms {
-            match (name.as_str(), values.as_slice()) {
-                ("white", &[v]) => total.iter_mut().for_each(|sum| *sum += v),
-                ("blue", &[v]) => self.add(&mut total, |s| v * (s + (4.0 - s) / self.n)),
-                ("random_walk", &[v]) => self.add(&mut total, |s| v / s),
-                ("flicker", [v, ends @ ..]) if !ends.is_empty() => self.power_law(&mut total, -1.0, *v, ends),
-                ("power_law", [a, v, ends @ ..]) if !ends.is_empty() => {
-                    self.power_law(&mut total, *a, *v, ends);
+        for term in terms {
+            match term {
+                Term::White { variance } => total.iter_mut().for_each(|sum| *sum += variance),
+                Term::Blue { variance } => self.add(&mut total, |s| variance * (s + (4.0 - s) / self.n)),
+                Term::RandomWalk { variance } => self.add(&mut total, |s| variance / s),
+                Term::PowerLaw { end_ratios, .. } if end_ratios.is_empty() => {
+                    return Err(Error::Input("term power_law: ordinates need its end ratios".into()));
                 }
-                ("exponential", &[re, im, phi_re, phi_im]) => {
-                    self.exponential(&mut total, c64::new(re, im), c64::new(phi_re, phi_im));
+                Term::PowerLaw { exponent, level, end_ratios } => {
+                    self.power_law(&mut total, *exponent, *level, end_ratios);
                 }
-                ("lags", lags) if !lags.is_empty() => self.lags(&mut total, lags),
-                _ => return Err(unknown(name, values.len())),
+                Term::Exponential { amplitude, phi } => self.exponential(&mut total, *amplitude, *phi),
+                Term::Lags { covariances } => self.lags(&mut total, covariances),
             }
         }
         Ok(total)
     }
 
     /// Means of E c_j² over bins. `owner` (k,) names the bin of each ordinate; ordinates of a bin must be adjacent.
-    pub fn means(&self, terms: &[Term], owner: &[i64]) -> Result<Vec<f64>> {
+    pub(crate) fn means(&self, terms: &[Term], owner: &[i64]) -> Result<Vec<f64>> {
         let values = self.variance(terms)?;
         if owner.len() != values.len() {
             return Err(Error::Input(format!("{} ordinates have {} owners", values.len(), owner.len())));
@@ -205,9 +203,8 @@ mod tests {
         (1..n).map(at).collect()
     }
 
-    fn found(terms: &[(&str, Vec<f64>)], n: usize) -> Vec<f64> {
-        let terms: Vec<Term> = terms.iter().map(|(name, values)| ((*name).into(), values.clone())).collect();
-        Ordinates::new(1..n as i64, n).variance(&terms).unwrap()
+    fn found(terms: &[Term], n: usize) -> Vec<f64> {
+        Ordinates::new(1..n as i64, n).variance(terms).unwrap()
     }
 
     fn check(found: &[f64], expected: &[f64], within: f64) {
@@ -227,7 +224,7 @@ mod tests {
             let (a, phi) = (c64::new(1.0, tilt), c64::new(radius * angle.cos(), radius * angle.sin()));
             // The constant is subtracted because no ordinate depends on it.
             let r = |k: usize, l: usize| (a * (phi.powu(k.abs_diff(l) as u32) - 1.0)).re;
-            let (found, expected) = (found(&[("exponential", vec![a.re, a.im, phi.re, phi.im])], n), naive(r, n));
+            let (found, expected) = (found(&[Term::Exponential { amplitude: a, phi }], n), naive(r, n));
             // phi^n is known to n eps. The term of the ends divides that error by the square of the distance to the
             // pole, so that an undamped line on an ordinate loses digits (observed: 2.7e-9 of 10 at a distance of
             // 2e-6).
@@ -246,8 +243,12 @@ mod tests {
             v in 0.1..3.0_f64, u in 0.1..3.0_f64, walk in 0.0..1.0_f64, n in 4_usize..40,
             lags in prop::collection::vec(-1.0..1.0_f64, 1..12)
         ) {
-            let terms =
-                [("white", vec![v]), ("blue", vec![u]), ("random_walk", vec![walk]), ("lags", lags.clone())];
+            let terms = [
+                Term::White { variance: v },
+                Term::Blue { variance: u },
+                Term::RandomWalk { variance: walk },
+                Term::Lags { covariances: lags.clone() },
+            ];
             let r = |k: usize, l: usize| {
                 let h = k.abs_diff(l);
                 [v + 2.0 * u, -u].get(h).unwrap_or(&0.0) + walk * k.min(l) as f64 + lags.get(h).unwrap_or(&0.0)
@@ -260,13 +261,13 @@ mod tests {
     fn a_power_law_is_its_spectrum_times_the_end_ratios() {
         let ends = [0.5, 0.75];
         let n = 6;
-        for (name, before, a) in [("flicker", vec![2.0], -1.0), ("power_law", vec![0.4, 2.0], 0.4)] {
-            let values = [before.as_slice(), &ends].concat();
-            for (k, found) in found(&[(name, values)], n).iter().enumerate() {
+        for exponent in [-1.0, 0.4] {
+            let term = Term::PowerLaw { exponent, level: 2.0, end_ratios: ends.to_vec() };
+            for (k, found) in found(&[term], n).iter().enumerate() {
                 let j = k as f64 + 1.0;
-                let ratio = [0.5, 0.75].get(k).copied().unwrap_or(1.0 - 0.25 * 2.0 / j);
-                let expected = 2.0 * (2.0 * (PI * j / 12.0).sin()).powf(a) * ratio;
-                assert!((found / expected - 1.0).abs() < 1e-14, "{name} {j}: {found} {expected}");
+                let ratio = ends.get(k).copied().unwrap_or(1.0 - 0.25 * 2.0 / j);
+                let expected = 2.0 * (2.0 * (PI * j / 12.0).sin()).powf(exponent) * ratio;
+                assert!((found / expected - 1.0).abs() < 1e-14, "{exponent} {j}: {found} {expected}");
             }
         }
     }
@@ -274,7 +275,7 @@ mod tests {
     #[test]
     fn bins_have_the_means_of_their_ordinates() {
         let at = Ordinates::new([1, 2, 3, 7, 9].into_iter(), 20);
-        let terms = [("random_walk".to_string(), vec![1.0]), ("white".to_string(), vec![0.3])];
+        let terms = [Term::RandomWalk { variance: 1.0 }, Term::White { variance: 0.3 }];
         let single = at.variance(&terms).unwrap();
         let expected = [single[0], (single[1] + single[2] + single[3]) / 3.0, single[4]];
         assert_eq!(at.means(&terms, &[0, 1, 1, 1, 2]).unwrap(), expected);
@@ -282,12 +283,8 @@ mod tests {
     }
 
     #[test]
-    fn unknown_terms_are_refused() {
-        for (name, values) in
-            [("white", 2), ("flicker", 1), ("power_law", 2), ("exponential", 3), ("lags", 0)]
-        {
-            let terms = [(name.to_string(), vec![0.5; values])];
-            assert!(Ordinates::new(1..4, 5).variance(&terms).is_err(), "{name}");
-        }
+    fn power_laws_without_end_ratios_are_refused() {
+        let term = Term::PowerLaw { exponent: -1.0, level: 1.0, end_ratios: Vec::new() };
+        assert!(Ordinates::new(1..4, 5).variance(&[term]).is_err());
     }
 }

@@ -4,7 +4,8 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::distribution;
-use super::process::{Kind, Process, Spaced, Term};
+use super::process::{Kind, Process, Spaced};
+use super::term::{Term, without_white_phase};
 use crate::parallel::pooled;
 use crate::{Error, Result};
 
@@ -33,7 +34,12 @@ fn prepared<'a>(
 }
 
 /// Expected variance (k,) and variance of the estimates (k,) at `factors` for records of `n` samples.
-pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(super) fn variances(
+    terms: &[Term],
+    n: usize,
+    factors: &[usize],
+    kind: Kind,
+) -> Result<(Vec<f64>, Vec<f64>)> {
     let process = Process::new(terms, n, kind)?;
     let (spaced, counts) = prepared(&process, n, factors, kind)?;
     let waves = process.waves();
@@ -46,7 +52,12 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Res
 }
 
 /// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
-pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(super) fn covariance(
+    terms: &[Term],
+    n: usize,
+    factors: &[usize],
+    kind: Kind,
+) -> Result<(Vec<f64>, Vec<f64>)> {
     let process = Process::new(terms, n, kind)?;
     let (spaced, counts) = prepared(&process, n, factors, kind)?;
     let expected: Vec<f64> = spaced.iter().map(|s| s.with(s.i)(0.0) / kind.scale(s.i)).collect();
@@ -68,7 +79,7 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Re
 }
 
 /// Quantiles of σ̂²/σ² at `probabilities` for the estimate at `factor` of records of `n` samples.
-pub fn quantiles(
+pub(super) fn quantiles(
     terms: &[Term],
     n: usize,
     factor: usize,
@@ -77,9 +88,7 @@ pub fn quantiles(
 ) -> Result<Vec<f64>> {
     let (expected, variance) = variances(terms, n, &[factor], kind)?;
     let relative = variance[0] / (expected[0] * expected[0]);
-    // White phase noise has one degree of freedom per sample. In an eigenvalue problem with few differences it
-    // contributes only its mean, so it is left out.
-    let slow: Vec<Term> = terms.iter().filter(|(name, _)| name != "blue").cloned().collect();
+    let slow = without_white_phase(terms);
     let eigenvalues = if slow.is_empty() { Vec::new() } else { weights(&slow, n, factor, kind)? };
     if eigenvalues.is_empty() {
         return Err(Error::Input(
@@ -109,6 +118,8 @@ fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f6
 
 #[cfg(test)]
 mod tests {
+    use faer::c64;
+
     use super::*;
 
     #[test]
@@ -116,10 +127,14 @@ mod tests {
         let n = 6000;
         let line = |rms: f64, angle: f64, damping: f64| {
             let phi = (-damping * angle).exp();
-            ("exponential".into(), vec![rms * rms, 0.0, phi * angle.cos(), phi * angle.sin()])
+            let phi = c64::new(phi * angle.cos(), phi * angle.sin());
+            Term::Exponential { amplitude: c64::new(rms * rms, 0.0), phi }
         };
-        let smooth: [Term; 3] =
-            [("white".into(), vec![1.0]), ("flicker".into(), vec![0.01]), ("random_walk".into(), vec![1e-6])];
+        let smooth = [
+            Term::White { variance: 1.0 },
+            Term::PowerLaw { exponent: -1.0, level: 0.01, end_ratios: Vec::new() },
+            Term::RandomWalk { variance: 1e-6 },
+        ];
         let lines = [
             line(1.0, 0.0355, 0.002),
             line(0.5, 0.106, 0.001),

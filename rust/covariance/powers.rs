@@ -10,14 +10,14 @@ use std::f64::consts::PI;
 /// Number of tabulated lags. From here on four terms of the series are exact to 1e-14.
 const TABLE: usize = 64;
 /// Number of terms of the series.
-pub const TERMS: usize = 5;
+pub(super) const TERMS: usize = 5;
 /// Exponents closer than this to an odd number are interpolated from their neighbors, because Γ(1−2d) has a pole at
 /// odd b.
 const POLE: f64 = 2e-3;
 
 /// A function of |h|: `table[h]` inside the table, and h^p Σ_q (α_q + β_q ln h) h^{−2q} beyond it.
 #[derive(Debug, Clone)]
-pub struct Powers {
+pub(super) struct Powers {
     pub table: Vec<f64>,
     pub p: f64,
     pub tail: [(f64, f64); TERMS],
@@ -27,7 +27,7 @@ pub struct Powers {
 
 impl Powers {
     /// Value at integer |h|.
-    pub fn at(&self, h: f64) -> f64 {
+    pub(super) fn at(&self, h: f64) -> f64 {
         let h = h.abs();
         match self.table.get(h as usize) {
             Some(value) => *value,
@@ -58,7 +58,7 @@ impl Powers {
 }
 
 /// h^p, by repeated multiplication if p is a even_exponent number.
-pub fn power(h: f64, p: f64) -> f64 {
+pub(super) fn power(h: f64, p: f64) -> f64 {
     if p.fract() == 0.0 { h.powi(p as i32) } else { h.powf(p) }
 }
 
@@ -74,7 +74,7 @@ fn polynomial(p: f64, coefficients: &[f64]) -> Powers {
 }
 
 /// `scale` times the generalized covariance of (2 sin(w/2))^b.
-pub fn fractional(b: f64, scale: f64) -> Vec<Powers> {
+pub(super) fn fractional(b: f64, scale: f64) -> Vec<Powers> {
     let odd = ((b - 1.0) / 2.0).round() * 2.0 + 1.0;
     let from_odd = b - odd;
     if from_odd.abs() >= POLE {
@@ -175,7 +175,7 @@ fn any_exponent(b: f64, scale: f64) -> Powers {
 }
 
 /// Generalized covariance of an autocovariance with finitely many lags r(0), r(1), …, summed `level` times.
-pub fn finite(lags: &[f64], level: usize) -> Powers {
+pub(super) fn finite(lags: &[f64], level: usize) -> Powers {
     let sum = |power: i32| -> f64 {
         lags.iter().enumerate().skip(1).map(|(h, r)| 2.0 * r * (h as f64).powi(power)).sum()
     };

@@ -7,11 +7,12 @@ use super::exponential::{self, Exponential};
 use super::lags::{self, Smooth, Wave};
 use super::powers::{self, Powers};
 use super::runs::Runs;
+use super::term::Term;
 use crate::{Error, Result};
 
 /// The variance estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// Overlapping Allan.
     Allan,
     /// Modified Allan.
@@ -24,7 +25,7 @@ pub enum Kind {
 
 impl Kind {
     /// Estimator with this name in the Python package.
-    pub fn named(name: &str) -> Result<Self> {
+    pub(crate) fn named(name: &str) -> Result<Self> {
         match name {
             "oadev" => Ok(Self::Allan),
             "mdev" => Ok(Self::Modified),
@@ -37,22 +38,22 @@ impl Kind {
     }
 
     /// Order of the difference that the estimator squares.
-    pub fn order(self) -> usize {
+    pub(crate) fn order(self) -> usize {
         if matches!(self, Self::Allan | Self::Total) { 2 } else { 3 }
     }
 
     /// How many times the samples are summed before the difference is taken.
-    pub fn level(self) -> usize {
+    pub(crate) fn level(self) -> usize {
         if self == Self::Modified { 2 } else { 1 }
     }
 
     /// Number of squared differences in the estimate at factor m of n samples.
-    pub fn count(self, n: usize, m: usize) -> usize {
+    pub(crate) fn count(self, n: usize, m: usize) -> usize {
         (n + self.level()).saturating_sub(self.order() * m)
     }
 
     /// Ratio of the mean square difference to the variance.
-    pub fn scale(self, m: usize) -> f64 {
+    pub(crate) fn scale(self, m: usize) -> f64 {
         let m = m as f64;
         match self {
             Self::Allan | Self::Total => 2.0 * m * m,
@@ -67,19 +68,8 @@ const MIN_INTERPOLATED_PANELS: usize = 3;
 /// Distance in lags of the breaks within an autocovariance of finitely many lags: every lag near a break is summed.
 const KINK_DISTANCE: usize = 20;
 
-/// Name of a primitive process and its parameters, in units of one sample.
-pub type Term = (String, Vec<f64>);
-
-/// Error for a term with an unknown name or a wrong number of values.
-pub fn unknown(name: &str, values: usize) -> Error {
-    Error::Input(format!(
-        "term {name:?} with {values} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, power_law 2, \
-         exponential 4, lags 1 or more"
-    ))
-}
-
 /// Generalized covariance of a sum of processes.
-pub struct Process {
+pub(super) struct Process {
     pub powers: Vec<Powers>,
     pub exponentials: Vec<Exponential>,
     /// Lags other than 0 at which the covariance is not smooth.
@@ -88,73 +78,69 @@ pub struct Process {
 
 impl Process {
     /// Generalized covariance of `terms` summed as `kind` needs, for records of `n` samples.
-    pub fn new(terms: &[Term], n: usize, kind: Kind) -> Result<Self> {
+    pub(super) fn new(terms: &[Term], n: usize, kind: Kind) -> Result<Self> {
         let mut out = Self { powers: Vec::new(), exponentials: Vec::new(), kinks: Vec::new() };
-        for (name, values) in terms {
-            out.add(name, values, n, kind)?;
+        for term in terms {
+            out.add(term, n, kind)?;
         }
         Ok(out)
     }
 
     /// Adds one term.
-    fn add(&mut self, name: &str, values: &[f64], n: usize, kind: Kind) -> Result<()> {
+    fn add(&mut self, term: &Term, n: usize, kind: Kind) -> Result<()> {
+        term.check_finite()?;
         let level = kind.level();
-        if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
-            return Err(Error::Input(format!("term {name}: value {bad} is not finite")));
-        }
         let mut fractional = |exponent: f64, scale: f64| {
             if scale != 0.0 {
                 self.powers.extend(powers::fractional(exponent - 2.0 * level as f64, scale));
             }
         };
-        match (name, values) {
-            ("white", &[v]) => fractional(0.0, v),
-            ("blue", &[v]) => fractional(2.0, v),
-            ("random_walk", &[v]) => fractional(-2.0, v),
-            ("flicker", &[v]) => fractional(-1.0, v),
-            ("power_law", &[a, v]) => {
+        match term {
+            Term::White { variance } => fractional(0.0, *variance),
+            Term::Blue { variance } => fractional(2.0, *variance),
+            Term::RandomWalk { variance } => fractional(-2.0, *variance),
+            Term::PowerLaw { exponent, level, .. } => {
                 let lowest = if kind == Kind::Hadamard { -5.0 } else { -3.0 };
-                if a <= lowest || a > 2.0 {
+                if *exponent <= lowest || *exponent > 2.0 {
                     return Err(Error::Input(format!(
-                        "term power_law: exponent {a} is outside {lowest} … 2, where the variance exists"
+                        "term power_law: exponent {exponent} is outside {lowest} … 2, where the variance exists"
                     )));
                 }
-                fractional(a, v);
+                fractional(*exponent, *level);
             }
-            ("exponential", &[re, im, phi_re, phi_im]) => {
-                let (a, phi) = (c64::new(re, im), c64::new(phi_re, phi_im));
+            Term::Exponential { amplitude, phi } => {
                 let epsilon = (1.0 - phi).norm();
                 if phi.norm() > 1.0 || epsilon == 0.0 {
                     return Err(Error::Input(format!(
-                        "term exponential: φ = {phi_re} + {phi_im}i is not inside the unit circle"
+                        "term exponential: φ = {} + {}i is not inside the unit circle",
+                        phi.re, phi.im
                     )));
                 }
                 if phi.norm() < 1e-12 {
-                    fractional(0.0, re);
+                    fractional(0.0, amplitude.re);
                 } else if epsilon * (n as f64) < 1e-6 {
-                    fractional(-2.0, 2.0 * (a * (1.0 - phi)).re);
-                } else if re != 0.0 || im != 0.0 {
-                    self.exponentials.push(Exponential::new(a, phi, level));
+                    fractional(-2.0, 2.0 * (amplitude * (1.0 - phi)).re);
+                } else if *amplitude != c64::new(0.0, 0.0) {
+                    self.exponentials.push(Exponential::new(*amplitude, *phi, level));
                 }
             }
-            ("lags", lags) if !lags.is_empty() => {
-                self.powers.push(powers::finite(lags, level));
+            Term::Lags { covariances } => {
+                self.powers.push(powers::finite(covariances, level));
                 // These breaks make every lag a node, because the autocovariance is not smooth between its lags.
-                self.kinks.extend((KINK_DISTANCE..lags.len()).step_by(KINK_DISTANCE));
-                self.kinks.push(lags.len());
+                self.kinks.extend((KINK_DISTANCE..covariances.len()).step_by(KINK_DISTANCE));
+                self.kinks.push(covariances.len());
             }
-            _ => return Err(unknown(name, values.len())),
         }
         Ok(())
     }
 
     /// Decay and phase of every exponential.
-    pub fn waves(&self) -> Vec<Wave> {
+    pub(super) fn waves(&self) -> Vec<Wave> {
         self.exponentials.iter().map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() }).collect()
     }
 
     /// Differences of the process at spacing `i`.
-    pub fn spaced(&self, i: usize, order: usize) -> Spaced<'_> {
+    pub(super) fn spaced(&self, i: usize, order: usize) -> Spaced<'_> {
         Spaced {
             i,
             order,
@@ -165,7 +151,7 @@ impl Process {
 }
 
 /// Differences of a process at one spacing.
-pub struct Spaced<'a> {
+pub(super) struct Spaced<'a> {
     pub i: usize,
     order: usize,
     powers: Vec<differences::Spaced<'a>>,
@@ -174,7 +160,7 @@ pub struct Spaced<'a> {
 
 impl Spaced<'_> {
     /// The cross-covariance R_ij(t) of differences at spacings i and j ≥ i, as a function of t ≥ 0.
-    pub fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
+    pub(super) fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
         let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
         let exponentials: Vec<_> = self.exponentials.iter().map(|e| e.with(j)).collect();
         move |t| {
@@ -197,7 +183,13 @@ impl Spaced<'_> {
     }
 
     /// Σ_t count(t) R_ij(t)² / (M_i M_j) over all pairs of centers.
-    pub fn mean_square(&self, other: &Self, counts: (usize, usize), kinks: &[usize], waves: &[Wave]) -> f64 {
+    pub(super) fn mean_square(
+        &self,
+        other: &Self,
+        counts: (usize, usize),
+        kinks: &[usize],
+        waves: &[Wave],
+    ) -> f64 {
         let (order, i, j) = (self.order, self.i, other.i);
         // Distances of centers are whole numbers, or whole numbers plus one half.
         let base = if order * (i + j) % 2 == 1 { 0.5 } else { 0.0 };

@@ -18,7 +18,7 @@ enum Zone {
 }
 
 /// Sum of the differences of several exponentials, panel by panel.
-pub struct Runs<'a> {
+pub(super) struct Runs<'a> {
     runs: Vec<Run<'a>>,
     /// Sum of the coefficients of |h|.
     linear: f64,
@@ -26,7 +26,7 @@ pub struct Runs<'a> {
 
 impl<'a> Runs<'a> {
     /// For exponentials whose differences have the same two spacings.
-    pub fn of(crossed: &'a [Crossed<'a>]) -> Self {
+    pub(super) fn of(crossed: &'a [Crossed<'a>]) -> Self {
         let line =
             |one: &Crossed<'_>| if one.inner.reduced { 0.0 } else { one.inner.kernel.polynomial[0].re };
         Self { runs: crossed.iter().map(Run::of).collect(), linear: crossed.iter().map(line).sum() }
@@ -34,7 +34,7 @@ impl<'a> Runs<'a> {
 
     /// Adds the values at the nodes of a panel, which lies between two breaks. The nodes ascend and are symmetric
     /// about the middle.
-    pub fn add(&mut self, at: &[f64], width: usize, out: &mut [f64]) {
+    pub(super) fn add(&mut self, at: &[f64], width: usize, out: &mut [f64]) {
         let Some(Crossed { inner, j, reach, .. }) = self.runs.first().map(|run| run.crossed) else { return };
         let (first, last, m) = (at[0], at[at.len() - 1], inner.i);
         let zone = if first >= *reach {

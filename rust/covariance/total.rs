@@ -10,7 +10,8 @@
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::process::{Kind, Process, Term};
+use super::process::{Kind, Process};
+use super::term::{Term, without_white_phase};
 use super::{distribution, plain};
 use crate::parallel::pooled;
 use crate::{Error, Result};
@@ -64,12 +65,6 @@ impl Process {
     }
 }
 
-/// Terms without white phase noise, which has one degree of freedom per sample and so contributes only its mean to a
-/// few centers.
-fn without_white_phase(terms: &[Term]) -> Vec<Term> {
-    terms.iter().filter(|(name, _)| name != "blue").cloned().collect()
-}
-
 /// Error if a factor is too long for the record.
 fn check(n: usize, factors: &[usize]) -> Result<()> {
     match factors.iter().find(|m| **m == 0 || **m + 1 > n) {
@@ -94,7 +89,7 @@ fn reflection_matters(n: usize, m: usize) -> bool {
 }
 
 /// Expected estimates (k,) and their variances (k,).
-pub fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(super) fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
     check(n, factors)?;
     let whole = Process::new(terms, n, Kind::Total)?;
     let rest = without_white_phase(terms);
@@ -121,7 +116,7 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64
 }
 
 /// Expected estimates (k,) and their covariance (k, k), row by row.
-pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(super) fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
     let (means, own) = variances(terms, n, factors)?;
     let k = factors.len();
     // Correlations are those of the overlapping variance, except for pairs of factors for which reflection matters.
@@ -162,7 +157,7 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f6
 }
 
 /// Quantiles of the estimate over its mean, at one factor.
-pub fn quantiles(terms: &[Term], n: usize, factor: usize, probabilities: &[f64]) -> Result<Vec<f64>> {
+pub(super) fn quantiles(terms: &[Term], n: usize, factor: usize, probabilities: &[f64]) -> Result<Vec<f64>> {
     let (mean, variance) = variances(terms, n, &[factor])?;
     if !reflection_matters(n, factor) {
         return plain::quantiles(terms, n, factor, probabilities, Kind::Allan);

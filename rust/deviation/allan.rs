@@ -105,9 +105,9 @@ fn terms<T: Sample>(
     let split = factors.partition_point(|m| *m <= LOCAL);
     let (near, far) = placed.split_at(split);
     let points = record.points();
-    let mut theta = Buffer::new(if far.is_empty() { 0 } else { points });
     let pass = Pass { record, factors, execution, adjacent, blocks: points.div_ceil(BLOCK) };
-    let mut terms = pass.near(near, &mut theta)?;
+    let (theta, mut terms) =
+        Buffer::written(if far.is_empty() { 0 } else { points }, |theta| pass.near(near, theta))?;
     let (runs, rest) = if pass.is_complete() { sums::doubling(far) } else { (Vec::new(), far.to_vec()) };
     for run in tiles::parts(execution.width, &theta, &runs) {
         pass.doubling(&run, &mut terms)?;

@@ -1,13 +1,81 @@
 //! Hadamard variance: third differences of the phase, which a linear drift of the rate does not change. NIST SP 1065
 //! eqs. 18 and 20.
 
-use super::Block;
-use crate::machine::processor::Width;
+use super::statistic::{Block, Part, Statistic};
+use crate::machine::processor::compiled_for_each_width;
+
+/// Hadamard variance of third differences at every point.
+pub(super) struct Overlapping;
+
+/// Hadamard variance of third differences at every m-th point.
+pub(super) struct Adjacent;
+
+impl Statistic for Overlapping {
+    fn name(&self) -> &'static str {
+        "ohdev"
+    }
+
+    fn reach(&self, m: usize) -> usize {
+        3 * m
+    }
+
+    fn scale(&self, m: f64) -> f64 {
+        6.0 * m.powi(2)
+    }
+
+    fn skips_missing_points(&self) -> bool {
+        true
+    }
+
+    fn sum(&self, part: &Part<'_>, _: &mut Vec<f64>) -> (f64, u64) {
+        part.between_gaps(self.last_point(part.m), overlapping)
+    }
+
+    fn definition(&self, theta: &[f64], m: usize) -> Vec<f64> {
+        definition(theta, m, 1)
+    }
+}
+
+impl Statistic for Adjacent {
+    fn name(&self) -> &'static str {
+        "hdev"
+    }
+
+    fn reach(&self, m: usize) -> usize {
+        Overlapping.reach(m)
+    }
+
+    fn scale(&self, m: f64) -> f64 {
+        Overlapping.scale(m)
+    }
+
+    fn skips_missing_points(&self) -> bool {
+        true
+    }
+
+    fn sum(&self, part: &Part<'_>, _: &mut Vec<f64>) -> (f64, u64) {
+        part.between_gaps(self.last_point(part.m), adjacent)
+    }
+
+    fn definition(&self, theta: &[f64], m: usize) -> Vec<f64> {
+        definition(theta, m, m)
+    }
+
+    fn points_of_term(&self, i: usize, m: usize, _: usize) -> (usize, usize) {
+        (i * m, i * m + 3 * m)
+    }
+}
+
+/// Squared third differences at every `stride`-th point, over 6 m².
+fn definition(theta: &[f64], m: usize, stride: usize) -> Vec<f64> {
+    let third = |k: usize| theta[k + 3 * m] - 3.0 * theta[k + 2 * m] + 3.0 * theta[k + m] - theta[k];
+    (0..theta.len() - 3 * m).step_by(stride).map(|k| third(k).powi(2) / (6.0 * (m * m) as f64)).collect()
+}
 
 /// Sum and number of (θ[k+3m] − 3θ[k+2m] + 3θ[k+m] − θ[k])² at every k. Terms that are NaN are skipped.
 ///
 /// If the sum of a strip is finite, the strip contains no NaN. Only other strips are examined term by term.
-pub fn overlapping(block: &Block<'_>) -> (f64, u64) {
+fn overlapping(block: &Block<'_>) -> (f64, u64) {
     // Four streams of 32 KiB stay in the second-level cache when a strip with gaps is read again.
     const STRIP: usize = 4096;
     let (mut sum, mut count) = (0.0, 0);
@@ -29,28 +97,14 @@ pub fn overlapping(block: &Block<'_>) -> (f64, u64) {
     (sum, count)
 }
 
-/// Σ (d − 3c + 3b − a)² over four slices of equal length.
-pub fn third_differences(width: Width, parts: [&[f64]; 4]) -> f64 {
-    #[cfg(target_arch = "x86_64")]
-    if width.is_wide() {
-        // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
-        return unsafe { third_differences_avx2(parts) };
-    }
-    let _ = width;
-    third_differences_plain(parts)
-}
-
-/// # Safety
-/// The processor has AVX2 and FMA.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn third_differences_avx2(parts: [&[f64]; 4]) -> f64 {
-    third_differences_plain(parts)
+compiled_for_each_width! {
+    /// Σ (d − 3c + 3b − a)² over four slices of equal length.
+    fn third_differences(parts: [&[f64]; 4]) -> f64 = third_differences_inline
 }
 
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
-fn third_differences_plain([a, b, c, d]: [&[f64]; 4]) -> f64 {
+fn third_differences_inline([a, b, c, d]: [&[f64]; 4]) -> f64 {
     const LANES: usize = 16;
     let n = a.len();
     let mut sums = [0.0; LANES];
@@ -66,7 +120,7 @@ fn third_differences_plain([a, b, c, d]: [&[f64]; 4]) -> f64 {
 }
 
 /// Like [`overlapping`], at every m-th point of the record.
-pub fn adjacent(block: &Block<'_>) -> (f64, u64) {
+fn adjacent(block: &Block<'_>) -> (f64, u64) {
     let m = block.m;
     let theta = block.theta;
     let (mut sum, mut count) = (0.0, 0);

@@ -4,8 +4,7 @@
 //! The phase at every m-th point is detrended. Then it is differenced until its lag-1 autocorrelation r indicates a
 //! stationary series, δ = r/(1+r) < ¼. After d differences `S_y` ∝ f^α with α = 2 − 2(δ + d).
 
-#[cfg(target_arch = "x86_64")]
-use crate::machine::processor::Width;
+use crate::machine::processor::{Width, compiled_for_each_width};
 use crate::phase::{Quantity, Record, Sample, plain_sum};
 
 /// Maximum number of points per factor: enough to identify the noise, at a negligible cost compared with the
@@ -53,7 +52,7 @@ pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize])
         if 2 * m >= 3 * last {
             last = m;
             thin(phase, m, &mut thinned);
-            let law = exponent(&mut thinned);
+            let law = exponent(Width::best(), &mut thinned);
             if !law.is_nan() {
                 known = BORDERS.iter().filter(|border| **border <= law).count() as f64 - 2.0;
                 first = if first.is_nan() { known } else { first };
@@ -76,25 +75,14 @@ fn thin(phase: &[f64], m: usize, to: &mut Vec<f64>) {
     to.extend(phase[(all - count) / 2 * m..].iter().step_by(m).take(count));
 }
 
-/// Estimate of α, not rounded; overwrites `z`. All vector units run the same operations and give the same bits.
-fn exponent(z: &mut [f64]) -> f64 {
-    #[cfg(target_arch = "x86_64")]
-    if Width::best().is_wide() {
-        // SAFETY: a wide `Width` is only made on a processor with AVX2.
-        return unsafe { exponent_wide(z) };
-    }
-    exponent_by(z)
+compiled_for_each_width! {
+    /// Estimate of α, not rounded; overwrites `z`.
+    fn exponent(z: &mut [f64]) -> f64 = exponent_inline
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn exponent_wide(z: &mut [f64]) -> f64 {
-    exponent_by(z)
-}
-
-#[expect(clippy::inline_always, reason = "compiled again inside `exponent_wide` with its registers")]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn exponent_by(mut z: &mut [f64]) -> f64 {
+fn exponent_inline(mut z: &mut [f64]) -> f64 {
     if z.len() < MIN_POINTS {
         return f64::NAN;
     }
@@ -117,7 +105,7 @@ fn exponent_by(mut z: &mut [f64]) -> f64 {
 }
 
 /// Removes the mean from `z`; returns Σ z[i]² and Σ z[i]·z[i+1].
-#[expect(clippy::inline_always, reason = "part of `exponent_by`")]
+#[expect(clippy::inline_always, reason = "part of `exponent_inline`")]
 #[inline(always)]
 fn moments(z: &mut [f64]) -> (f64, f64) {
     let mean = plain_sum(z) / z.len() as f64;
@@ -140,7 +128,7 @@ fn moments(z: &mut [f64]) -> (f64, f64) {
 }
 
 /// Removes the least-squares parabola, by orthogonal polynomials on an even grid.
-#[expect(clippy::inline_always, reason = "part of `exponent_by`")]
+#[expect(clippy::inline_always, reason = "part of `exponent_inline`")]
 #[inline(always)]
 fn detrend(z: &mut [f64]) {
     let n = z.len() as f64;
@@ -178,8 +166,10 @@ mod tests {
     fn wide_registers_change_no_bit() {
         for n in 90..200_usize {
             let values: Vec<f64> = (0..n).map(|i| ((i * i * 7919) % 1000) as f64 / 7.0).collect();
-            let (found, plain) = (exponent(&mut values.clone()), exponent_by(&mut values.clone()));
-            assert_eq!(found.to_bits(), plain.to_bits(), "{n} points");
+            let plain = exponent_inline(&mut values.clone());
+            for width in Width::available() {
+                assert_eq!(exponent(width, &mut values.clone()).to_bits(), plain.to_bits(), "{n} points");
+            }
         }
     }
 }

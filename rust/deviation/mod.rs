@@ -1,4 +1,4 @@
-//! Allan variance and related statistics, one estimator per file.
+//! Allan variance and related statistics, one per file.
 
 pub mod allan;
 pub mod family;
@@ -8,26 +8,29 @@ pub mod loops;
 mod modified;
 mod modified_total;
 pub mod naive;
+mod parabolic;
+pub mod statistic;
 mod theo;
 mod tie;
 mod total;
 
-use std::sync::atomic::AtomicBool;
+use statistic::Statistic;
 
-use crate::machine::processor::Width;
+/// Every statistic except the Allan variance, which has loops of its own.
+pub static STATISTICS: [&dyn Statistic; 10] = [
+    &hadamard::Overlapping,
+    &hadamard::Adjacent,
+    &modified::Modified,
+    &parabolic::Parabolic,
+    &total::Total,
+    &modified_total::ModifiedTotal,
+    &modified_total::HadamardTotal,
+    &theo::Theo1,
+    &tie::TieRms,
+    &tie::Mtie,
+];
 
-/// Input of a block of terms. A term is one squared difference of an estimator.
-pub struct Block<'a> {
-    /// Phase points `k .. k + n + reach`.
-    pub theta: &'a [f64],
-    /// Index of the first of these points in the record.
-    pub first: usize,
-    /// Number of terms.
-    pub n: usize,
-    /// Averaging factor.
-    pub m: usize,
-    /// Vector unit.
-    pub width: Width,
-    /// Set to true when the caller wants to stop; the sum is then unspecified.
-    pub stop: &'a AtomicBool,
+/// The statistic with this name.
+pub fn statistic(name: &str) -> Option<&'static dyn Statistic> {
+    STATISTICS.into_iter().find(|statistic| statistic.name() == name)
 }

@@ -6,14 +6,110 @@
 //! sum E. E is odd, so that D(i) = D(−3m − i) and half of the differences suffice. Each costs O(1) from the running
 //! sum. For large m, all segments are summed together (`loops/segments.rs`).
 
-use super::Block;
-use crate::machine::processor::Width;
+use super::hadamard::Overlapping;
+use super::statistic::{Block, Part, Statistic};
+use crate::machine::processor::compiled_for_each_width;
 
 /// From this factor on all segments are summed together. Chosen by judgment; not measured.
 const MIN_JOINT_FACTOR: usize = 24;
 
+/// Minimum number of terms of a block: they share the start of the running sum. Chosen by judgment; not measured.
+const MIN_BLOCK: usize = 512;
+
+/// Modified total variance: the modified variance of every segment of 3m points, reflected.
+pub(super) struct ModifiedTotal;
+
+/// Hadamard total variance: the Hadamard variance of every segment of 3m rates, reflected. At m = 1 it equals the
+/// overlapping Hadamard variance.
+pub(super) struct HadamardTotal;
+
+impl Statistic for ModifiedTotal {
+    fn name(&self) -> &'static str {
+        "mtotdev"
+    }
+
+    fn reach(&self, m: usize) -> usize {
+        3 * m - 1
+    }
+
+    fn block(&self, m: usize) -> usize {
+        m.max(MIN_BLOCK)
+    }
+
+    fn operations(&self, m: usize) -> usize {
+        operations(m)
+    }
+
+    fn scale(&self, m: f64) -> f64 {
+        12.0 * m.powi(5)
+    }
+
+    fn sum(&self, part: &Part<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+        part.between_gaps(self.last_point(part.m), |block| of_phase(block, work))
+    }
+
+    fn definition(&self, theta: &[f64], m: usize) -> Vec<f64> {
+        theta.windows(3 * m).map(|segment| mean_around(segment, m) / (2.0 * (m * m) as f64)).collect()
+    }
+}
+
+impl Statistic for HadamardTotal {
+    fn name(&self) -> &'static str {
+        "htotdev"
+    }
+
+    fn reach(&self, m: usize) -> usize {
+        3 * m
+    }
+
+    fn block(&self, m: usize) -> usize {
+        m.max(MIN_BLOCK)
+    }
+
+    fn operations(&self, m: usize) -> usize {
+        operations(m)
+    }
+
+    fn scale(&self, m: f64) -> f64 {
+        36.0 * m.powi(3)
+    }
+
+    fn at_factor_one(&self) -> Option<&'static dyn Statistic> {
+        Some(&Overlapping)
+    }
+
+    fn sum(&self, part: &Part<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+        part.between_gaps(self.last_point(part.m), |block| of_rates(block, work))
+    }
+
+    fn definition(&self, theta: &[f64], m: usize) -> Vec<f64> {
+        let rates: Vec<f64> = theta.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        rates.windows(3 * m).map(|segment| mean_around(segment, m) / 6.0).collect()
+    }
+}
+
+/// Estimated number of operations of a segment: 9m, unless all segments are summed together.
+fn operations(m: usize) -> usize {
+    9 * m.min(64)
+}
+
+/// Mean of the 6m squared second differences of m-point means of a segment of 3m points, detrended and reflected: the
+/// definition of a term.
+fn mean_around(segment: &[f64], m: usize) -> f64 {
+    let length = segment.len();
+    let (half, other) = (length / 2, length.div_ceil(2));
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let slope = (mean(&segment[other..]) - mean(&segment[..half])) / other as f64;
+    let flat: Vec<f64> = segment.iter().enumerate().map(|(i, x)| x - slope * i as f64).collect();
+    let all: Vec<f64> = flat.iter().rev().chain(&flat).chain(flat.iter().rev()).copied().collect();
+    let d = |i: usize| {
+        mean(&all[i..i + m]) - 2.0 * mean(&all[i + m..i + 2 * m]) + mean(&all[i + 2 * m..i + 3 * m])
+    };
+    (0..6 * m).map(|i| d(i).powi(2)).sum::<f64>() / (6 * m) as f64
+}
+
 /// Sum over all segments of the phase of Σ D², and the number of segments: modified total variance.
-pub fn of_phase(block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+fn of_phase(block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
     let points = block.n + 3 * block.m - 1;
     let mut running = Vec::with_capacity(points + 1);
     // Removing the line through the ends changes no term, because every segment is detrended.
@@ -29,7 +125,7 @@ pub fn of_phase(block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
 }
 
 /// Like [`of_phase`] for the rates, whose running sum is the phase: Hadamard total variance.
-pub fn of_rates(block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+fn of_rates(block: &Block<'_>, work: &mut Vec<f64>) -> (f64, u64) {
     (sum_over_segments(block.theta, block, work), block.n as u64)
 }
 
@@ -43,29 +139,14 @@ fn sum_over_segments(running: &[f64], block: &Block<'_>, work: &mut Vec<f64>) ->
     (0..block.n).map(|k| around(block.width, &running[k..=k + 3 * m], m, work)).sum()
 }
 
-/// Σ D² over the period of one reflected segment.
-fn around(width: Width, running: &[f64], m: usize, work: &mut [f64]) -> f64 {
-    #[cfg(target_arch = "x86_64")]
-    if width.is_wide() {
-        // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
-        return unsafe { around_avx2(running, m, work) };
-    }
-    let _ = width;
-    around_plain(running, m, work)
+compiled_for_each_width! {
+    /// Σ D² over the period of one reflected segment: 6m squares.
+    fn around(c: &[f64], m: usize, work: &mut [f64]) -> f64 = around_inline
 }
 
-/// # Safety
-/// The processor has AVX2 and FMA.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn around_avx2(running: &[f64], m: usize, work: &mut [f64]) -> f64 {
-    around_plain(running, m, work)
-}
-
-/// Σ D² of one segment: 6m squares.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
-fn around_plain(c: &[f64], m: usize, work: &mut [f64]) -> f64 {
+fn around_inline(c: &[f64], m: usize, work: &mut [f64]) -> f64 {
     let length = 3 * m;
     let (half, other) = (length / 2, length.div_ceil(2));
     // Trend from the means of the two halves, whose centers are `other` points apart.
@@ -98,9 +179,9 @@ fn around_plain(c: &[f64], m: usize, work: &mut [f64]) -> f64 {
     }
 }
 
+/// Σ (e[i+3m] − 3e[i+2m] + 3e[i+m] − e[i])² over i < n.
 #[allow(clippy::inline_always)] // as above
 #[inline(always)]
-/// Σ (e[i+3m] − 3e[i+2m] + 3e[i+m] − e[i])² over i < n.
 fn squares(e: &[f64], m: usize, n: usize) -> f64 {
     let [a, b, c, d] = [0, m, 2 * m, 3 * m].map(|at| &e[at..at + n]);
     let mut sums = [0.0; 16];

@@ -2,13 +2,89 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Block;
+use super::statistic::{Block, Part, Phase, Statistic};
+
+/// Mean square of the phase gained in m samples.
+pub(super) struct TieRms;
+
+/// Square of the largest range of the phase within m samples.
+pub(super) struct Mtie;
+
+impl Statistic for TieRms {
+    fn name(&self) -> &'static str {
+        "tierms"
+    }
+
+    fn reach(&self, m: usize) -> usize {
+        m
+    }
+
+    fn scale(&self, _: f64) -> f64 {
+        1.0
+    }
+
+    fn phase(&self) -> Phase {
+        Phase::Detrended
+    }
+
+    fn skips_missing_points(&self) -> bool {
+        true
+    }
+
+    fn sum(&self, part: &Part<'_>, _: &mut Vec<f64>) -> (f64, u64) {
+        part.between_gaps(part.m, mean_square)
+    }
+
+    fn definition(&self, theta: &[f64], m: usize) -> Vec<f64> {
+        theta.iter().zip(&theta[m..]).map(|(a, b)| (b - a).powi(2)).collect()
+    }
+}
+
+impl Statistic for Mtie {
+    fn name(&self) -> &'static str {
+        "mtie"
+    }
+
+    fn reach(&self, m: usize) -> usize {
+        m
+    }
+
+    /// All windows are one block, because they share extremes.
+    fn block(&self, _: usize) -> usize {
+        usize::MAX / 2
+    }
+
+    fn scale(&self, _: f64) -> f64 {
+        1.0
+    }
+
+    fn phase(&self) -> Phase {
+        Phase::Detrended
+    }
+
+    fn is_maximum(&self) -> bool {
+        true
+    }
+
+    fn sum(&self, part: &Part<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+        largest_range(part.theta, part.runs, part.m, work, part.stop)
+    }
+
+    fn definition(&self, theta: &[f64], m: usize) -> Vec<f64> {
+        let extreme = |w: &[f64], pick: fn(f64, f64) -> f64| w.iter().copied().reduce(pick).unwrap_or(0.0);
+        let range = |w: &[f64]| {
+            let whole = !w.iter().any(|v| v.is_nan());
+            if whole { (extreme(w, f64::max) - extreme(w, f64::min)).powi(2) } else { f64::NAN }
+        };
+        theta.windows(m + 1).map(range).collect()
+    }
+}
 
 /// Number of points between two checks of the stop flag: about a millisecond.
 const CHECK_INTERVAL: usize = 1 << 18;
 
 /// Sum and number of (θ[k+m] − θ[k])². Terms that are NaN are skipped.
-pub fn mean_square(block: &Block<'_>) -> (f64, u64) {
+fn mean_square(block: &Block<'_>) -> (f64, u64) {
     let (n, m, theta) = (block.n, block.m, block.theta);
     let (mut sum, mut count) = (0.0, 0);
     for (a, b) in theta[..n].iter().zip(&theta[m..m + n]) {
@@ -23,7 +99,7 @@ pub fn mean_square(block: &Block<'_>) -> (f64, u64) {
 ///
 /// Van Herk's algorithm: a window is the tail of one block of m + 1 points and the head of the next. Two passes serve
 /// all windows of any length. The first pass stores the extremes of all tails, the second those of the growing head.
-pub fn largest_range(
+fn largest_range(
     theta: &[f64],
     runs: &[(usize, usize)],
     m: usize,

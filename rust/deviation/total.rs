@@ -5,11 +5,68 @@
 //! variance.
 
 use super::loops::sums;
+use super::statistic::{Part, Phase, Statistic};
 use crate::machine::processor::Width;
+
+/// Total variance.
+pub(super) struct Total;
+
+impl Statistic for Total {
+    fn name(&self) -> &'static str {
+        "totdev"
+    }
+
+    /// A term is named by its center, which may be any point.
+    fn reach(&self, _: usize) -> usize {
+        0
+    }
+
+    fn scale(&self, m: f64) -> f64 {
+        2.0 * m.powi(2)
+    }
+
+    fn phase(&self) -> Phase {
+        Phase::Global
+    }
+
+    fn skips_missing_points(&self) -> bool {
+        true
+    }
+
+    fn extends_allan(&self) -> bool {
+        true
+    }
+
+    fn sum(&self, part: &Part<'_>, _: &mut Vec<f64>) -> (f64, u64) {
+        reflected(part.width, part.theta, part.runs, (part.from, part.to), part.m)
+    }
+
+    fn definition(&self, theta: &[f64], m: usize) -> Vec<f64> {
+        let last = theta.len() as isize - 1;
+        let reflected = |i: isize| match i {
+            i if i < 0 => 2.0 * theta[0] - theta[(-i) as usize],
+            i if i > last => 2.0 * theta[last as usize] - theta[(2 * last - i) as usize],
+            i => theta[i as usize],
+        };
+        let by = m as isize;
+        let term = |i: isize| (reflected(i - by) - 2.0 * reflected(i) + reflected(i + by)).powi(2);
+        (1..last).map(|i| term(i) / (2.0 * (m * m) as f64)).collect()
+    }
+
+    fn points_of_term(&self, i: usize, m: usize, last: usize) -> (usize, usize) {
+        let (center, m, end) = (i as isize + 1, m as isize, last as isize);
+        let mirrored = |j: isize| if j < 0 { -j } else { j.min(2 * end - j) };
+        let mut used = vec![center, mirrored(center - m), mirrored(center + m)];
+        used.extend((center < m).then_some(0));
+        used.extend((center + m > end).then_some(end));
+        let ends = (used.iter().min().copied(), used.iter().max().copied());
+        (ends.0.unwrap_or(center) as usize, ends.1.unwrap_or(center) as usize)
+    }
+}
 
 /// Sum and number of (θ*[i−m] − 2θ[i] + θ*[i+m])² over the centers i in `span`. Terms whose samples contain a gap and
 /// terms that are NaN are skipped. `runs` are ranges (first, last) of points without a gap.
-pub fn reflected(
+fn reflected(
     width: Width,
     theta: &[f64],
     runs: &[(usize, usize)],

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 
 /// A first-order Gauss-Markov process with a stationary variance and a rate λ in 1/s.
 #[derive(Debug, Clone, Copy)]
-pub struct Lag {
+pub(crate) struct Lag {
     pub variance: f64,
     pub rate: f64,
     /// True if the integral of the process is observed, false if the process itself is.
@@ -21,7 +21,7 @@ pub struct Lag {
 
 /// Parameters of the noise.
 #[derive(Debug, Clone)]
-pub struct Noise {
+pub(crate) struct Noise {
     pub lags: Vec<Lag>,
     /// Variance that the random walk gains in 1 s.
     pub walk: f64,
@@ -82,7 +82,7 @@ impl Transition {
 ///
 /// Rows where `observed` is false are not observed: they do not update the filter, but their prediction errors are
 /// returned.
-pub fn filter(
+pub(crate) fn filter(
     noise: &Noise,
     times: &[f64],
     observed: &[bool],
@@ -256,7 +256,50 @@ impl Filter {
 
 #[cfg(test)]
 mod tests {
+    use faer::Mat;
+    use proptest::prelude::*;
+
+    use super::super::dense;
     use super::*;
+
+    /// Covariance of the signal at times s and t after the first time: the definition.
+    fn covariance(noise: &Noise, s: f64, t: f64) -> f64 {
+        let lag = |lag: &Lag| {
+            let decay = |time: f64| (-lag.rate * time).exp();
+            if lag.integrated {
+                let shape = 2.0 * lag.rate * s.min(t) - 1.0 + decay(s) + decay(t) - decay((t - s).abs());
+                lag.variance * shape / (lag.rate * lag.rate)
+            } else {
+                lag.variance * decay((t - s).abs())
+            }
+        };
+        noise.walk * s.min(t) + noise.lags.iter().map(lag).sum::<f64>()
+    }
+
+    proptest! {
+        #[test]
+        fn innovations_equal_the_joint_distribution(
+            lags in prop::collection::vec((0.1..3.0_f64, 0.05..2.0_f64, any::<bool>()), 0..4), walk in 0.0..1.0_f64,
+            white in 0.2..2.0_f64, rows in prop::collection::vec((0.0..2.0_f64, -3.0..3.0_f64, any::<bool>()), 1..25)
+        ) {
+            let lags = lags.into_iter().map(|(variance, rate, integrated)| Lag { variance, rate, integrated });
+            let noise = Noise { lags: lags.collect(), walk, white };
+            let mut now = 0.0;
+            let times: Vec<f64> = rows.iter().map(|row| { now += row.0; now }).collect();
+            let values: Vec<f64> = rows.iter().map(|row| row.1).collect();
+            let observed: Vec<bool> = rows.iter().map(|row| row.2).collect();
+            let n = times.len();
+            let signal = Mat::from_fn(n, n, |i, j| covariance(&noise, times[i] - times[0], times[j] - times[0]));
+            let samples: Vec<f64> =
+                values.iter().zip(&observed).map(|(x, observed)| if *observed { *x } else { f64::NAN }).collect();
+            let (found, variances) = filter(&noise, &times, &observed, &values, &never_stopped()).unwrap();
+            for (k, (value, variance)) in dense::innovations(&signal, white, &samples).into_iter().enumerate() {
+                // The definition of an integrated lag cancels up to (rate · time)²: 1e-12 of 1/rate² = 400 at most.
+                prop_assert!((variances[k] / variance - 1.0).abs() < 1e-7, "{k}: {} {variance}", variances[k]);
+                prop_assert!(value.is_nan() || (found[k] - value).abs() < 1e-7, "{k}: {} {value}", found[k]);
+            }
+        }
+    }
 
     fn never_stopped() -> AtomicBool {
         AtomicBool::new(false)

@@ -4,7 +4,7 @@ use crate::{Error, Result};
 
 /// A linear system with one output.
 #[derive(Debug, Clone)]
-pub struct System {
+pub(crate) struct System {
     states: usize,
     /// Nonzero elements (column, value) of each row of F.
     rows: Vec<Vec<(usize, f64)>>,
@@ -18,7 +18,7 @@ pub struct System {
 
 impl System {
     /// System from its matrices, given row by row. Error if sizes do not match or values are not finite.
-    pub fn new(f: &[f64], q: &[f64], h: &[f64], r: f64, p0: &[f64]) -> Result<Self> {
+    pub(crate) fn new(f: &[f64], q: &[f64], h: &[f64], r: f64, p0: &[f64]) -> Result<Self> {
         let d = h.len();
         for (name, matrix) in [("F", f), ("Q", q), ("P0", p0)] {
             if matrix.len() != d * d {
@@ -48,34 +48,34 @@ impl System {
     }
 
     /// Number of states.
-    pub fn states(&self) -> usize {
+    pub(crate) fn states(&self) -> usize {
         self.states
     }
 
     /// Initial covariance P0.
-    pub fn initial(&self) -> &[f64] {
+    pub(crate) fn initial(&self) -> &[f64] {
         &self.p0
     }
 
     /// Variance R of the measurement noise.
-    pub fn noise(&self) -> f64 {
+    pub(crate) fn noise(&self) -> f64 {
         self.r
     }
 
     /// Observed value H s of a state.
-    pub fn observe(&self, state: &[f64]) -> f64 {
+    pub(crate) fn observe(&self, state: &[f64]) -> f64 {
         self.h.iter().zip(state).map(|(h, s)| h * s).sum()
     }
 
     /// P H'.
-    pub fn spread(&self, covariance: &[f64], out: &mut [f64]) {
+    pub(crate) fn spread(&self, covariance: &[f64], out: &mut [f64]) {
         for (value, row) in out.iter_mut().zip(covariance.chunks(self.states)) {
             *value = self.observe(row);
         }
     }
 
     /// Predicts the state: s ← F s.
-    pub fn advance(&self, state: &mut [f64], scratch: &mut [f64]) {
+    pub(crate) fn advance(&self, state: &mut [f64], scratch: &mut [f64]) {
         scratch[..self.states].copy_from_slice(state);
         for (value, row) in state.iter_mut().zip(&self.rows) {
             *value = row.iter().map(|&(j, f)| f * scratch[j]).sum();
@@ -83,7 +83,7 @@ impl System {
     }
 
     /// Moves the adjoint one sample back: u ← F' u.
-    pub fn retreat(&self, adjoint: &mut [f64], scratch: &mut [f64]) {
+    pub(crate) fn retreat(&self, adjoint: &mut [f64], scratch: &mut [f64]) {
         scratch[..self.states].copy_from_slice(adjoint);
         adjoint.fill(0.0);
         for (row, &value) in self.rows.iter().zip(scratch.iter()) {
@@ -94,21 +94,21 @@ impl System {
     }
 
     /// Adds an observation to the adjoint: u ← u + H' value.
-    pub fn add_observed(&self, adjoint: &mut [f64], value: f64) {
+    pub(crate) fn add_observed(&self, adjoint: &mut [f64], value: f64) {
         for (u, h) in adjoint.iter_mut().zip(&self.h) {
             *u += h * value;
         }
     }
 
     /// Adds the smoothed disturbance to the state: s ← s + Q r.
-    pub fn disturb(&self, state: &mut [f64], adjoint: &[f64]) {
+    pub(crate) fn disturb(&self, state: &mut [f64], adjoint: &[f64]) {
         for (value, row) in state.iter_mut().zip(self.q.chunks(self.states)) {
             *value += row.iter().zip(adjoint).map(|(q, r)| q * r).sum::<f64>();
         }
     }
 
     /// Updates and predicts the covariance: P ← F (P − weight · spread spread') F' + Q.
-    pub fn propagate(&self, covariance: &mut [f64], spread: &[f64], weight: f64, scratch: &mut [f64]) {
+    pub(crate) fn propagate(&self, covariance: &mut [f64], spread: &[f64], weight: f64, scratch: &mut [f64]) {
         let d = self.states;
         if let Some(products) = &self.products {
             for (i, row) in covariance.chunks_mut(d).enumerate() {

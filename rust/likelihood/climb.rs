@@ -21,7 +21,7 @@ const MIN_STARTS_PER_THREAD: usize = 8;
 
 /// A spectrum S = offset + Gθ to be fitted to a measured power.
 #[derive(Clone, Copy)]
-pub struct Problem<'a> {
+pub(crate) struct Problem<'a> {
     pub likelihood: &'a Likelihood,
     /// Measured power, shape (bins,).
     pub power: &'a [f64],
@@ -33,7 +33,7 @@ pub struct Problem<'a> {
 
 /// Local maximum of the likelihood.
 #[derive(Debug, Clone)]
-pub struct Maximum {
+pub(crate) struct Maximum {
     /// Shape (p,).
     pub theta: Vec<f64>,
     /// Shape (bins,).
@@ -71,7 +71,7 @@ impl Problem<'_> {
     }
 
     /// Starting point (p,): non-negative least squares, relative to the measured power.
-    pub fn first(&self, p: usize) -> Result<Vec<f64>> {
+    pub(crate) fn first(&self, p: usize) -> Result<Vec<f64>> {
         self.check(p, None)?;
         let (columns, units) = self.scaled(p);
         let counted = self.likelihood.count.iter().zip(self.power);
@@ -88,7 +88,7 @@ impl Problem<'_> {
 
     /// The local maximum uphill of `start`. The scale of the discrepancy is fitted too unless it is `None`. Each
     /// round is a non-negative least-squares step with the effective degrees of freedom, shortened until logL rises.
-    pub fn climb(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Result<Maximum> {
+    pub(crate) fn climb(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Result<Maximum> {
         self.check(start.len(), scale)?;
         #[cfg(target_arch = "x86_64")]
         match Width::best().unit() {
@@ -242,7 +242,7 @@ impl Problem<'_> {
 /// Local maxima from many starts, without an offset. Each start has its own columns: `columns` has shape (m, p,
 /// bins), `starts` (m, p).
 #[allow(clippy::too_many_arguments)] // they define the problem
-pub fn climb_many(
+pub(crate) fn climb_many(
     likelihood: &Likelihood,
     power: &[f64],
     columns: &[f64],

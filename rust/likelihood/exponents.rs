@@ -5,13 +5,13 @@
 
 /// a·b + c, rounded once if `FUSED`.
 #[inline(always)]
-pub fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+pub(super) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// e^x for x ≤ 0 with a relative error of 3e-16; not less than 1e-304.
 #[inline(always)]
-pub fn exp<const FUSED: bool>(x: f64) -> f64 {
+pub(super) fn exp<const FUSED: bool>(x: f64) -> f64 {
     // ln 2 in two parts. The first ends with zeros, so that its product with n is exact (Cody & Waite 1980).
     const LN2_HIGH: f64 = 6.93147180369123816490e-01;
     const LN2_LOW: f64 = 1.90821492927058770002e-10;
@@ -47,7 +47,7 @@ pub fn exp<const FUSED: bool>(x: f64) -> f64 {
 /// ln x for a positive normal number, with an error of 2e-16 relative to the larger of |ln x| and 1. The result for
 /// other numbers is unspecified.
 #[inline(always)]
-pub fn ln<const FUSED: bool>(x: f64) -> f64 {
+pub(super) fn ln<const FUSED: bool>(x: f64) -> f64 {
     const LN2_HIGH: f64 = 6.93147180369123816490e-01;
     const LN2_LOW: f64 = 1.90821492927058770002e-10;
     // Minimax of (ln(1 + s) − ln(1 − s) − 2s)/s in s² (Sun's fdlibm, e_log.c).

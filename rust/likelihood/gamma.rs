@@ -3,9 +3,9 @@
 use super::Block;
 
 /// Number of nodes of the quadrature over w.
-pub const NODES: usize = 14;
+pub(super) const NODES: usize = 14;
 /// Number of cells of a block.
-pub const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 /// Limits of the quadrature in ln w. P(w < x) = e^(−1/x), so that 99.999 % of the probability lies inside.
 const ENDS: (f64, f64) = (-2.0, 11.5);
 /// Used instead of ln 0 = −∞, whose product with 0 would be NaN.
@@ -14,7 +14,7 @@ const LOG_ZERO: f64 = -1e300;
 const MIN_STIRLING_K: f64 = 8.0;
 
 /// Value of w and its probability at each node.
-fn nodes() -> [(f64, f64); NODES] {
+pub(super) fn nodes() -> [(f64, f64); NODES] {
     let edge = |i: usize| (ENDS.0 + (ENDS.1 - ENDS.0) * i as f64 / NODES as f64).exp();
     let below = |i: usize| match i {
         0 => 0.0,
@@ -26,7 +26,7 @@ fn nodes() -> [(f64, f64); NODES] {
 
 /// Constants of one scale for cells with `count` degrees of freedom. Padding cells of the last block contribute
 /// nothing.
-pub fn table(count: &[f64], scale: f64) -> Vec<Block> {
+pub(super) fn table(count: &[f64], scale: f64) -> Vec<Block> {
     let nodes = nodes();
     let weights = nodes.map(|(_, weight)| weight.ln());
     let block = |count: &[f64]| {
@@ -47,7 +47,7 @@ pub fn table(count: &[f64], scale: f64) -> Vec<Block> {
 }
 
 /// k ln k − ln Γ(k), without cancellation.
-pub fn norm(k: f64) -> f64 {
+pub(super) fn norm(k: f64) -> f64 {
     const HALF_LN_TAU: f64 = 0.918938533204672741780329736406;
     // Bernoulli numbers over 2j(2j − 1) (DLMF 5.11.1).
     const SERIES: [f64; 7] =

@@ -12,7 +12,7 @@
 const DEPENDENCE_TOLERANCE: f64 = 1e-13;
 
 /// Solver for systems of one size, with its work arrays.
-pub struct Nonnegative {
+pub(super) struct Nonnegative {
     bins: usize,
     p: usize,
     /// Weighted columns and target, shape (p + 1, bins); the triangle overwrites their first rows.
@@ -31,7 +31,7 @@ pub struct Nonnegative {
 
 impl Nonnegative {
     /// Solver for `p` columns of `bins` rows.
-    pub fn new(bins: usize, p: usize) -> Self {
+    pub(super) fn new(bins: usize, p: usize) -> Self {
         Self {
             bins,
             p,
@@ -48,7 +48,7 @@ impl Nonnegative {
     /// Computes x ≥ 0 that minimizes Σ weight² (target − columns·x)². Without weights they are 1. `columns` has shape
     /// (p, bins).
     #[inline(always)]
-    pub fn solve(&mut self, columns: &[f64], weight: Option<&[f64]>, target: &[f64], x: &mut [f64]) {
+    pub(super) fn solve(&mut self, columns: &[f64], weight: Option<&[f64]>, target: &[f64], x: &mut [f64]) {
         let (bins, p) = (self.bins, self.p);
         let sources = columns.chunks_exact(bins).chain(std::iter::once(target));
         for (to, from) in self.system.chunks_exact_mut(bins).zip(sources) {
@@ -204,7 +204,42 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    /// Sum of squares that x leaves.
+    fn rest(columns: &[f64], weight: &[f64], target: &[f64], x: &[f64]) -> f64 {
+        let bins = target.len();
+        let fitted = |b: usize| x.iter().enumerate().map(|(c, x)| x * columns[c * bins + b]).sum::<f64>();
+        (0..bins).map(|b| (weight[b] * (target[b] - fitted(b))).powi(2)).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn the_optimality_conditions_hold(
+            columns in prop::collection::vec(0.0..1.0_f64, 40), weight in prop::collection::vec(0.1..3.0_f64, 8),
+            targets in prop::collection::vec(-1.0..1.0_f64, 24), p in 1_usize..6
+        ) {
+            let columns = &columns[..8 * p];
+            let mut solver = Nonnegative::new(8, p);
+            // Each system starts from the active set of the one before.
+            for target in targets.chunks_exact(8) {
+                let mut x = vec![0.0; p];
+                solver.solve(columns, Some(&weight), target, &mut x);
+                prop_assert!(x.iter().all(|x| *x >= 0.0));
+                let best = rest(columns, &weight, target, &x);
+                for c in 0..p {
+                    // The problem is convex, so that a point is best if no coefficient improves it alone.
+                    for step in [-1e-3, 1e-3_f64] {
+                        let mut other = x.clone();
+                        other[c] = (x[c] + step).max(0.0);
+                        prop_assert!(rest(columns, &weight, target, &other) >= best - 1e-10, "{c} {step}: {x:?}");
+                    }
+                }
+            }
+        }
+    }
 
     fn solve(columns: &[&[f64]], target: &[f64]) -> Vec<f64> {
         let (bins, p) = (target.len(), columns.len());

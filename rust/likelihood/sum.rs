@@ -14,7 +14,7 @@ const FLUSH: usize = 128;
 /// whole blocks.
 #[allow(clippy::needless_range_loop)] // node and lane index several arrays alike
 #[inline(always)]
-pub fn marginal<const FUSED: bool>(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
+pub(super) fn marginal<const FUSED: bool>(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
     let (y, weight) = (y.as_chunks::<WIDTH>().0, weight.as_chunks_mut::<WIDTH>().0);
     let (mut tops, mut product, mut logs) = ([0.0; WIDTH], [1.0; WIDTH], 0.0);
     for (i, ((block, y), weight)) in blocks.iter().zip(y).zip(weight).enumerate() {

@@ -1,7 +1,55 @@
 use std::sync::atomic::AtomicBool;
 
-use super::gamma::norm;
+use proptest::prelude::*;
+
+use super::gamma::{nodes, norm};
 use super::*;
+
+/// Marginal logL and weights of the bins at discrepancy δ, from the definition, cell by cell and node by node.
+fn naive(count: &[f64], first: &[usize], power: &[f64], spectrum: &[f64], scale: f64) -> (f64, Vec<f64>) {
+    let (mut log_likelihood, mut weight) = (0.0, Vec::new());
+    for (cell, &from) in first.iter().enumerate() {
+        let own = from..first.get(cell + 1).copied().unwrap_or(count.len());
+        let total: f64 = count[own.clone()].iter().sum();
+        let mean = own.clone().map(|b| count[b] * power[b] / spectrum[b]).sum::<f64>() / total;
+        let half = total / 2.0;
+        let likelihoods = nodes().map(|(w, probability)| {
+            let shape = half / (1.0 + half * scale * scale * w);
+            let density = norm(shape) - norm(half) + shape * (mean.ln() - mean) - half * (mean.ln() - mean);
+            (shape, probability * density.exp())
+        });
+        let sum: f64 = likelihoods.iter().map(|(_, value)| value).sum();
+        let shape = likelihoods.iter().map(|(shape, value)| shape * value).sum::<f64>() / sum;
+        log_likelihood += sum.ln() - half * mean;
+        for b in own {
+            log_likelihood -= 0.5 * count[b] * spectrum[b].ln();
+            weight.push(count[b] * 2.0 * shape / total);
+        }
+    }
+    (log_likelihood, weight)
+}
+
+proptest! {
+    #[test]
+    fn the_marginal_likelihood_equals_its_definition(
+        bins in prop::collection::vec((1.0..300.0_f64, 0.5..2.0_f64, 0.5..2.0_f64, any::<bool>()), 1..40),
+        scale in 1e-3..0.5_f64
+    ) {
+        let count: Vec<f64> = bins.iter().map(|bin| bin.0).collect();
+        let power: Vec<f64> = bins.iter().map(|bin| bin.1).collect();
+        let spectrum: Vec<f64> = bins.iter().map(|bin| bin.2).collect();
+        let first: Vec<usize> = (0..bins.len()).filter(|&b| b == 0 || bins[b].3).collect();
+        let law = Likelihood::new(count.clone(), vec![scale], first.clone()).unwrap();
+        let found = law.evaluate(&power, &spectrum, Some(0)).unwrap();
+        let (expected, weight) = naive(&count, &first, &power, &spectrum, scale);
+        let size: f64 = count.iter().sum();
+        // Exponents of up to 1e4, which lose four of sixteen digits.
+        prop_assert!((found.log_likelihood - expected).abs() < 1e-11 * size, "{} {expected}", found.log_likelihood);
+        for (found, expected) in found.weight.iter().zip(weight) {
+            prop_assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        }
+    }
+}
 
 fn scales() -> Vec<f64> {
     (0..57).map(|i| 1e-3 * 3000f64.powf(f64::from(i) / 56.0)).collect()

@@ -6,6 +6,8 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::Mutex;
 
+use crate::Result;
+
 /// Sizes in doubles of the buffers that are kept: 1 MiB to 256 MiB. The system may reclaim their pages at any time.
 const KEPT_SIZES: std::ops::RangeInclusive<usize> = 1 << 17..=1 << 25;
 
@@ -20,25 +22,35 @@ pub fn release() -> usize {
     spares.iter().map(|spare| std::mem::size_of_val(spare.as_slice())).sum()
 }
 
-/// Reused buffer of doubles. Its contents are unspecified until they are written.
-#[derive(Debug, Default)]
+/// Doubles in memory that is reused. They are written when the buffer is made; see [`Buffer::written`].
+#[derive(Debug)]
 pub struct Buffer {
     all: Vec<f64>,
     len: usize,
 }
 
 impl Buffer {
-    /// A buffer of `len` doubles with unspecified contents: a kept one if one fits, else a new one.
-    pub fn new(len: usize) -> Self {
-        if !KEPT_SIZES.contains(&len) {
-            return Self { all: zeroed(len), len };
+    /// A buffer of `len` doubles that `write` has written, and the result of `write`.
+    ///
+    /// `write` must write every double before it reads it, because the doubles may be those of the previous user. No
+    /// other code can see them. Builds with debug assertions, such as tests, fill them with NaN first.
+    pub fn written<T>(len: usize, write: impl FnOnce(&mut [f64]) -> Result<T>) -> Result<(Self, T)> {
+        let mut buffer = Self { all: Self::kept(len).unwrap_or_else(|| zeroed(len)), len };
+        if cfg!(debug_assertions) {
+            buffer.fill(f64::NAN);
         }
-        let fits = |spare: &Vec<f64>| spare.len() >= len && spare.len() / 2 <= len;
-        let found = SPARE.lock().ok().and_then(|mut spares| {
-            let place = spares.iter().position(fits)?;
-            Some(spares.remove(place))
-        });
-        Self { all: found.unwrap_or_else(|| zeroed(len)), len }
+        let result = write(&mut buffer)?;
+        Ok((buffer, result))
+    }
+
+    /// A kept vector of at least `len` and at most twice as many doubles.
+    fn kept(len: usize) -> Option<Vec<f64>> {
+        if !KEPT_SIZES.contains(&len) {
+            return None;
+        }
+        let mut spares = SPARE.lock().ok()?;
+        let place = spares.iter().position(|spare| spare.len() >= len && spare.len() / 2 <= len)?;
+        Some(spares.remove(place))
     }
 }
 
@@ -73,7 +85,7 @@ impl DerefMut for Buffer {
 }
 
 /// A new vector of `len` zeros, backed by huge pages where the system offers them.
-pub fn zeroed(len: usize) -> Vec<f64> {
+pub(crate) fn zeroed(len: usize) -> Vec<f64> {
     let buffer = vec![0.0; len];
     advise(&buffer, Advice::Large);
     buffer
@@ -102,10 +114,37 @@ fn advise(buffer: &[f64], advice: Advice) {
             Advice::Free => libc::MADV_FREE,
         };
         // SAFETY: the range lies inside the buffer. `Large` changes only the page size. `Free` may turn the doubles
-        // into zeros, but they are always written before they are read. A refusal costs only speed.
+        // into zeros, but no user of a buffer reads a double before it has written it. A refusal costs only speed.
         unsafe { libc::madvise(first as *mut libc::c_void, last - first, advice) };
     }
 }
 
 #[cfg(not(all(target_os = "linux", not(miri))))]
 fn advise(_: &[f64], _: Advice) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+
+    #[test]
+    fn a_reused_buffer_shows_nothing_of_its_previous_user() {
+        let len = *KEPT_SIZES.start();
+        let earlier = Buffer::written(len, |all| {
+            all.fill(7.0);
+            Ok(())
+        });
+        drop(earlier);
+        let (buffer, read) = Buffer::written(len, |all| {
+            let before = all.to_vec();
+            all.fill(1.0);
+            Ok(before)
+        })
+        .unwrap();
+        assert!(read.iter().all(|x| x.is_nan()) && buffer.iter().all(|x| *x == 1.0));
+        assert!(matches!(
+            Buffer::written(len, |_| Err::<(), _>(Error::Interrupted)),
+            Err(Error::Interrupted)
+        ));
+    }
+}

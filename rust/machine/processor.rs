@@ -9,7 +9,7 @@ use crate::{Error, Result};
 
 /// A vector unit. Each unit includes the instructions of the units before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Unit {
+pub(crate) enum Unit {
     /// Plain Rust.
     Portable,
     /// AVX2 and FMA.
@@ -57,7 +57,7 @@ impl Unit {
 static BEST: AtomicUsize = AtomicUsize::new(0);
 
 /// Restricts this process, from this call on, to the named unit and narrower ones.
-pub fn keep_to(name: &str) -> Result<()> {
+pub(crate) fn keep_to(name: &str) -> Result<()> {
     let Some(width) = Width::available().find(|width| width.name() == name) else {
         let names: Vec<_> = Width::available().map(Width::name).collect();
         return Err(Error::Input(format!(
@@ -93,17 +93,17 @@ impl Width {
     }
 
     /// The unit that every processor has: plain Rust.
-    pub fn portable() -> Self {
+    pub(crate) fn portable() -> Self {
         Self(Unit::Portable)
     }
 
     /// True if the unit includes AVX2 and FMA.
-    pub fn is_wide(self) -> bool {
+    pub(crate) fn is_wide(self) -> bool {
         self != Self::portable()
     }
 
     /// The unit, which the processor is known to have.
-    pub fn unit(self) -> Unit {
+    pub(crate) fn unit(self) -> Unit {
         self.0
     }
 

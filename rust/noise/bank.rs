@@ -44,7 +44,7 @@ fn log_spaced(low: f64, high: f64, per_decade: f64, beyond: (f64, f64)) -> Vec<f
 
 /// Approximation of (1 − z⁻¹)^−d by `direct` + Σ `weight`/(1 − φ z⁻¹), φ = 1 − `gap`.
 #[derive(Debug, Clone)]
-pub struct Ladder {
+pub(super) struct Ladder {
     /// 1 − φ of each section, in ascending order.
     pub gaps: Vec<f64>,
     /// Weight of each section.
@@ -55,7 +55,7 @@ pub struct Ladder {
 
 impl Ladder {
     /// Approximation for 0 < d < 1, fitted for records of `n` samples.
-    pub fn new(d: f64, n: usize) -> Self {
+    pub(super) fn new(d: f64, n: usize) -> Self {
         let band = band(n);
         let poles = log_spaced(2.0 * PI * band[0].0, 2.0, PER_DECADE, (2.0, 1.0));
         // 1/(u+s) of every pole and the constant, each divided by the target s^−d.
@@ -83,29 +83,13 @@ impl Ladder {
         }
         Self { gaps: poles.iter().map(|u| u / (1.0 + u)).collect(), weights, direct }
     }
-
-    /// Power gain |H|² at `f` cycles per sample.
-    pub fn gain(&self, f: f64) -> f64 {
-        let sin = (2.0 * PI * f).sin();
-        let versine = 2.0 * (PI * f).sin().powi(2);
-        let mut sum = (self.direct, 0.0);
-        for (gap, weight) in self.gaps.iter().zip(&self.weights) {
-            let phi = 1.0 - gap;
-            // 1 − φ(cos w − i sin w), with 1 − φ cos w written without cancellation.
-            let (re, im) = (gap + phi * versine, phi * sin);
-            let square = re * re + im * im;
-            sum.0 += weight * re / square;
-            sum.1 -= weight * im / square;
-        }
-        sum.0 * sum.0 + sum.1 * sum.1
-    }
 }
 
 /// Independent stationary first-order autoregressions whose sum has the spectrum (2 sin(w/2))^`exponent`, w = 2πf,
 /// within 0.1 % over [1/(4n), ½] cycles per sample.
 ///
 /// Returns pairs (φ, variance), variances ≥ 0; φ = 0 is the white remainder. The exponent must lie in [−2, 0].
-pub fn power_law_bank(exponent: f64, n: usize) -> Result<Vec<(f64, f64)>> {
+pub(crate) fn power_law_bank(exponent: f64, n: usize) -> Result<Vec<(f64, f64)>> {
     if !(-2.0..=0.0).contains(&exponent) {
         return Err(Error::Input(format!(
             "a sum of independent lags has an exponent from -2 to 0, found {exponent}"
@@ -144,13 +128,29 @@ mod tests {
         (0..=500).map(|i| low * (0.5 / low).powf(f64::from(i) / 500.0)).collect()
     }
 
+    /// Power gain |H|² at `f` cycles per sample.
+    fn gain(ladder: &Ladder, f: f64) -> f64 {
+        let sin = (2.0 * PI * f).sin();
+        let versine = 2.0 * (PI * f).sin().powi(2);
+        let mut sum = (ladder.direct, 0.0);
+        for (gap, weight) in ladder.gaps.iter().zip(&ladder.weights) {
+            let phi = 1.0 - gap;
+            // 1 − φ(cos w − i sin w), with 1 − φ cos w written without cancellation.
+            let (re, im) = (gap + phi * versine, phi * sin);
+            let square = re * re + im * im;
+            sum.0 += weight * re / square;
+            sum.1 -= weight * im / square;
+        }
+        sum.0 * sum.0 + sum.1 * sum.1
+    }
+
     #[test]
     fn ladder_has_the_declared_gain() {
         for n in [16, 1000, 100_000, 100_000_000] {
             for d in [0.01, 0.25, 0.5, 0.75, 0.99] {
                 let ladder = Ladder::new(d, n);
                 for f in frequencies(n) {
-                    let ratio = ladder.gain(f) * (2.0 * (PI * f).sin()).powf(2.0 * d);
+                    let ratio = gain(&ladder, f) * (2.0 * (PI * f).sin()).powf(2.0 * d);
                     assert!((ratio - 1.0).abs() < 1.5e-3, "n {n} d {d} f {f}: {ratio}");
                 }
             }

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 /// Mean of the last `length` normals. A running difference would accumulate rounding errors, so the window is split:
 /// the end of the previous segment of `length` normals (stored as suffix sums) and the beginning of the current
 /// segment.
-pub struct MovingAverage {
+pub(super) struct MovingAverage {
     scale: f64,
     /// From `place` on: suffix sums of the previous segment. Before `place`: normals of the current segment.
     segment: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct MovingAverage {
 
 impl MovingAverage {
     /// Process from the standard deviation of the white noise and the number of averaged samples.
-    pub fn new(sd: f64, length: f64, start: &mut Stream) -> Result<Self> {
+    pub(super) fn new(sd: f64, length: f64, start: &mut Stream) -> Result<Self> {
         if !(1.0..=1e9).contains(&length) || length.fract() != 0.0 {
             return Err(Error::Input(format!(
                 "noise process moving_average: length {length} must be a whole number from 1 to 1e9"

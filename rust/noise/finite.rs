@@ -4,7 +4,7 @@ use super::Process;
 use crate::rng::Stream;
 
 /// The process x_t = Σ_j c_j w_{t−j}, always summed in the order of j.
-pub struct Finite {
+pub(super) struct Finite {
     coefficients: Vec<f64>,
     /// The normals of the past that the filter needs, followed by the current ones.
     normals: Vec<f64>,
@@ -12,7 +12,7 @@ pub struct Finite {
 
 impl Finite {
     /// Process from at least one coefficient.
-    pub fn new(coefficients: &[f64], start: &mut Stream) -> Self {
+    pub(super) fn new(coefficients: &[f64], start: &mut Stream) -> Self {
         let mut normals = vec![0.0; coefficients.len() - 1];
         start.normals(&mut normals);
         Self { coefficients: coefficients.to_vec(), normals }

@@ -10,14 +10,15 @@ use std::sync::{Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
 use super::simple::add;
-use super::{Deviates, Process, process};
+use super::{Deviates, Primitive, Process, process};
+use crate::machine::processor::Width;
 use crate::parallel::{default_threads, for_each};
 use crate::rng::{Stream, StreamKey};
 use crate::{Error, Result};
 
 /// Number of samples of a block. Each block has its own random stream, so another length would change the record of a
 /// seed. 32 KiB fit into a first-level cache, and starting a stream is cheap compared with drawing a block.
-pub const BLOCK: usize = 4096;
+pub(super) const BLOCK: usize = 4096;
 /// Number of samples computed at a time if no other block waits. With a copy for the sum they fill half of a
 /// first-level cache.
 const PART: usize = 1024;
@@ -132,11 +133,10 @@ pub struct Generator {
 }
 
 impl Generator {
-    /// Generator of a sum of `processes`: pairs (name, values) as listed in the table of the module. The
-    /// low-frequency end of the spectra is designed for records of `total` samples, but more samples may be drawn.
-    /// `threads` = 0 uses all processors.
-    pub fn new<S: AsRef<str>, V: AsRef<[f64]>>(
-        processes: &[(S, V)],
+    /// Generator of a sum of processes. The low-frequency end of the spectra is designed for records of `total`
+    /// samples, but more samples may be drawn. `threads` = 0 uses all processors.
+    pub fn new(
+        processes: &[Primitive],
         total: usize,
         seed: u64,
         replicate: u64,
@@ -146,11 +146,11 @@ impl Generator {
         let components = processes
             .iter()
             .enumerate()
-            .map(|(effect, (name, values))| {
-                let same = processes[..effect].iter().filter(|(other, _)| other.as_ref() == name.as_ref());
-                let key =
-                    StreamKey { seed, replicate, effect: stream_number(name.as_ref(), same.count()), axis };
-                Ok(Component::new(process(name.as_ref(), values.as_ref(), total, key)?, key))
+            .map(|(effect, primitive)| {
+                let name = primitive.name();
+                let same = processes[..effect].iter().filter(|other| other.name() == name).count();
+                let key = StreamKey { seed, replicate, effect: stream_number(name, same), axis };
+                Ok(Component::new(process(primitive, total, key)?, key))
             })
             .collect::<Result<_>>()?;
         let threads = if threads == 0 { default_threads() } else { threads };
@@ -199,10 +199,12 @@ impl Generator {
             sum.fill(0.0);
             return;
         };
+        let width = Width::best();
         let mut running = component.generate(first, sum, stop, |_, _| ());
         for component in others {
             running = running
-                && component.generate(first, scratch, stop, |at, part| add(&mut sum[at..][..PART], part));
+                && component
+                    .generate(first, scratch, stop, |at, part| add(width, &mut sum[at..][..PART], part));
         }
     }
 }

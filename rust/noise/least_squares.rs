@@ -9,7 +9,7 @@ pub(super) struct Problem {
 
 impl Problem {
     /// Weights that minimize the sum of squares (Householder triangularization).
-    pub fn solve(&self) -> Vec<f64> {
+    pub(super) fn solve(&self) -> Vec<f64> {
         let mut columns = self.columns.clone();
         let mut target = self.target.clone();
         let count = columns.len();
@@ -35,7 +35,7 @@ impl Problem {
 
     /// Like [`Self::solve`] with non-negative weights: the most negative one is dropped until none is left. This is
     /// not always the optimum, but the banks of poles here lose only poles outside the fitted band.
-    pub fn solve_nonnegative(&self) -> Vec<f64> {
+    pub(super) fn solve_nonnegative(&self) -> Vec<f64> {
         let mut kept: Vec<usize> = (0..self.columns.len()).collect();
         loop {
             let columns = kept.iter().map(|&j| self.columns[j].clone()).collect();

@@ -17,22 +17,24 @@
 //! over the blocks in order. So the samples depend neither on how many are requested at a time nor on the number of
 //! threads.
 
-pub mod bank;
-pub mod boxcar;
-pub mod finite;
+mod bank;
+mod boxcar;
+mod finite;
 mod generator;
 mod least_squares;
-pub mod power_law;
+mod power_law;
+mod primitive;
 mod quad;
-pub mod section;
-pub mod sections;
-pub mod simple;
+mod section;
+mod sections;
+mod simple;
 
-pub use bank::power_law_bank;
+pub(crate) use bank::power_law_bank;
 pub use generator::Generator;
+pub use primitive::Primitive;
 
+use crate::Result;
 use crate::rng::{START, Stream, StreamKey};
-use crate::{Error, Result};
 
 /// Distribution of the independent deviates that drive a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,50 +70,96 @@ pub trait Process: Send {
     fn run(&mut self, samples: &mut [f64]);
 }
 
-/// The process with this name and these values, designed for records of `n` samples. Its initial state is drawn from
-/// `key`.
-pub fn process(name: &str, values: &[f64], n: usize, key: StreamKey) -> Result<Box<dyn Process>> {
+/// The process designed for records of `n` samples. Its initial state is drawn from `key`.
+pub fn process(primitive: &Primitive, n: usize, key: StreamKey) -> Result<Box<dyn Process>> {
     let start = &mut Stream::new(key, START);
-    if let Some(bad) = values.iter().find(|value| !value.is_finite()) {
-        return Err(Error::Input(format!("noise process {name}: value {bad} is not finite")));
-    }
-    Ok(match (name, values) {
-        ("white", &[sd]) => Box::new(simple::White::new(sd)),
-        ("blue", &[sd]) => Box::new(simple::Blue::new(sd, start)),
-        ("random_walk", &[step]) => Box::new(section::Lag::random_walk(step)),
-        ("flicker", &[level]) => power_law::new(-1.0, level, n, start)?,
-        ("power_law", &[exponent, level]) => power_law::new(exponent, level, n, start)?,
-        ("gauss_markov", &[sigma, phi]) => Box::new(section::Lag::gauss_markov(sigma, phi, start)?),
-        ("filtered", [sd, sections @ ..]) if !sections.is_empty() && sections.len() % 5 == 0 => {
-            Box::new(section::Filtered::new(*sd, sections, start)?)
+    Ok(match *primitive {
+        Primitive::White { sd } => Box::new(simple::White::new(sd)),
+        Primitive::Blue { sd } => Box::new(simple::Blue::new(sd, start)),
+        Primitive::RandomWalk { step } => Box::new(section::Lag::random_walk(step)),
+        Primitive::Flicker { level } => power_law::new(-1.0, level, n, start)?,
+        Primitive::PowerLaw { exponent, level } => power_law::new(exponent, level, n, start)?,
+        Primitive::GaussMarkov { sigma, phi } => Box::new(section::Lag::gauss_markov(sigma, phi, start)?),
+        Primitive::Filtered { sd, ref sections } => Box::new(section::Filtered::new(sd, sections, start)?),
+        Primitive::Finite { ref coefficients } => Box::new(finite::Finite::new(coefficients, start)),
+        Primitive::MovingAverage { sd, length } => Box::new(boxcar::MovingAverage::new(sd, length, start)?),
+        Primitive::Telegraph { amplitude, probability } => {
+            Box::new(simple::Telegraph::new(amplitude, probability, start)?)
         }
-        ("finite", coefficients) if !coefficients.is_empty() => {
-            Box::new(finite::Finite::new(coefficients, start))
-        }
-        ("moving_average", &[sd, length]) => Box::new(boxcar::MovingAverage::new(sd, length, start)?),
-        ("telegraph", &[amplitude, p]) => Box::new(simple::Telegraph::new(amplitude, p, start)?),
-        _ => return Err(unknown(name, values.len())),
     })
 }
 
-/// Error for an unknown name or a wrong number of values.
-fn unknown(name: &str, found: usize) -> Error {
-    const COUNTS: [(&str, &str); 10] = [
-        ("white", "1"),
-        ("blue", "1"),
-        ("random_walk", "1"),
-        ("flicker", "1"),
-        ("power_law", "2"),
-        ("gauss_markov", "2"),
-        ("filtered", "1, and 5 a section"),
-        ("finite", "at least 1"),
-        ("moving_average", "2"),
-        ("telegraph", "2"),
-    ];
-    Error::Input(if let Some((_, count)) = COUNTS.iter().find(|(known, _)| *known == name) {
-        format!("noise process {name}: found {found} values, needs {count}")
-    } else {
-        let known: Vec<_> = COUNTS.iter().map(|(known, _)| *known).collect();
-        format!("noise process {name:?} is unknown; known are {}", known.join(", "))
-    })
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The samples of a process computed from its definition, sample by sample.
+    fn naive(primitive: &Primitive, key: StreamKey, deviates: &[f64]) -> Vec<f64> {
+        let start = |count: usize| {
+            let mut first = vec![0.0; count];
+            Stream::new(key, START).normals(&mut first);
+            first
+        };
+        // All normals up to sample t, of which `before` come from the initial state.
+        let past = |before: usize| [start(before), deviates.to_vec()].concat();
+        let each = 0..deviates.len();
+        match primitive {
+            Primitive::White { sd } => deviates.iter().map(|w| sd * w).collect(),
+            Primitive::Blue { sd } => past(1).windows(2).map(|w| sd * w[1] - sd * w[0]).collect(),
+            Primitive::RandomWalk { step } => {
+                each.map(|t| step * deviates[..t].iter().sum::<f64>()).collect()
+            }
+            Primitive::GaussMarkov { sigma, phi } => {
+                let drive = sigma * (1.0 - phi * phi).sqrt();
+                let next = |state: &mut f64, w: &f64| {
+                    let here = *state;
+                    *state = phi * here + drive * w;
+                    Some(here)
+                };
+                deviates.iter().scan(sigma * start(1)[0], next).collect()
+            }
+            Primitive::Finite { coefficients } => {
+                let before = coefficients.len() - 1;
+                let all = past(before);
+                let one = |t: usize| (0..=before).map(|j| coefficients[j] * all[before + t - j]).sum();
+                each.map(one).collect()
+            }
+            Primitive::MovingAverage { sd, length } => {
+                let length = *length as usize;
+                let all = past(length);
+                each.map(|t| sd * all[t + 1..=t + length].iter().sum::<f64>() / length as f64).collect()
+            }
+            other => unreachable!("{other:?} has tests of its own"),
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn processes_equal_their_definition(
+            size in 0.1..3.0_f64, phi in -0.99..0.99_f64, length in 1_u32..900, windows in 1_usize..5,
+            coefficients in prop::collection::vec(-1.0..1.0_f64, 1..9), seed in any::<u64>()
+        ) {
+            let key = StreamKey { seed, replicate: 0, effect: 1, axis: 2 };
+            for primitive in [
+                Primitive::White { sd: size },
+                Primitive::Blue { sd: size },
+                Primitive::RandomWalk { step: size },
+                Primitive::GaussMarkov { sigma: size, phi },
+                Primitive::Finite { coefficients: coefficients.clone() },
+                Primitive::MovingAverage { sd: size, length: f64::from(length) },
+            ] {
+                let mut process = process(&primitive, 1000, key).unwrap();
+                let mut samples = vec![0.0; windows * WINDOW];
+                Stream::new(key, 7).normals(&mut samples);
+                let expected = naive(&primitive, key, &samples);
+                samples.chunks_mut(WINDOW).for_each(|window| process.run(window));
+                for (t, (found, expected)) in samples.iter().zip(expected).enumerate() {
+                    // Sums of at most 1000 normals of size 3.
+                    prop_assert!((found - expected).abs() < 1e-11, "{primitive:?} {t}: {found} {expected}");
+                }
+            }
+        }
+    }
 }

@@ -9,7 +9,7 @@ use crate::rng::Stream;
 use crate::{Error, Result};
 
 /// Process with the spectrum level² (2 sin(w/2))^exponent, for an exponent in (−3, 1] and records of `n` samples.
-pub fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Box<dyn Process>> {
+pub(super) fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Box<dyn Process>> {
     if !(exponent > -3.0 && exponent <= 1.0) {
         return Err(Error::Input(format!("noise process power_law: exponent {exponent} is outside (-3, 1]")));
     }

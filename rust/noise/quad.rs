@@ -7,13 +7,13 @@
 #![allow(clippy::inline_always)]
 
 /// Number of doubles in a vector.
-pub const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// A vector of four doubles.
 ///
 /// # Safety
 /// Functions of an implementation may only be called where the processor has its instructions.
-pub unsafe trait Quad: Copy {
+pub(super) unsafe trait Quad: Copy {
     /// The same value in every lane.
     unsafe fn splat(value: f64) -> Self;
     /// The vector of these doubles.
@@ -38,7 +38,7 @@ pub unsafe trait Quad: Copy {
 
 /// Implementation in plain Rust.
 #[derive(Clone, Copy)]
-pub struct Portable([f64; LANES]);
+pub(super) struct Portable([f64; LANES]);
 
 // SAFETY: needs no instructions beyond the baseline.
 unsafe impl Quad for Portable {
@@ -96,7 +96,7 @@ mod x86 {
 
     /// Implementation by AVX2 with FMA.
     #[derive(Clone, Copy)]
-    pub struct Avx2(__m256d);
+    pub(crate) struct Avx2(__m256d);
 
     // SAFETY: every function needs AVX2 and FMA, which the caller proves by a wide `Width`.
     unsafe impl super::Quad for Avx2 {
@@ -158,4 +158,4 @@ mod x86 {
     }
 }
 #[cfg(target_arch = "x86_64")]
-pub use x86::Avx2;
+pub(super) use x86::Avx2;

@@ -11,7 +11,7 @@ const STEP: usize = 2 * LANES;
 
 /// First-order recursion x ← φ x + normal; the sample is x before the step. Stationary for |φ| < 1, a random walk for
 /// φ = 1.
-pub struct Lag {
+pub(super) struct Lag {
     drive: f64,
     state: f64,
     /// φ⁰ … φ⁷.
@@ -30,7 +30,7 @@ impl Lag {
     }
 
     /// Stationary process from its standard deviation and the correlation φ of adjacent samples.
-    pub fn gauss_markov(sigma: f64, phi: f64, start: &mut Stream) -> Result<Self> {
+    pub(super) fn gauss_markov(sigma: f64, phi: f64, start: &mut Stream) -> Result<Self> {
         if phi.abs() >= 1.0 {
             return Err(Error::Input(format!(
                 "noise process gauss_markov: phi = {phi} must lie between -1 and 1"
@@ -42,7 +42,7 @@ impl Lag {
     }
 
     /// Random walk from zero, from the standard deviation of its steps.
-    pub fn random_walk(step: f64) -> Self {
+    pub(super) fn random_walk(step: f64) -> Self {
         Self::new(1.0, step, 0.0)
     }
 
@@ -124,17 +124,15 @@ impl Process for Lag {
 
 /// White noise through a cascade of sections (b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²), in transposed direct form
 /// II.
-pub struct Filtered {
+pub(super) struct Filtered {
     /// b0, b1, b2, a1, a2 of each section.
     sections: Vec<[f64; 5]>,
     state: Vec<[f64; 2]>,
 }
 
 impl Filtered {
-    /// Process from the standard deviation of the white noise and five coefficients per section.
-    pub fn new(sd: f64, values: &[f64], start: &mut Stream) -> Result<Self> {
-        let (sections, rest) = values.as_chunks::<5>();
-        debug_assert!(rest.is_empty(), "five numbers a section");
+    /// Process from the standard deviation of the white noise and at least one section.
+    pub(super) fn new(sd: f64, sections: &[[f64; 5]], start: &mut Stream) -> Result<Self> {
         let mut sections = sections.to_vec();
         for [.., a1, a2] in &sections {
             // The stability triangle (Oppenheim & Schafer §6.9).

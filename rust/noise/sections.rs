@@ -29,7 +29,7 @@ const FAST: usize = 2 * LANES;
 
 /// Sections s ← φ s + e; the sample is Σ w s + direct·e. Two samples are advanced at a time, which halves the chain
 /// of dependent operations: in terms of the state before, Σ w s of the first sample is Σ w φ s + (Σ w) e.
-pub struct Sections {
+pub(super) struct Sections {
     groups: Vec<Group>,
     state: Vec<[f64; LANES]>,
     /// Weight of the normal in the first sample of a pair and in the second.
@@ -61,7 +61,7 @@ struct Slow {
 
 impl Sections {
     /// Sections in their stationary state.
-    pub fn new(ladder: &Ladder, level: f64, start: &mut Stream) -> Self {
+    pub(super) fn new(ladder: &Ladder, level: f64, start: &mut Stream) -> Self {
         let state = stationary(&ladder.gaps, start);
         let weight = &ladder.weights;
         let phi: Vec<_> = ladder.gaps.iter().map(|gap| 1.0 - gap).collect();

@@ -1,82 +1,63 @@
 //! White noise, differenced white noise, and the random telegraph.
 
 use super::{Deviates, Process};
-#[cfg(target_arch = "x86_64")]
-use crate::machine::processor::Width;
+use crate::machine::processor::{Width, compiled_for_each_width};
 use crate::rng::Stream;
 use crate::{Error, Result};
 
 /// Independent normals.
-pub struct White {
+pub(super) struct White {
     sd: f64,
 }
 
 impl White {
     /// Process from the standard deviation of the samples.
-    pub fn new(sd: f64) -> Self {
+    pub(super) fn new(sd: f64) -> Self {
         Self { sd }
     }
 }
 
 impl Process for White {
     fn run(&mut self, samples: &mut [f64]) {
-        scale(samples, self.sd);
+        scale(Width::best(), samples, self.sd);
     }
 }
 
-/// Multiplies samples by a factor.
-fn scale(samples: &mut [f64], factor: f64) {
-    #[cfg(target_arch = "x86_64")]
-    if Width::best().is_wide() {
-        #[target_feature(enable = "avx2")]
-        fn wide(samples: &mut [f64], factor: f64) {
-            scale_body(samples, factor);
-        }
-        // SAFETY: a wide `Width` is only made on a processor with AVX2.
-        return unsafe { wide(samples, factor) };
-    }
-    scale_body(samples, factor);
+compiled_for_each_width! {
+    /// Multiplies samples by a factor.
+    fn scale(samples: &mut [f64], factor: f64) = scale_inline
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn scale_body(samples: &mut [f64], factor: f64) {
+fn scale_inline(samples: &mut [f64], factor: f64) {
     for x in samples {
         *x *= factor;
     }
 }
 
-/// Adds samples to a total.
-pub(super) fn add(total: &mut [f64], samples: &[f64]) {
-    #[cfg(target_arch = "x86_64")]
-    if Width::best().is_wide() {
-        #[target_feature(enable = "avx2")]
-        fn wide(total: &mut [f64], samples: &[f64]) {
-            add_body(total, samples);
-        }
-        // SAFETY: a wide `Width` is only made on a processor with AVX2.
-        return unsafe { wide(total, samples) };
-    }
-    add_body(total, samples);
+compiled_for_each_width! {
+    /// Adds samples to a total.
+    pub(super) fn add(total: &mut [f64], samples: &[f64]) = add_inline
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn add_body(total: &mut [f64], samples: &[f64]) {
+fn add_inline(total: &mut [f64], samples: &[f64]) {
     for (total, x) in total.iter_mut().zip(samples) {
         *total += x;
     }
 }
 
 /// First difference of independent normals: the rate noise of a quantized angle.
-pub struct Blue {
+pub(super) struct Blue {
     sd: f64,
     last: f64,
 }
 
 impl Blue {
     /// Process from the standard deviation of the normals before differencing.
-    pub fn new(sd: f64, start: &mut Stream) -> Self {
+    pub(super) fn new(sd: f64, start: &mut Stream) -> Self {
         let mut first = [0.0];
         start.normals(&mut first);
         Self { sd, last: sd * first[0] }
@@ -94,14 +75,14 @@ impl Process for Blue {
 }
 
 /// Random telegraph with two levels. Each sample keeps the previous level with probability 1−p.
-pub struct Telegraph {
+pub(super) struct Telegraph {
     level: f64,
     p: f64,
 }
 
 impl Telegraph {
     /// Process from half the distance of the levels and the switching probability.
-    pub fn new(amplitude: f64, p: f64, start: &mut Stream) -> Result<Self> {
+    pub(super) fn new(amplitude: f64, p: f64, start: &mut Stream) -> Result<Self> {
         if !(0.0..=1.0).contains(&p) {
             return Err(Error::Input(format!(
                 "noise process telegraph: switching probability {p} is outside 0…1"

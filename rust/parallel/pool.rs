@@ -25,7 +25,7 @@ pub fn pooled<R: Send>(work: impl FnOnce() -> R + Send) -> R {
 }
 
 /// Runs `work` on the calling thread and on up to `others` threads of the pool.
-pub fn run_also_on(others: usize, work: &(impl Fn() + Sync)) {
+pub(super) fn run_also_on(others: usize, work: &(impl Fn() + Sync)) {
     pool().in_place_scope(|scope| {
         for _ in 0..others {
             scope.spawn(|_| work());

@@ -6,7 +6,7 @@
 /// Replaces `values` by the exclusive running sum of `values − slope`, starting at `carry`; returns the final sum.
 /// The chain of dependent additions has one addition per four samples.
 #[inline(always)]
-pub fn plain(values: &mut [f64], slope: f64, mut carry: f64) -> f64 {
+pub(super) fn plain(values: &mut [f64], slope: f64, mut carry: f64) -> f64 {
     let mut quads = values.chunks_exact_mut(4);
     for quad in &mut quads {
         let (a, b, c, d) = (quad[0] - slope, quad[1] - slope, quad[2] - slope, quad[3] - slope);
@@ -31,7 +31,7 @@ pub fn plain(values: &mut [f64], slope: f64, mut carry: f64) -> f64 {
 /// The processor has AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-pub unsafe fn avx2(values: &mut [f64], slope: f64, carry: f64) -> f64 {
+pub(super) unsafe fn avx2(values: &mut [f64], slope: f64, carry: f64) -> f64 {
     use std::arch::x86_64::{
         __m256d, _mm256_add_pd, _mm256_cvtsd_f64, _mm256_loadu_pd, _mm256_permute_pd, _mm256_permute2f128_pd,
         _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpacklo_pd,
@@ -77,7 +77,7 @@ pub unsafe fn avx2(values: &mut [f64], slope: f64, carry: f64) -> f64 {
 /// The processor has AVX-512F.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
-pub unsafe fn avx512(values: &[f64], out: &mut [f64]) {
+pub(super) unsafe fn avx512(values: &[f64], out: &mut [f64]) {
     use std::arch::x86_64::{
         _mm512_add_pd, _mm512_castpd_si512, _mm512_castsi512_pd, _mm512_cvtsd_f64, _mm512_loadu_pd,
         _mm512_maskz_alignr_epi64, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_setzero_pd,
@@ -112,7 +112,7 @@ pub unsafe fn avx512(values: &[f64], out: &mut [f64]) {
 
 /// Sum of the values, in sixteen independent partial sums.
 #[inline(always)]
-pub fn sum(values: &[f64]) -> f64 {
+pub(crate) fn sum(values: &[f64]) -> f64 {
     let mut lanes = [0.0; 16];
     let chunks = values.chunks_exact(16);
     let rest: f64 = chunks.remainder().iter().sum();

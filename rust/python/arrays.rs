@@ -14,7 +14,7 @@ struct Owner {
 }
 
 /// `NumPy` array that takes over a buffer.
-pub fn from_buffer(py: Python<'_>, mut buffer: Buffer) -> PyResult<Bound<'_, PyArray1<f64>>> {
+pub(super) fn from_buffer(py: Python<'_>, mut buffer: Buffer) -> PyResult<Bound<'_, PyArray1<f64>>> {
     let (data, len) = (buffer.as_mut_ptr(), buffer.len());
     let owner = Bound::new(py, Owner { _buffer: buffer })?;
     // SAFETY: `len` doubles lie at `data`. Nothing else refers to them, and moving the buffer did not move them.
@@ -24,7 +24,7 @@ pub fn from_buffer(py: Python<'_>, mut buffer: Buffer) -> PyResult<Bound<'_, PyA
 }
 
 /// Series over the elements of a one-dimensional array of any stride.
-pub fn series<'a, T>(array: &'a PyReadonlyArray1<'_, T>) -> PyResult<Series<'a, T>>
+pub(super) fn series<'a, T>(array: &'a PyReadonlyArray1<'_, T>) -> PyResult<Series<'a, T>>
 where
     T: Sample + numpy::Element,
 {

@@ -2,11 +2,22 @@
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedStr;
 
 use super::errors::to_python;
 use super::gil::run_short;
 use crate::covariance::{Kind, Term, covariance, ordinates, quantiles, variances};
 use crate::{Error, Result};
+
+/// A pair (name, values) becomes a term here, once.
+impl<'py> FromPyObject<'_, 'py> for Term {
+    type Error = PyErr;
+
+    fn extract(pair: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let (name, values): (PyBackedStr, Vec<f64>) = pair.extract()?;
+        Self::new(&name, values).map_err(to_python)
+    }
+}
 
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
@@ -27,7 +38,7 @@ fn positive(factors: &[i64]) -> Result<Vec<usize>> {
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
 #[pyfunction]
 #[pyo3(signature = (terms, n, factors, kind = "oadev"))]
-pub fn allan_covariance<'py>(
+pub(super) fn allan_covariance<'py>(
     py: Python<'py>,
     terms: Vec<Term>,
     n: usize,
@@ -45,7 +56,7 @@ pub fn allan_covariance<'py>(
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
 #[pyfunction]
 #[pyo3(signature = (terms, n, factors, kind = "oadev"))]
-pub fn allan_variances<'py>(
+pub(super) fn allan_variances<'py>(
     py: Python<'py>,
     terms: Vec<Term>,
     n: usize,
@@ -61,7 +72,7 @@ pub fn allan_variances<'py>(
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
 #[pyfunction]
 #[pyo3(signature = (terms, n, factor, probabilities, kind = "oadev"))]
-pub fn allan_law<'py>(
+pub(super) fn allan_law<'py>(
     py: Python<'py>,
     terms: Vec<Term>,
     n: usize,

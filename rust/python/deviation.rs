@@ -3,25 +3,23 @@
 // The macros of pyo3 pass arguments by value.
 #![allow(clippy::needless_pass_by_value)]
 
-use std::sync::atomic::AtomicBool;
-
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays::with_series;
 use super::gil::{run, run_short};
+use crate::Result;
 use crate::accumulator::{self, Accumulator, State};
 use crate::averaging::{Grid, factors as grid_factors};
 use crate::deviation::allan::{Execution, adjacent, overlapping};
-use crate::deviation::family::{Kind, variances};
+use crate::deviation::family::{self, variances};
 use crate::deviation::identify::laws;
+use crate::deviation::statistic;
+use crate::machine::buffer_pool::Buffer;
 use crate::machine::processor::Width;
 use crate::parallel::default_threads;
-use crate::phase::{Quantity, Record};
-
-/// Calls with at least this many terms release the GIL and check for Ctrl-C.
-const MIN_INTERRUPTIBLE_TERMS: usize = 1 << 25;
+use crate::phase::{Quantity, Record, Sample, Series};
 
 type Vector<T> = Py<PyArray1<T>>;
 
@@ -31,7 +29,7 @@ fn quantity(angle: bool) -> Quantity {
 
 /// Averaging factors of a named grid up to `most`. With `each` > 0, that many per decade.
 #[pyfunction]
-pub fn averaging_factors(py: Python<'_>, grid: &str, each: u32, most: usize) -> PyResult<Vector<i64>> {
+pub(super) fn averaging_factors(py: Python<'_>, grid: &str, each: u32, most: usize) -> PyResult<Vector<i64>> {
     let grid = match grid {
         "octave" => Grid::Octave,
         "decade" => Grid::Decade,
@@ -48,7 +46,7 @@ type Found = (Vector<f64>, Vector<i64>, Vector<f64>, usize);
 /// Overlapping Allan variance in units of the samples, for ascending factors.
 #[pyfunction]
 #[pyo3(signature = (samples, factors, angle, threads=0))]
-pub fn overlapping_allan(
+pub(super) fn overlapping_allan(
     py: Python<'_>,
     samples: &Bound<'_, PyAny>,
     factors: PyReadonlyArray1<'_, i64>,
@@ -61,7 +59,7 @@ pub fn overlapping_allan(
 /// Allan variance of adjacent averages; like [`overlapping_allan`].
 #[pyfunction]
 #[pyo3(signature = (samples, factors, angle, threads=0))]
-pub fn adjacent_allan(
+pub(super) fn adjacent_allan(
     py: Python<'_>,
     samples: &Bound<'_, PyAny>,
     factors: PyReadonlyArray1<'_, i64>,
@@ -74,7 +72,7 @@ pub fn adjacent_allan(
 /// Variance (for TIE: the square) by any other estimator; like [`overlapping_allan`].
 #[pyfunction]
 #[pyo3(signature = (kind, samples, factors, angle, threads=0))]
-pub fn family_variance(
+pub(super) fn family_variance(
     py: Python<'_>,
     kind: &str,
     samples: &Bound<'_, PyAny>,
@@ -82,26 +80,13 @@ pub fn family_variance(
     angle: bool,
     threads: usize,
 ) -> PyResult<Found> {
-    let threads = if threads == 0 { default_threads() } else { threads };
-    let kind = Kind::named(kind).ok_or_else(|| PyValueError::new_err(format!("no estimator {kind}")))?;
-    let factors: Vec<usize> = factors.as_array().iter().map(|m| *m as usize).collect();
+    let statistic = statistic(kind).ok_or_else(|| PyValueError::new_err(format!("no estimator {kind}")))?;
+    let factors = averaging_times(&factors);
     with_series!(samples, series => {
-        let work = |stop: &AtomicBool| {
-            let record = Record::new(series, quantity(angle), threads, stop)?;
-            let execution = Execution { threads, width: Width::best(), stop };
-            let (variance, count, theta) = variances(&record, kind, &factors, execution)?;
-            Ok((variance, count, laws(&record, &theta, &factors), record.gaps()))
-        };
-        let (variance, count, noise, gaps) =
-            // A short record is computed on the calling thread, because starting a thread takes longer.
-            if series.len() > 4096 { run(py, work)? } else { run_short(py, || work(&AtomicBool::new(false)))? };
-        let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
-        Ok((
-            variance.into_pyarray(py).unbind(),
-            count.into_pyarray(py).unbind(),
-            noise.into_pyarray(py).unbind(),
-            gaps,
-        ))
+        let operations = family::operations(statistic, &factors, series.len());
+        found(py, series, angle, threads, (operations, &factors), |record, execution| {
+            variances(record, statistic, &factors, execution)
+        })
     })
 }
 
@@ -113,31 +98,45 @@ fn allan(
     threads: usize,
     every: bool,
 ) -> PyResult<Found> {
-    let threads = if threads == 0 { default_threads() } else { threads };
-    let kind = quantity(angle);
-    let factors: Vec<usize> = factors.as_array().iter().map(|m| *m as usize).collect();
+    let factors = averaging_times(factors);
     with_series!(samples, series => {
-        let work = |stop: &AtomicBool| {
-            let record = Record::new(series, kind, threads, stop)?;
-            let execution = Execution { threads, width: Width::best(), stop };
-            let (terms, theta) =
-                if every { adjacent(&record, &factors, execution)? } else { overlapping(&record, &factors, execution)? };
-            let noise = laws(&record, &theta, &factors);
-            Ok((terms.variance(&factors, kind), terms.count, noise, record.gaps()))
-        };
-        let (variance, count, noise, gaps) = if series.len().saturating_mul(factors.len()) > MIN_INTERRUPTIBLE_TERMS {
-            run(py, work)?
-        } else {
-            run_short(py, || work(&AtomicBool::new(false)))?
-        };
-        let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
-        Ok((
-            variance.into_pyarray(py).unbind(),
-            count.into_pyarray(py).unbind(),
-            noise.into_pyarray(py).unbind(),
-            gaps,
-        ))
+        let operations = series.len().saturating_mul(factors.len());
+        found(py, series, angle, threads, (operations, &factors), |record, execution| {
+            let sums = if every { adjacent } else { overlapping };
+            let (terms, theta) = sums(record, &factors, execution)?;
+            Ok((terms.variance(&factors, quantity(angle)), terms.count, theta))
+        })
     })
+}
+
+/// The averaging factors of an array.
+fn averaging_times(factors: &PyReadonlyArray1<'_, i64>) -> Vec<usize> {
+    factors.as_array().iter().map(|m| *m as usize).collect()
+}
+
+/// Result of `compute`, which takes about this many operations for these factors, with the noise at each factor.
+fn found<T: Sample>(
+    py: Python<'_>,
+    series: Series<'_, T>,
+    angle: bool,
+    threads: usize,
+    (operations, factors): (usize, &[usize]),
+    compute: impl FnOnce(&Record<'_, T>, Execution<'_>) -> Result<(Vec<f64>, Vec<u64>, Buffer)> + Send,
+) -> PyResult<Found> {
+    let threads = if threads == 0 { default_threads() } else { threads };
+    let (variance, count, noise, gaps) = run(py, operations, |stop| {
+        let record = Record::new(series, quantity(angle), threads, stop)?;
+        let execution = Execution { threads, width: Width::best(), stop };
+        let (variance, count, theta) = compute(&record, execution)?;
+        Ok((variance, count, laws(&record, &theta, factors), record.gaps()))
+    })?;
+    let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
+    Ok((
+        variance.into_pyarray(py).unbind(),
+        count.into_pyarray(py).unbind(),
+        noise.into_pyarray(py).unbind(),
+        gaps,
+    ))
 }
 
 /// `accumulator::Accumulator`, and its number of averaging times per octave.

@@ -9,7 +9,7 @@ use crate::envelope;
 /// `envelope::envelope`: minimum and maximum of each segment.
 #[pyfunction(name = "envelope")]
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
-pub fn sample_envelope<'py>(
+pub(super) fn sample_envelope<'py>(
     py: Python<'py>,
     samples: PyReadonlyArray1<'py, f64>,
     buckets: usize,

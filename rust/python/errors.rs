@@ -10,7 +10,7 @@ pyo3::import_exception!(allanite, TooShortError);
 pyo3::import_exception!(allanite.common.errors, InternalError);
 
 /// Each variant raises the class that `error.rs` names for it.
-pub fn to_python(error: Error) -> PyErr {
+pub(super) fn to_python(error: Error) -> PyErr {
     match error {
         Error::Input(message) => InputError::new_err(message),
         Error::TooShort(message) => TooShortError::new_err(message),

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 
 /// Version of the crate, which is the version of the package.
 #[pyfunction]
-pub fn version() -> &'static str {
+pub(super) fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
 
@@ -20,7 +20,7 @@ pub fn version() -> &'static str {
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
 /// Stores the message of a panic instead of printing it, so that it becomes the message of an exception.
-pub fn keep_panics() {
+pub(super) fn keep_panics() {
     std::panic::set_hook(Box::new(|panic| {
         *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = panic.to_string();
     }));
@@ -34,17 +34,31 @@ fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     })
 }
 
-/// Runs `work` with the GIL released. `work` receives a flag that turns true on Ctrl-C. It must check the flag
-/// between blocks and return [`crate::Error::Interrupted`].
+/// How often the calling thread checks for Ctrl-C.
+const CHECK_PERIOD: Duration = Duration::from_millis(50);
+
+/// Minimum number of operations of a call that Ctrl-C can interrupt. Fewer take less than `CHECK_PERIOD` at about a
+/// nanosecond each, so that they end before the first check.
+const MIN_INTERRUPTIBLE: usize = 1 << 25;
+
+/// For [`run`]: the work may wait for another process, so that its duration is unknown.
+pub(super) const UNKNOWN: usize = usize::MAX;
+
+/// Runs `work` of about this many operations with the GIL released. `work` receives a flag that turns true on Ctrl-C.
+/// It must check the flag between blocks and return [`crate::Error::Interrupted`].
 ///
-/// The work runs on its own thread while the calling thread checks for signals every 50 ms, because Python delivers
-/// signals only to the main thread. Short calls should use [`run_short`].
-pub fn run<T, F>(py: Python<'_>, work: F) -> PyResult<T>
+/// Python delivers signals only to the main thread. So longer work runs on its own thread while the calling thread
+/// checks for signals. Shorter work runs on the calling thread, because starting a thread takes about as long as the
+/// transform of a thousand samples.
+pub(super) fn run<T, F>(py: Python<'_>, operations: usize, work: F) -> PyResult<T>
 where
     T: Send,
     F: FnOnce(&AtomicBool) -> Result<T> + Send,
 {
     let stop = AtomicBool::new(false);
+    if operations < MIN_INTERRUPTIBLE {
+        return run_short(py, || work(&stop));
+    }
     let stop = &stop;
     std::thread::scope(|scope| {
         let (sender, receiver) = sync_channel(1);
@@ -61,10 +75,7 @@ where
         let mut signal = None;
         loop {
             let got = py.detach(|| {
-                receiver
-                    .lock()
-                    .expect("only this thread locks the receiver")
-                    .recv_timeout(Duration::from_millis(50))
+                receiver.lock().expect("only this thread locks the receiver").recv_timeout(CHECK_PERIOD)
             });
             match got {
                 Ok(result) => {
@@ -88,7 +99,7 @@ where
 }
 
 /// Runs `work` of at most a few milliseconds with the GIL released.
-pub fn run_short<T, F>(py: Python<'_>, work: F) -> PyResult<T>
+pub(super) fn run_short<T, F>(py: Python<'_>, work: F) -> PyResult<T>
 where
     T: Send,
     F: FnOnce() -> Result<T> + Send,

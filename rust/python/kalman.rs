@@ -17,9 +17,14 @@ fn system(f: &Matrix<'_>, q: &Matrix<'_>, h: &Vector<'_>, r: f64, p0: &Matrix<'_
     System::new(f.as_slice()?, q.as_slice()?, h.as_slice()?, r, p0.as_slice()?).map_err(to_python)
 }
 
+/// Estimated number of operations of a filter of `states` states: a product of two matrices at every sample.
+fn steps(samples: usize, states: usize) -> usize {
+    samples.saturating_mul(states.saturating_pow(3).saturating_add(states))
+}
+
 /// `kalman::filter`: innovations and their variances.
 #[pyfunction]
-pub fn kalman_filter<'py>(
+pub(super) fn kalman_filter<'py>(
     py: Python<'py>,
     samples: Vector<'py>,
     f: Matrix<'py>,
@@ -30,13 +35,14 @@ pub fn kalman_filter<'py>(
 ) -> PyResult<(Series<'py>, Series<'py>)> {
     let system = system(&f, &q, &h, r, &p0)?;
     let view = samples.as_slice()?;
-    let (values, variances) = run(py, |stop| kalman::filter(&system, view, stop))?;
+    let operations = steps(view.len(), h.len()?);
+    let (values, variances) = run(py, operations, |stop| kalman::filter(&system, view, stop))?;
     Ok((values.into_pyarray(py), variances.into_pyarray(py)))
 }
 
 /// `kalman::smooth`: expectation of H s given all samples.
 #[pyfunction]
-pub fn kalman_smooth<'py>(
+pub(super) fn kalman_smooth<'py>(
     py: Python<'py>,
     samples: Vector<'py>,
     f: Matrix<'py>,
@@ -47,14 +53,15 @@ pub fn kalman_smooth<'py>(
 ) -> PyResult<Series<'py>> {
     let system = system(&f, &q, &h, r, &p0)?;
     let view = samples.as_slice()?;
-    Ok(run(py, |stop| kalman::smooth(&system, view, stop))?.into_pyarray(py))
+    let operations = steps(view.len(), h.len()?);
+    Ok(run(py, operations, |stop| kalman::smooth(&system, view, stop))?.into_pyarray(py))
 }
 
 /// `kalman::stamped::filter`: innovations (k, n) of columns at arbitrary times, and their variances (n,).
 ///
 /// Lags are (variance, rate in 1/s, whether the integral of the lag is observed).
 #[pyfunction]
-pub fn stamped_filter<'py>(
+pub(super) fn stamped_filter<'py>(
     py: Python<'py>,
     times: Vector<'py>,
     there: PyReadonlyArray1<'py, bool>,
@@ -68,6 +75,8 @@ pub fn stamped_filter<'py>(
     let noise = Noise { lags, walk, white };
     let shape = columns.as_array().dim();
     let (times, there, columns) = (times.as_slice()?, there.as_slice()?, columns.as_slice()?);
-    let (values, variances) = run(py, |stop| stamped::filter(&noise, times, there, columns, stop))?;
+    let operations = steps(columns.len(), noise.lags.len() + 1);
+    let (values, variances) =
+        run(py, operations, |stop| stamped::filter(&noise, times, there, columns, stop))?;
     Ok((values.into_pyarray(py).reshape(shape)?, variances.into_pyarray(py)))
 }

@@ -138,7 +138,9 @@ impl Likelihood {
         let power = numbers(&power);
         let starts: Vec<f64> = thetas.as_array().iter().copied().collect();
         let columns: Vec<f64> = matrices.as_array().outer_iter().flat_map(columns).collect();
-        let found = run(py, |stop| {
+        // A round costs about four passes over the columns and the nodes of the discrepancy.
+        let operations = columns.len().saturating_mul(4 * rounds);
+        let found = run(py, operations, |stop| {
             likelihood::climb_many(&self.0, &power, &columns, &starts, p, scale, rounds, stop)
         })?;
         let thetas: Vec<f64> = found.iter().flat_map(|f| f.theta.iter().copied()).collect();

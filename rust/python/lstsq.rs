@@ -11,7 +11,7 @@ type Fitted<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, f64);
 /// Coefficients (p,), their covariance (p, p), χ².
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
 #[pyfunction]
-pub fn gls_nonnegative<'py>(
+pub(super) fn gls_nonnegative<'py>(
     py: Python<'py>,
     design: PyReadonlyArray2<'py, f64>,
     target: PyReadonlyArray1<'py, f64>,

@@ -9,33 +9,33 @@ use crate::machine::processor::{self, Width};
 
 /// `spectrum::release` and `machine::release`: size in bytes of the freed buffers.
 #[pyfunction]
-pub fn release() -> usize {
+pub(super) fn release() -> usize {
     crate::spectrum::release();
     machine::release()
 }
 
-/// `machine::process::few_arenas`.
+/// `machine::process::own_process`.
 #[pyfunction]
-pub fn few_arenas() {
-    process::few_arenas();
+pub(super) fn own_process() {
+    process::own_process();
 }
 
 /// `machine::process::trim`.
 #[pyfunction]
-pub fn trim(py: Python<'_>) {
-    py.detach(process::trim);
+pub(super) fn trim(py: Python<'_>) -> bool {
+    py.detach(process::trim)
 }
 
 /// `machine::process::end_with`: the final message of a program whose mapped file is truncated.
 #[pyfunction]
-pub fn end_with_line(line: &str, code: i32) {
+pub(super) fn end_with_line(line: &str, code: i32) {
     process::end_with(line, code);
 }
 
 /// Name of the vector unit in use. `most` restricts this process to the named unit and narrower ones.
 #[pyfunction]
 #[pyo3(signature = (most = None))]
-pub fn vector_unit(most: Option<&str>) -> PyResult<&'static str> {
+pub(super) fn vector_unit(most: Option<&str>) -> PyResult<&'static str> {
     most.map_or(Ok(()), processor::keep_to).map_err(to_python)?;
     Ok(Width::best().name())
 }

@@ -52,7 +52,7 @@ mod _core {
 
     // machine
     #[pymodule_export]
-    use super::machine::{end_with_line, few_arenas, release, trim, vector_unit};
+    use super::machine::{end_with_line, own_process, release, trim, vector_unit};
 
     // noise
     #[pymodule_export]

@@ -1,52 +1,67 @@
 //! Bindings of the noise generator.
 
 use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedStr;
 
 use super::arrays::from_buffer;
+use super::errors::to_python;
 use super::gil::run;
 use crate::machine::buffer_pool::Buffer;
-use crate::noise::Generator;
+use crate::noise::{Generator, Primitive};
 use crate::{Error, Result};
 
-type Processes = Vec<(String, Vec<f64>)>;
+/// A pair (name, values) becomes a process here, once.
+impl<'py> FromPyObject<'_, 'py> for Primitive {
+    type Error = PyErr;
 
-/// Buffer for `n` samples, or an error if memory is insufficient.
-fn buffer_for(n: usize) -> Result<Buffer> {
+    fn extract(pair: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let (name, values): (PyBackedStr, Vec<f64>) = pair.extract()?;
+        Self::new(&name, values).map_err(to_python)
+    }
+}
+
+/// The next `n` samples of a generator, or an error if memory is insufficient.
+fn samples(generator: &mut Generator, n: usize, stop: &AtomicBool) -> Result<Buffer> {
     Vec::<f64>::new()
         .try_reserve_exact(n)
         .map_err(|_| Error::Input(format!("{n} samples do not fit into memory: simulate in chunks")))?;
-    Ok(Buffer::new(n))
+    Ok(Buffer::written(n, |samples| generator.fill(samples, stop))?.0)
+}
+
+/// Estimated number of operations for `n` samples of a sum of processes: about four a sample of each.
+fn operations(n: usize, processes: usize) -> usize {
+    n.saturating_mul(4 * processes)
 }
 
 /// Samples of a sum of processes.
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
 #[pyfunction]
 #[pyo3(signature = (processes, n, seed, replicate = 0, axis = 0, threads = 0))]
-pub fn simulate(
+pub(super) fn simulate(
     py: Python<'_>,
-    processes: Processes,
+    processes: Vec<Primitive>,
     n: usize,
     seed: u64,
     replicate: u64,
     axis: u64,
     threads: usize,
 ) -> PyResult<Bound<'_, PyArray1<f64>>> {
-    let samples = run(py, |stop| {
+    let found = run(py, operations(n, processes.len()), |stop| {
         let mut generator = Generator::new(&processes, n, seed, replicate, axis, threads)?;
-        let mut samples = buffer_for(n)?;
-        generator.fill(&mut samples, stop)?;
-        Ok(samples)
+        samples(&mut generator, n, stop)
     })?;
-    from_buffer(py, samples)
+    from_buffer(py, found)
 }
 
 /// Generator of the samples of a sum of processes, in chunks.
 #[pyclass(frozen, module = "allanite._core")]
 pub struct Simulator {
     generator: Mutex<Generator>,
+    processes: usize,
 }
 
 #[pymethods]
@@ -54,26 +69,23 @@ impl Simulator {
     #[new]
     #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
     #[pyo3(signature = (processes, seed, replicate, axis, total))]
-    fn new(processes: Processes, seed: u64, replicate: u64, axis: u64, total: usize) -> PyResult<Self> {
-        let generator =
-            Generator::new(&processes, total, seed, replicate, axis, 0).map_err(super::errors::to_python)?;
-        Ok(Self { generator: Mutex::new(generator) })
+    fn new(processes: Vec<Primitive>, seed: u64, replicate: u64, axis: u64, total: usize) -> PyResult<Self> {
+        let generator = Generator::new(&processes, total, seed, replicate, axis, 0).map_err(to_python)?;
+        Ok(Self { generator: Mutex::new(generator), processes: processes.len() })
     }
 
     /// The next `n` samples.
     fn next<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let samples = run(py, |stop| {
-            let mut samples = buffer_for(n)?;
+        let found = run(py, operations(n, self.processes), |stop| {
             let mut generator = self.generator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            generator.fill(&mut samples, stop)?;
-            Ok(samples)
+            samples(&mut generator, n, stop)
         })?;
-        from_buffer(py, samples)
+        from_buffer(py, found)
     }
 }
 
 /// `noise::power_law_bank`: (φ, variance) of each first-order section.
 #[pyfunction]
-pub fn power_law_bank(exponent: f64, n: usize) -> PyResult<Vec<(f64, f64)>> {
-    crate::noise::power_law_bank(exponent, n).map_err(super::errors::to_python)
+pub(super) fn power_law_bank(exponent: f64, n: usize) -> PyResult<Vec<(f64, f64)>> {
+    crate::noise::power_law_bank(exponent, n).map_err(to_python)
 }

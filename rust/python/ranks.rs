@@ -8,7 +8,7 @@ use crate::ranks;
 
 /// `ranks::in_order`: sorted values.
 #[pyfunction]
-pub fn in_order<'py>(
+pub(super) fn in_order<'py>(
     py: Python<'py>,
     values: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
@@ -18,7 +18,7 @@ pub fn in_order<'py>(
 
 /// `ranks::order`: indices that sort the values.
 #[pyfunction]
-pub fn order<'py>(
+pub(super) fn order<'py>(
     py: Python<'py>,
     values: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<i64>>> {

@@ -9,39 +9,46 @@ use crate::spectrum::courses::Courses;
 use crate::spectrum::lapped::{Lapped, Sums, add_row};
 use crate::spectrum::{self, chirps, halving, spans};
 
+/// Estimated number of operations of a Fourier transform of n samples and of planning it, which takes up to twenty
+/// times as long.
+fn transform(n: usize) -> usize {
+    n.saturating_mul(20 * (1 + n.max(1).ilog2() as usize))
+}
+
 /// `spectrum::cosine_transform`.
 #[pyfunction]
-pub fn cosine_transform<'py>(
+pub(super) fn cosine_transform<'py>(
     py: Python<'py>,
     samples: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let view = samples.as_slice()?;
-    Ok(run(py, |stop| spectrum::cosine_transform(view, stop))?.into_pyarray(py))
+    Ok(run(py, transform(view.len()), |stop| spectrum::cosine_transform(view, stop))?.into_pyarray(py))
 }
 
 /// `spectrum::inverse_cosine_transform`.
 #[pyfunction]
-pub fn inverse_cosine_transform<'py>(
+pub(super) fn inverse_cosine_transform<'py>(
     py: Python<'py>,
     ordinates: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let view = ordinates.as_slice()?;
-    Ok(run(py, |stop| spectrum::inverse_cosine_transform(view, stop))?.into_pyarray(py))
+    Ok(run(py, transform(view.len()), |stop| spectrum::inverse_cosine_transform(view, stop))?
+        .into_pyarray(py))
 }
 
 /// `spectrum::padded_periodogram`.
 #[pyfunction]
-pub fn padded_periodogram<'py>(
+pub(super) fn padded_periodogram<'py>(
     py: Python<'py>,
     samples: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let view = samples.as_slice()?;
-    Ok(run(py, |stop| spectrum::padded_periodogram(view, stop))?.into_pyarray(py))
+    Ok(run(py, transform(view.len()), |stop| spectrum::padded_periodogram(view, stop))?.into_pyarray(py))
 }
 
 /// `spectrum::squares`.
 #[pyfunction]
-pub fn squares<'py>(
+pub(super) fn squares<'py>(
     py: Python<'py>,
     ordinates: PyReadonlyArray1<'py, f64>,
     edges: PyReadonlyArray1<'py, i64>,
@@ -52,7 +59,7 @@ pub fn squares<'py>(
 
 /// `chirps::heights`: highest power at each drift rate.
 #[pyfunction]
-pub fn chirp_heights<'py>(
+pub(super) fn chirp_heights<'py>(
     py: Python<'py>,
     series: PyReadonlyArray1<'py, f64>,
     first: f64,
@@ -60,12 +67,13 @@ pub fn chirp_heights<'py>(
     count: usize,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let series = series.as_slice()?;
-    Ok(run(py, |stop| chirps::heights(series, first, step, count, stop))?.into_pyarray(py))
+    let operations = count.saturating_mul(transform(series.len() / 2));
+    Ok(run(py, operations, |stop| chirps::heights(series, first, step, count, stop))?.into_pyarray(py))
 }
 
 /// `Courses::best`: frequency and power of each course.
 #[pyfunction]
-pub fn best_courses<'py>(
+pub(super) fn best_courses<'py>(
     py: Python<'py>,
     series: PyReadonlyArray1<'py, f64>,
     sections: usize,
@@ -73,13 +81,14 @@ pub fn best_courses<'py>(
     most: usize,
 ) -> PyResult<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>)> {
     let courses = Courses { series: series.as_slice()?, sections, step, most };
-    let (places, heights) = run(py, |stop| courses.best(stop))?;
+    let operations = most.saturating_mul(transform(courses.series.len()));
+    let (places, heights) = run(py, operations, |stop| courses.best(stop))?;
     Ok((places.into_pyarray(py), heights.into_pyarray(py)))
 }
 
 /// `spans::best_pair`: places of the two steps, and the gain.
 #[pyfunction]
-pub fn best_pair(
+pub(super) fn best_pair(
     py: Python<'_>,
     score: PyReadonlyArray1<'_, f64>,
     own: PyReadonlyArray1<'_, f64>,
@@ -90,7 +99,8 @@ pub fn best_pair(
 ) -> PyResult<(usize, usize, f64)> {
     let (score, own, waves) = (score.as_slice()?, own.as_slice()?, waves.as_slice()?);
     let beside = beside.as_slice()?;
-    let found = run(py, |stop| spans::best_pair(score, own, waves, beside, least, floor, stop))?;
+    let operations = score.len().saturating_mul(beside.len().max(score.len()));
+    let found = run(py, operations, |stop| spans::best_pair(score, own, waves, beside, least, floor, stop))?;
     Ok((found.first, found.last, found.gain))
 }
 
@@ -150,7 +160,7 @@ impl PyLapped {
 
 /// Adds rows, in their order, to sums in two doubles.
 #[pyfunction]
-pub fn add_rows(
+pub(super) fn add_rows(
     mut high: PyReadwriteArray1<'_, f64>,
     mut low: PyReadwriteArray1<'_, f64>,
     rows: PyReadonlyArray2<'_, f64>,
@@ -164,7 +174,7 @@ pub fn add_rows(
 
 /// `halving::steps`: minimum, maximum, number of zero steps, Σd², Σd⁴.
 #[pyfunction]
-pub fn steps(py: Python<'_>, x: PyReadonlyArray1<'_, f64>) -> PyResult<[f64; 5]> {
+pub(super) fn steps(py: Python<'_>, x: PyReadonlyArray1<'_, f64>) -> PyResult<[f64; 5]> {
     let x = x.as_slice()?;
     run_short(py, || Ok(halving::steps(Width::best(), x)))
 }

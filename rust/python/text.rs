@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::gil::run;
+use super::gil::{UNKNOWN, run};
 use crate::text::{Meta, Options, Reader};
 use crate::{Error, Result};
 
@@ -51,7 +51,7 @@ type Read<'py> = (Option<Vec<String>>, Vec<Bound<'py, PyArray1<f64>>>, Bound<'py
 /// All selected columns of a log.
 #[pyfunction]
 #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None, finite = false))]
-pub fn read_text<'py>(
+pub(super) fn read_text<'py>(
     py: Python<'py>,
     path: PathBuf,
     delimiter: Option<&str>,
@@ -60,7 +60,7 @@ pub fn read_text<'py>(
     finite: bool,
 ) -> PyResult<Read<'py>> {
     let options = options(delimiter, decimal_comma, columns, finite).map_err(super::errors::to_python)?;
-    let table = run(py, |stop| crate::text::read(&path, &options, stop))?;
+    let table = run(py, UNKNOWN, |stop| crate::text::read(&path, &options, stop))?;
     let meta = dictionary(py, &table.meta)?;
     let columns = table.columns.into_iter().map(|column| column.into_pyarray(py)).collect();
     Ok((table.header, columns, meta))
@@ -91,7 +91,7 @@ impl TextReader {
         finite: bool,
     ) -> PyResult<Self> {
         let options = options(delimiter, decimal_comma, columns, finite).map_err(super::errors::to_python)?;
-        let reader = run(py, |stop| Reader::open(&path, &options, stop))?;
+        let reader = run(py, UNKNOWN, |stop| Reader::open(&path, &options, stop))?;
         Ok(Self { reader: Mutex::new(reader) })
     }
 
@@ -114,7 +114,7 @@ impl TextReader {
 
     /// Up to `rows` first rows of all columns; for each column, the number of text cells and one cell.
     fn sample<'py>(&self, py: Python<'py>, rows: usize) -> PyResult<Sampled<'py>> {
-        let found = run(py, |stop: &AtomicBool| self.with(|reader| reader.sample(rows, stop)))?;
+        let found = run(py, UNKNOWN, |stop: &AtomicBool| self.with(|reader| reader.sample(rows, stop)))?;
         let columns = found.columns.into_iter().map(|column| column.into_pyarray(py)).collect();
         Ok((columns, found.words, found.cells))
     }
@@ -129,7 +129,7 @@ impl TextReader {
     /// Up to `rows` further rows; `None` at the end of the log.
     fn next<'py>(&self, py: Python<'py>, rows: usize) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let work = |stop: &AtomicBool| self.with(|reader| Ok((reader.next(rows, stop)?, reader.width())));
-        let (table, width) = run(py, work)?;
+        let (table, width) = run(py, UNKNOWN, work)?;
         table
             .map(|numbers| {
                 let count = numbers.len() / width;

@@ -13,17 +13,17 @@ use super::registers::{self, Registers};
 use crate::machine::processor::{Unit, Width};
 
 /// Number of interleaved generators of a stream.
-pub const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 /// Number of normals generated at a time: a cosine and a sine from each lane.
 const GROUP: usize = 2 * LANES;
 /// Number of registers that hold the lanes if a register holds half of them.
 const PARTS: usize = 2;
 
 /// One word of each generator.
-pub type Lanes = [u64; LANES];
+pub(super) type Lanes = [u64; LANES];
 
 /// Bits of the double 1.0.
-pub const ONE: u64 = 0x3ff0_0000_0000_0000;
+pub(super) const ONE: u64 = 0x3ff0_0000_0000_0000;
 /// Mask of the fraction of a double.
 const FRACTION: u64 = (1 << 52) - 1;
 /// Bits of 4096 + 2^-40. The unit in the last place of 4096 is 2^-40, so that this adds half of the radius step
@@ -98,7 +98,7 @@ const COS: [f64; 6] = [
 ];
 
 /// Fills `out` with normals. A shorter slice receives the beginning of what a longer one receives.
-pub fn fill(width: Width, state: &mut [Lanes; 4], out: &mut [f64]) {
+pub(super) fn fill(width: Width, state: &mut [Lanes; 4], out: &mut [f64]) {
     // SAFETY: a `Width` is only made of units that the processor has.
     unsafe {
         match width.unit() {

@@ -16,7 +16,7 @@ const EXPONENT: f64 = 4503599627370496.0 + 1023.0;
 ///
 /// # Safety
 /// Functions of an implementation may only be called where the processor has its instructions. Slices are `WIDTH` long.
-pub unsafe trait Registers {
+pub(super) unsafe trait Registers {
     /// Number of lanes of a register: 4 or 8.
     const WIDTH: usize;
     type Words: Copy;
@@ -73,7 +73,7 @@ macro_rules! operations {
 const WIDTH: usize = 4;
 
 /// Implementation in plain Rust.
-pub struct Portable;
+pub(super) struct Portable;
 
 // SAFETY: needs no instructions beyond the baseline.
 unsafe impl Registers for Portable {
@@ -111,7 +111,7 @@ mod x86 {
     use super::Registers;
 
     /// Implementation by AVX2 with FMA, whose registers hold half of the lanes.
-    pub struct Avx2;
+    pub(crate) struct Avx2;
 
     // SAFETY: every function needs this vector unit, which the caller proves by its `Width`.
     unsafe impl Registers for Avx2 {
@@ -142,7 +142,7 @@ mod x86 {
     }
 
     /// Implementation by AVX-512F.
-    pub struct Avx512;
+    pub(crate) struct Avx512;
 
     // SAFETY: every function needs this vector unit, which the caller proves by its `Width`.
     unsafe impl Registers for Avx512 {
@@ -176,4 +176,4 @@ mod x86 {
     }
 }
 #[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx512};
+pub(super) use x86::{Avx2, Avx512};

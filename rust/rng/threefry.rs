@@ -5,7 +5,7 @@ use super::normals::Lanes;
 use crate::machine::processor::{Unit, Width};
 
 /// Threefry-4×64 with 20 rounds, applied to the counter of every lane.
-pub fn threefry(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
+pub(super) fn threefry(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
     #[cfg(target_arch = "x86_64")]
     if Width::best().unit() == Unit::Avx512 {
         // SAFETY: a `Width` is only made of units that the processor has.

@@ -21,7 +21,13 @@ const LANES: usize = 8;
 ///
 /// The power is evaluated at the Fourier frequencies and, interpolated from two neighbors, halfway between them. For
 /// a line at any frequency it is at most 13 % too low.
-pub fn heights(series: &[f64], first: f64, step: f64, count: usize, stop: &AtomicBool) -> Result<Vec<f64>> {
+pub(crate) fn heights(
+    series: &[f64],
+    first: f64,
+    step: f64,
+    count: usize,
+    stop: &AtomicBool,
+) -> Result<Vec<f64>> {
     if series.len() % 2 == 1 || series.len() < 4 {
         return Err(Error::Input(format!(
             "chirps: {} parts of complex numbers: 4 or more, an even number",

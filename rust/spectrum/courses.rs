@@ -19,7 +19,7 @@ const LANES: usize = 8;
 /// A frequency step is half a cycle per section. Course i = −most … most drifts by i frequency steps over the record.
 /// Before the transform, the drift within each section is removed, rounded to multiples of `step` cycles per squared
 /// section.
-pub struct Courses<'a> {
+pub(crate) struct Courses<'a> {
     pub series: &'a [f64],
     pub sections: usize,
     pub step: f64,
@@ -29,7 +29,7 @@ pub struct Courses<'a> {
 impl Courses<'_> {
     /// For each course, the frequency in the middle of the record at which the summed power is highest, and that
     /// power.
-    pub fn best(&self, stop: &AtomicBool) -> Result<(Vec<i64>, Vec<f64>)> {
+    pub(crate) fn best(&self, stop: &AtomicBool) -> Result<(Vec<i64>, Vec<f64>)> {
         let length = self.series.len() / 2 / self.sections.max(1);
         if self.series.len() % 2 == 1 || length < 2 {
             return Err(Error::Input(format!(

@@ -10,7 +10,7 @@ use super::halving::split;
 
 /// Window after and before the border of two segments (even places ascending, odd places descending), and the real
 /// and imaginary parts of the rotation factors.
-pub struct Weights {
+pub(super) struct Weights {
     even: [Vec<f64>; 2],
     odd: [Vec<f64>; 2],
     turns: [Vec<f64>; 2],
@@ -18,7 +18,7 @@ pub struct Weights {
 
 impl Weights {
     /// Weights from the window after and before a border and from the rotation factors.
-    pub fn new(after: &[f64], before: &[f64], turns: &[Complex<f64>]) -> Self {
+    pub(super) fn new(after: &[f64], before: &[f64], turns: &[Complex<f64>]) -> Self {
         let [mut even, mut odd] = [(); 2].map(|()| [(); 2].map(|()| vec![0.0; after.len() / 2]));
         for (i, window) in [after, before].into_iter().enumerate() {
             split(window, &mut even[i], &mut odd[i]);
@@ -33,7 +33,7 @@ impl Weights {
     ///
     /// The first border lies before index `at` of the even and odd samples.
     #[inline(always)]
-    pub fn fold(&self, even: &[f64], odd: &[f64], at: usize, mean: f64, out: &mut [Complex<f64>]) {
+    pub(super) fn fold(&self, even: &[f64], odd: &[f64], at: usize, mean: f64, out: &mut [Complex<f64>]) {
         let (half, quarter) = (out.len(), out.len() / 2);
         let end = at + half;
         let (re, im) = (&self.turns[0][..half], &self.turns[1][..half]);
@@ -64,7 +64,7 @@ impl Weights {
     /// Power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment, from index `from` on. `put`
     /// combines it with the previous contents of `power`.
     #[inline(always)]
-    pub fn power(
+    pub(super) fn power(
         &self,
         turned: &[Complex<f64>],
         from: usize,
@@ -84,7 +84,7 @@ impl Weights {
     }
 
     /// Rotates the result of the transform.
-    pub fn turn(&self, turned: &mut [Complex<f64>]) {
+    pub(super) fn turn(&self, turned: &mut [Complex<f64>]) {
         for ((value, re), im) in turned.iter_mut().zip(&self.turns[0]).zip(&self.turns[1]) {
             *value *= Complex::new(*re, *im);
         }

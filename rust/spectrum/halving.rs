@@ -3,7 +3,7 @@
 use crate::machine::processor::compiled_for_each_width;
 
 /// Number of samples on each side that contribute to a halved sample.
-pub const REACH: usize = 16;
+pub(crate) const REACH: usize = 16;
 /// Number of output samples computed at a time, so that the even and odd input samples stay in the first-level cache.
 const BLOCK: usize = 512;
 /// Number of output samples whose sums are held in registers: two chains of additions hide each other's latency.
@@ -17,7 +17,7 @@ compiled_for_each_width! {
     ///
     /// Products are summed in a fixed order without fused operations. So a sample has the same bits whatever else is
     /// computed with it, and on every vector unit.
-    pub fn halve(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) = halve_inline
+    pub(crate) fn halve(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) = halve_inline
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
@@ -34,7 +34,7 @@ fn halve_inline(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
 /// Splits an even number of samples into even and odd ones.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-pub fn split(x: &[f64], even: &mut [f64], odd: &mut [f64]) {
+pub(crate) fn split(x: &[f64], even: &mut [f64], odd: &mut [f64]) {
     for ((pair, even), odd) in x.as_chunks::<2>().0.iter().zip(even).zip(odd) {
         (*even, *odd) = (pair[0], pair[1]);
     }
@@ -44,7 +44,7 @@ pub fn split(x: &[f64], even: &mut [f64], odd: &mut [f64]) {
 /// inlined into a caller that is compiled for its vector unit.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-pub fn halve_split(taps: &[f64; REACH], even: &[f64], odd: &[f64], out: &mut [f64]) {
+pub(crate) fn halve_split(taps: &[f64; REACH], even: &[f64], odd: &[f64], out: &mut [f64]) {
     let mut at = 0;
     let mut lanes = out.chunks_exact_mut(LANES);
     for out in &mut lanes {
@@ -79,7 +79,7 @@ compiled_for_each_width! {
     /// Minimum, maximum, number of steps that are zero, Σd² and Σd⁴, where d are the steps between adjacent samples.
     ///
     /// Missing samples (NaN) are ignored in the extremes and make the sums NaN.
-    pub fn steps(x: &[f64]) -> [f64; 5] = steps_of
+    pub(crate) fn steps(x: &[f64]) -> [f64; 5] = steps_of
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]

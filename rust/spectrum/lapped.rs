@@ -26,7 +26,7 @@ use crate::{Error, Result};
 const EACH: usize = 2;
 
 /// Weights and FFT plan for segments of one length.
-pub struct Lapped {
+pub(crate) struct Lapped {
     /// Number of samples in half a segment.
     half: usize,
     taps: [f64; REACH],
@@ -53,7 +53,7 @@ thread_local! {
 }
 
 /// Result for tiles without a missing sample.
-pub struct Tiles {
+pub(crate) struct Tiles {
     /// Power in each band, tile by tile.
     pub bands: Vec<f64>,
     /// Number of tiles before the first one with a missing sample.
@@ -62,7 +62,7 @@ pub struct Tiles {
 
 /// Sums in two doubles, `high + low`, to which the power of tiles is added; `first` is the coefficient of the first
 /// sum.
-pub struct Sums<'a> {
+pub(crate) struct Sums<'a> {
     pub first: usize,
     pub high: &'a mut [f64],
     pub low: &'a mut [f64],
@@ -71,7 +71,7 @@ pub struct Sums<'a> {
 impl Lapped {
     /// Transform for segments twice as long as `after`. The window is given at ½, 1½, … samples after a border and
     /// before it. `taps` is the low-pass filter for halving the rate.
-    pub fn new(after: &[f64], before: &[f64], taps: &[f64], width: Width) -> Result<Self> {
+    pub(crate) fn new(after: &[f64], before: &[f64], taps: &[f64], width: Width) -> Result<Self> {
         let taps = <[f64; REACH]>::try_from(taps)
             .map_err(|_| Error::Input(format!("{} taps: {REACH} are needed", taps.len())))?;
         let half = after.len();
@@ -87,7 +87,7 @@ impl Lapped {
     }
 
     /// Number of samples in a segment.
-    pub fn segment(&self) -> usize {
+    pub(crate) fn segment(&self) -> usize {
         2 * self.half
     }
 
@@ -104,14 +104,14 @@ impl Lapped {
     }
 
     /// Samples at half the rate; see [`halve`].
-    pub fn halved(&self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn halved(&self, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; (x.len() / 2).saturating_sub(REACH)];
         halve(self.width, &self.taps, x, &mut out);
         out
     }
 
     /// Coefficients of consecutive segments. `x` extends half a segment beyond them at each end.
-    pub fn segments(&self, x: &[f64]) -> Result<Vec<f64>> {
+    pub(crate) fn segments(&self, x: &[f64]) -> Result<Vec<f64>> {
         let n = self.segment();
         if x.len() < 2 * n || x.len() % n != 0 {
             return Err(Error::Input(format!("{} samples are no segments of {n}", x.len())));
@@ -188,7 +188,7 @@ impl Lapped {
     ///
     /// `x` starts half a segment before the first tile and ends half a segment after the last. `halved` is valid up
     /// to the first tile with a missing sample.
-    pub fn tiles(
+    pub(crate) fn tiles(
         &self,
         x: &[f64],
         halved: &mut [f64],
@@ -242,7 +242,7 @@ compiled_for_each_width! {
 
 compiled_for_each_width! {
     /// Adds a row of numbers to sums in two doubles (Knuth).
-    pub fn add_row(high: &mut [f64], low: &mut [f64], row: &[f64]) = add_each
+    pub(crate) fn add_row(high: &mut [f64], low: &mut [f64], row: &[f64]) = add_each
 }
 
 /// Adds a row to a row of compensated sums.

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 
 /// The pair of steps that explains most.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub(crate) struct Pair {
     /// Places of the steps, first < last.
     pub first: usize,
     pub last: usize,
@@ -22,7 +22,7 @@ pub struct Pair {
 /// `score` and `own` belong to m steps. h_il = ½(w_{l−i} − w_{l+i+2}) − b_i·b_l, with at least 2m values w in
 /// `waves`. The rows b of `explained` (m, k) are the parts of each step that other effects can explain. Pairs closer
 /// than `min_distance` places are excluded, and so are pairs whose denominator is at most `floor`.
-pub fn best_pair(
+pub(crate) fn best_pair(
     score: &[f64],
     own: &[f64],
     waves: &[f64],

@@ -34,7 +34,7 @@ struct Line<'a> {
 
 impl Dialect {
     /// Format of the log called `name`, from its first lines.
-    pub fn find(name: &str, head: &[u8], options: &Options) -> Result<Self> {
+    pub(super) fn find(name: &str, head: &[u8], options: &Options) -> Result<Self> {
         let feed = memchr::memchr(b'\n', head).is_some() || memchr::memchr(b'\r', head).is_none();
         let terminator = if feed { b'\n' } else { b'\r' };
         let mut lines = Vec::new();
@@ -145,7 +145,7 @@ impl Dialect {
     }
 
     /// Metadata that is known before the first row is read.
-    pub fn meta(&self) -> Meta {
+    pub(super) fn meta(&self) -> Meta {
         Meta {
             delimiter: match self.delimiter {
                 Delimiter::Byte(byte) => byte as char,

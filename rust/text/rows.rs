@@ -26,7 +26,7 @@ pub(super) struct Block {
 
 impl Block {
     /// Rows of numbers.
-    pub fn rows(&self) -> usize {
+    pub(super) fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
 }
@@ -64,7 +64,7 @@ pub(super) struct Rows {
 
 impl Rows {
     /// Parser for the log called `name`. Error if a wanted column does not exist.
-    pub fn new(name: &str, dialect: &Dialect, options: &Options) -> Result<Self> {
+    pub(super) fn new(name: &str, dialect: &Dialect, options: &Options) -> Result<Self> {
         let count = dialect.count;
         let wanted = options.columns.clone().unwrap_or_else(|| (0..count).collect());
         let name = name.to_owned();
@@ -75,7 +75,7 @@ impl Rows {
     }
 
     /// Selects other columns. Error if one does not exist or is given twice.
-    pub fn select(&mut self, wanted: Vec<usize>) -> Result<()> {
+    pub(super) fn select(&mut self, wanted: Vec<usize>) -> Result<()> {
         let (name, count) = (&self.name, self.dialect.count);
         if let Some(column) = wanted.iter().find(|&&column| column >= count) {
             let named = column.saturating_add(1);
@@ -93,7 +93,7 @@ impl Rows {
     }
 
     /// Columns of the next whole lines, in pieces, in their order.
-    pub fn parse(&mut self, chunk: &[u8]) -> Result<Vec<Block>> {
+    pub(super) fn parse(&mut self, chunk: &[u8]) -> Result<Vec<Block>> {
         let mut pieces = Vec::new();
         let mut rest = chunk;
         let goal = (chunk.len() / PIECES).max(MIN_PIECE_BYTES);
@@ -185,7 +185,7 @@ impl Rows {
     }
 
     /// Up to `most` rows at the start of a log. Lines with another number of cells are skipped.
-    pub fn sample(&self, bytes: &[u8], most: usize) -> Sample {
+    pub(super) fn sample(&self, bytes: &[u8], most: usize) -> Sample {
         let (count, dialect) = (self.dialect.count, &self.dialect);
         let mut found = Sample {
             columns: vec![Vec::new(); count],

@@ -33,7 +33,7 @@ pub(super) struct Source {
 
 impl Source {
     /// Opens a file, or standard input for `-`.
-    pub fn open(path: &Path) -> Result<Self> {
+    pub(super) fn open(path: &Path) -> Result<Self> {
         let (name, file) = if path.as_os_str() == "-" {
             ("standard input".to_owned(), standard_input())
         } else {
@@ -65,19 +65,19 @@ impl Source {
     }
 
     /// Name of the log for messages.
-    pub fn name(&self) -> &str {
+    pub(super) fn name(&self) -> &str {
         &self.name
     }
 
     /// Expected total number of rows if the data returned so far gave `rows` rows.
-    pub fn expected(&self, rows: usize) -> usize {
+    pub(super) fn expected(&self, rows: usize) -> usize {
         let all = rows as f64 * (self.size as f64 / self.handed.max(1) as f64);
         // Add a margin, because later rows may be shorter.
         rows.max((1.02 * all) as usize + 64)
     }
 
     /// The first whole lines, enough to determine the format. Error if the file is not text.
-    pub fn head(&mut self, stop: &AtomicBool) -> Result<Vec<u8>> {
+    pub(super) fn head(&mut self, stop: &AtomicBool) -> Result<Vec<u8>> {
         let lines = |bytes: &[u8]| memchr::memchr_iter(b'\n', bytes).take(HEAD.1).count();
         while !self.done && self.carry.len() < HEAD.0 && (!self.waits || lines(&self.carry) < HEAD.1) {
             self.fill(HEAD.0, stop)?;
@@ -110,7 +110,7 @@ impl Source {
     }
 
     /// The next whole lines; `None` at the end.
-    pub fn chunk(&mut self, stop: &AtomicBool) -> Result<Option<Vec<u8>>> {
+    pub(super) fn chunk(&mut self, stop: &AtomicBool) -> Result<Option<Vec<u8>>> {
         loop {
             if let Some(end) = memchr::memrchr(self.terminator, &self.carry) {
                 return Ok(Some(self.take_chunk(end + 1)));
@@ -133,12 +133,12 @@ impl Source {
 
     /// Reads ahead the data that `chunk` returns next. Pipes are not read ahead, because their rows are needed at
     /// once.
-    pub fn prefetch(&mut self, stop: &AtomicBool) -> Result<()> {
+    pub(super) fn prefetch(&mut self, stop: &AtomicBool) -> Result<()> {
         if self.done || self.waits { Ok(()) } else { self.fill(CHUNK, stop) }
     }
 
     /// Returns the memory of a chunk for reuse.
-    pub fn recycle(&mut self, chunk: Vec<u8>) {
+    pub(super) fn recycle(&mut self, chunk: Vec<u8>) {
         self.spare = chunk;
     }
 

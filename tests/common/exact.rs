@@ -7,7 +7,7 @@ use allanite::machine::processor::Width;
 use allanite::phase::{Quantity, Record, Sample, Series, add_to};
 
 /// Generator of approximately normal numbers.
-pub struct Noise(pub u64);
+pub(crate) struct Noise(pub(crate) u64);
 
 impl Noise {
     fn uniform(&mut self) -> f64 {
@@ -16,13 +16,13 @@ impl Noise {
     }
 
     /// The next approximately normal number.
-    pub fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 }
 
 /// Σ d² from a running sum of 128-bit integers.
-pub fn exact(samples: &[f64], m: usize) -> f64 {
+pub(crate) fn exact(samples: &[f64], m: usize) -> f64 {
     let largest = samples.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
     let scale = 2_f64.powi(90 - largest.log2().ceil() as i32);
     let mut theta = Vec::with_capacity(samples.len() + 1);
@@ -41,7 +41,7 @@ pub fn exact(samples: &[f64], m: usize) -> f64 {
 }
 
 /// Σ d² of the library at each factor.
-pub fn ours<T: Sample>(samples: &[T], factors: &[usize], threads: usize) -> Vec<f64> {
+pub(crate) fn ours<T: Sample>(samples: &[T], factors: &[usize], threads: usize) -> Vec<f64> {
     let stop = AtomicBool::new(false);
     let record = Record::new(Series::new(samples), Quantity::Rate, threads, &stop).unwrap();
     let execution = Execution { threads, width: Width::best(), stop: &stop };

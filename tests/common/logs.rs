@@ -74,7 +74,7 @@ fn check_table(table: &Table) {
 }
 
 /// Reading in pieces gives the same rows. With infinities refused, a log is refused exactly if it holds one.
-pub fn text(bytes: &[u8]) {
+pub(crate) fn text(bytes: &[u8]) {
     with_file(bytes, |path| {
         let all = read(path, &Options::default(), &stop());
         let parts = in_pieces(path, &Options::default(), 3);
@@ -92,7 +92,7 @@ pub fn text(bytes: &[u8]) {
 }
 
 /// Uses the first three bytes as reader options and the others as the first lines of a log.
-pub fn dialect(bytes: &[u8]) {
+pub(crate) fn dialect(bytes: &[u8]) {
     let [delimiter, signs, columns, log @ ..] = bytes else { return };
     let options = Options {
         delimiter: match delimiter % 8 {
@@ -136,7 +136,7 @@ pub fn dialect(bytes: &[u8]) {
 
 /// Reading a log through a pipe equals reading it from a file. The first byte sets the length of the pieces.
 #[cfg(unix)]
-pub fn pipes(bytes: &[u8]) {
+pub(crate) fn pipes(bytes: &[u8]) {
     let Some((&first, log)) = bytes.split_first() else { return };
     // A pipe holds this much. The format of a longer log is determined from fewer lines than in a file.
     if log.len() > 60_000 || log.split(|&byte| byte == b'\n').count() > 40 {
@@ -155,7 +155,7 @@ pub fn pipes(bytes: &[u8]) {
 }
 
 #[cfg(not(unix))]
-pub fn pipes(_: &[u8]) {}
+pub(crate) fn pipes(_: &[u8]) {}
 
 /// Writes each piece after the previous one was read, so that each piece is read separately.
 #[cfg(unix)]

@@ -1,3 +1,3 @@
 //! Helpers shared by tests and benches.
 
-pub mod exact;
+pub(crate) mod exact;

@@ -181,7 +181,7 @@ def _run(arguments: Sequence[str] | None) -> int:
                 from allanite import _kernels
 
                 _kernels.end_with_line(FILE_TRUNCATED, 2)
-                _kernels.few_arenas()
+                _kernels.own_process()
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
             with _broken_pipe_as_closed_output():
                 sys.stdout.flush()

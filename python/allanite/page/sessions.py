@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 import gc
-import os
 import secrets
 import threading
 import time
@@ -27,15 +25,12 @@ MOST_TABS = 32
 GRACE = 15.0
 #: Seconds without a request after which a tab is deleted.
 SILENT = 900.0
-#: M_ARENA_MAX of <malloc.h>.
-ARENA_MAX = -8
 
 
 class Sessions:
     """All tabs and uploads of a server; `most_bytes` is the maximum size of an upload."""
 
     def __init__(self, sources: Sequence[Source], most_bytes: int = MOST_BYTES) -> None:
-        _few_arenas()
         self.sources = tuple(sources)
         self.most_bytes = most_bytes
         self.uploads = Uploads()
@@ -127,13 +122,6 @@ class Sessions:
         return found
 
 
-def _few_arenas() -> None:
-    """Limit the allocator to two arenas, so that threads can reuse memory that other threads have freed."""
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
-    if mallopt is not None:
-        mallopt(ARENA_MAX, 2)
-
-
 def _give_back_after(job: Job) -> None:
     """Wait for a job to end, then return freed memory to the system."""
     job.wait()
@@ -142,6 +130,6 @@ def _give_back_after(job: Job) -> None:
 
 
 def _give_back() -> None:
-    """Return freed memory to the system, which the C library would otherwise keep."""
+    """Return freed memory to the system if this is the command; the C library would otherwise keep it."""
     gc.collect()
     _kernels.trim()

@@ -359,7 +359,7 @@ def _warm_up(memory: int) -> None:
 
     assert readers
     assert study
-    _kernels.few_arenas()
+    _kernels.own_process()
     _limit_memory(memory)
     _state["warm"] = True
 

@@ -15,7 +15,7 @@
 ///
 /// # Safety
 /// Functions of an implementation may only be called where the processor has its instructions.
-pub unsafe trait Lanes: Copy {
+pub(super) unsafe trait Lanes: Copy {
     /// Doubles in one vector.
     const WIDTH: usize;
     /// Zeros.
@@ -40,7 +40,7 @@ pub unsafe trait Lanes: Copy {
 
 /// Portable fallback of four doubles.
 #[derive(Clone, Copy)]
-pub struct Portable([f64; 4]);
+pub(super) struct Portable([f64; 4]);
 
 // SAFETY: needs no instructions beyond the baseline.
 unsafe impl Lanes for Portable {
@@ -88,7 +88,7 @@ mod x86 {
 
     /// Four doubles of AVX2 with FMA.
     #[derive(Clone, Copy)]
-    pub struct Avx2(__m256d);
+    pub(crate) struct Avx2(__m256d);
 
     // SAFETY: every function needs AVX2 and FMA, which the one dispatcher in `sums.rs` has asked for.
     unsafe impl super::Lanes for Avx2 {
@@ -136,7 +136,7 @@ mod x86 {
 
     /// Eight doubles of AVX-512.
     #[derive(Clone, Copy)]
-    pub struct Avx512(__m512d);
+    pub(crate) struct Avx512(__m512d);
 
     // SAFETY: every function needs AVX-512F, which the one dispatcher in `sums.rs` has asked for.
     unsafe impl super::Lanes for Avx512 {
@@ -183,7 +183,7 @@ mod x86 {
     }
 }
 #[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx512};
+pub(super) use x86::{Avx2, Avx512};
 
 #[inline(always)]
 /// Square of the second difference.
@@ -197,7 +197,7 @@ fn term(a: f64, b: f64, c: f64) -> f64 {
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2^T·m` doubles are readable from `theta`.
 #[inline(always)]
-pub unsafe fn chain<V: Lanes, const T: usize>(theta: *const f64, m: usize, n: usize) -> [f64; T] {
+pub(super) unsafe fn chain<V: Lanes, const T: usize>(theta: *const f64, m: usize, n: usize) -> [f64; T] {
     // SAFETY: the largest index read is n − 1 + 2^T·m; vectors end at or before n.
     unsafe {
         let mut sums = [V::zero(); T];
@@ -230,7 +230,7 @@ pub unsafe fn chain<V: Lanes, const T: usize>(theta: *const f64, m: usize, n: us
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
 #[inline(always)]
-pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
+pub(super) unsafe fn several<V: Lanes, const T: usize, const U: usize>(
     theta: *const f64,
     m: [usize; T],
     n: usize,
@@ -273,7 +273,12 @@ const SUMS: usize = 8;
 /// # Safety
 /// The processor has the instructions of `V`; `(blocks·J + 1)·m + row` doubles are readable from `theta`.
 #[inline(always)]
-pub unsafe fn rows<V: Lanes, const J: usize>(theta: *const f64, m: usize, row: usize, blocks: usize) -> f64 {
+pub(super) unsafe fn rows<V: Lanes, const J: usize>(
+    theta: *const f64,
+    m: usize,
+    row: usize,
+    blocks: usize,
+) -> f64 {
     // SAFETY: the largest index read is ((blocks − 1)·J + J + 1)·m + row − 1; lanes beyond a row are not read.
     unsafe {
         let mut sums = [V::zero(); SUMS];

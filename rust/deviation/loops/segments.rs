@@ -64,7 +64,7 @@ const QUARTERS: [Quarter; 4] = [
 
 /// Sum of the 6m squares D² of each of the `n` segments of 3m points whose running sums start at `running[0..n]`. The
 /// result is unspecified if `stop` is set.
-pub fn sum(running: &[f64], n: usize, m: usize, stop: &AtomicBool) -> f64 {
+pub(crate) fn sum(running: &[f64], n: usize, m: usize, stop: &AtomicBool) -> f64 {
     let block = m.max(64);
     let starts = (0..n).step_by(block).take_while(|_| !stop.load(Ordering::Relaxed));
     starts.map(|from| sum_of_block(&running[from..n.min(from + block) + 3 * m], m, stop)).sum()

@@ -62,7 +62,7 @@ impl Group {
     }
 
     /// Pairs (place in the result, m).
-    pub fn members(&self) -> impl Iterator<Item = (usize, usize)> {
+    pub(crate) fn members(&self) -> impl Iterator<Item = (usize, usize)> {
         (0..self.len).map(|i| (self.place[i], self.m[i]))
     }
 }
@@ -86,7 +86,7 @@ pub fn groups(width: Width, factors: &[(usize, usize)]) -> Vec<Group> {
 pub type Placed = Vec<(usize, usize)>;
 
 /// Doubling runs m, 2m, 4m, … of three or more factors, and the remaining factors, all in ascending order.
-pub fn doubling(factors: &[(usize, usize)]) -> (Vec<Placed>, Placed) {
+pub(crate) fn doubling(factors: &[(usize, usize)]) -> (Vec<Placed>, Placed) {
     let mut runs = Vec::new();
     let mut free = vec![true; factors.len()];
     let mut loose = Vec::new();
@@ -154,7 +154,7 @@ pub fn add(
 /// Like [`add`] without runs, for a phase that contains NaN. Terms that are NaN are skipped, the others are counted.
 ///
 /// If the sum of a strip is finite, the strip contains no NaN. Only other strips are examined term by term.
-pub fn add_with_gaps(
+pub(crate) fn add_with_gaps(
     width: Width,
     (theta, origin): (&[f64], usize),
     (from, to): (usize, usize),
@@ -182,7 +182,7 @@ pub fn add_with_gaps(
 }
 
 /// Adds and counts the terms at every m-th point of the record: adjacent averages.
-pub fn add_adjacent(
+pub(crate) fn add_adjacent(
     (theta, origin): (&[f64], usize),
     (from, to): (usize, usize),
     runs: &[(usize, usize)],
@@ -212,7 +212,7 @@ pub fn sum_of_factor(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
 }
 
 /// Like [`sum_of_factor`], in rows if m is long enough.
-pub fn sum_of_factor_in_rows(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
+pub(crate) fn sum_of_factor_in_rows(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
     let shape = if m < ROW { Shape::Several } else { Shape::Rows };
     group_sums(width, theta, &Group::new(&[(0, m)], shape), n)[0]
 }

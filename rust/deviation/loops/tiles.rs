@@ -35,7 +35,7 @@ const STRIPE: usize = 8;
 const AHEAD: usize = 32;
 
 /// A doubling run over a phase without gaps.
-pub struct Run<'a> {
+pub(crate) struct Run<'a> {
     theta: &'a [f64],
     factors: &'a [(usize, usize)],
     columns: usize,
@@ -47,7 +47,7 @@ pub struct Run<'a> {
 }
 
 /// The runs, split so that the largest factor of each part fits into a tile.
-pub fn parts<'a>(width: Width, theta: &'a [f64], runs: &'a [Placed]) -> Vec<Run<'a>> {
+pub(crate) fn parts<'a>(width: Width, theta: &'a [f64], runs: &'a [Placed]) -> Vec<Run<'a>> {
     let mut parts = Vec::new();
     for run in runs {
         let mut rest = run.as_slice();
@@ -68,7 +68,7 @@ pub fn parts<'a>(width: Width, theta: &'a [f64], runs: &'a [Placed]) -> Vec<Run<
 
 impl Run<'_> {
     /// Pairs (place in the result, m).
-    pub fn factors(&self) -> &[(usize, usize)] {
+    pub(crate) fn factors(&self) -> &[(usize, usize)] {
         self.factors
     }
 
@@ -78,12 +78,12 @@ impl Run<'_> {
     }
 
     /// Number of work items.
-    pub fn items(&self) -> usize {
+    pub(crate) fn items(&self) -> usize {
         self.stripes() * self.theta.len().div_ceil(self.factors[0].1).div_ceil(self.begin)
     }
 
     /// Adds the sums of one work item to `sums`, which has one entry per factor of the run.
-    pub fn add(&self, item: usize, tile: &mut Vec<f64>, sums: &mut [f64]) {
+    pub(crate) fn add(&self, item: usize, tile: &mut Vec<f64>, sums: &mut [f64]) {
         let m = self.factors[0].1;
         let first = item / self.stripes() * self.begin;
         let from = item % self.stripes() * STRIPE * self.columns;

@@ -52,3 +52,27 @@ def test_release_empties_the_caches_of_fitted_models():
     assert not any(cache.cache_info().currsize for cache in caches)
     again = al.fit_model(recording, "N+K+BW")
     assert again.to_dict() == fit.to_dict()
+
+
+LIBRARY = """
+import numpy as np
+import allanite as al
+from allanite import _kernels
+al.fit_model(al.Recording(np.random.default_rng(1).standard_normal(200_000), rate=10.0), "N")
+print(_kernels.trim())
+"""
+COMMAND = """
+import atexit, sys
+from allanite import _kernels
+atexit.register(lambda: print(_kernels.trim()))
+sys.argv = ["allanite", "--version"]
+from allanite._command import main
+main()
+"""
+
+
+@pytest.mark.parametrize(("code", "trims"), [(LIBRARY, "False"), (COMMAND, "True")])
+def test_only_the_command_returns_freed_memory_to_the_system(code, trims):
+    """A library leaves the allocator of its process alone."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split()[-1] == trims

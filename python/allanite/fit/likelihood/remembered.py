@@ -37,7 +37,10 @@ def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
 
 
 def trim_memory(samples: int) -> None:
-    """Return freed memory to the operating system after a search of a record of this many samples, if it is long."""
+    """Return freed memory to the operating system after a search of a record of this many samples, if it is long.
+
+    Only in processes of the command; a library leaves the allocator to the program that uses it.
+    """
     if samples >= MIN_TRIM_SAMPLES:
         _kernels.trim()
 
