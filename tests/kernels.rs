@@ -102,7 +102,7 @@ fn every_estimator_equals_its_definition() {
         let theta = naive::phase(&centered, Quantity::Rate);
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let angles = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
-        for kind in STATISTICS {
+        for &kind in STATISTICS {
             let name = kind.name();
             let all = valid_factors(kind, n);
             let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
@@ -191,7 +191,7 @@ proptest! {
         holes.iter().filter(|h| **h < n).for_each(|h| x[*h] = f64::NAN);
         for quantity in [Quantity::Rate, Quantity::Angle] {
             let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
-            for kind in STATISTICS {
+            for &kind in STATISTICS {
             let name = kind.name();
                 let all = valid_factors(kind, n);
                 let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();

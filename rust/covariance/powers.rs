@@ -180,13 +180,15 @@ pub(super) fn finite(lags: &[f64], level: usize) -> Powers {
         lags.iter().enumerate().skip(1).map(|(h, r)| 2.0 * r * (h as f64).powi(power)).sum()
     };
     let total = lags[0] + sum(0);
-    let once = extended_down(polynomial(1.0, &[-0.5 * total]), lags.len(), |h| lags[h]);
+    // The polynomial is evaluated at the last lag, which must not be 0.
+    let length = lags.len().max(2);
+    let lag = |h: usize| lags.get(h).copied().unwrap_or(0.0);
+    let once = extended_down(polynomial(1.0, &[-0.5 * total]), length, lag);
     if level == 1 {
         return once;
     }
-    extended_down(polynomial(3.0, &[total / 12.0, 0.25 * sum(2) - total / 12.0]), lags.len(), |h| {
-        once.at(h as f64)
-    })
+    let cubic = polynomial(3.0, &[total / 12.0, 0.25 * sum(2) - total / 12.0]);
+    extended_down(cubic, length, |h| once.at(h as f64))
 }
 
 /// Extends a kernel, whose polynomial holds from `length` − 1 on, to smaller lags: its second difference there is

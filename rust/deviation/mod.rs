@@ -17,7 +17,7 @@ mod total;
 use statistic::Statistic;
 
 /// Every statistic except the Allan variance, which has loops of its own.
-pub static STATISTICS: [&dyn Statistic; 10] = [
+pub static STATISTICS: &[&dyn Statistic] = &[
     &hadamard::Overlapping,
     &hadamard::Adjacent,
     &modified::Modified,
@@ -32,5 +32,5 @@ pub static STATISTICS: [&dyn Statistic; 10] = [
 
 /// The statistic with this name.
 pub fn statistic(name: &str) -> Option<&'static dyn Statistic> {
-    STATISTICS.into_iter().find(|statistic| statistic.name() == name)
+    STATISTICS.iter().copied().find(|statistic| statistic.name() == name)
 }
