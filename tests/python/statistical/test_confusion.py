@@ -17,14 +17,14 @@ RECORDS = runpy.run_path(
 HIDDEN = RECORDS["HIDDEN"]
 #: Hidden effect → the effect that the check names instead. All other effects are named themselves.
 OFF_DIAGONAL = {
-    # Without flicker noise in the model, a slow ramp is first a steep power law.
-    "rate_ramp": "power_law",
+    # A ramp beside white noise alone is first the usual slow noise; a replacement at the end of the search names it.
+    "rate_ramp": "rate_random_walk",
+    # A usual coefficient leads a power law that gains less than 6 nats more.
+    "power_law": "bias_instability",
     # A band before its modulation or its drift is found.
     "modulated_vibration": "resonance",
-    "drifting_resonance": "drifting_line",
+    "drifting_resonance": "resonance",
     "band_level_change": "resonance",
-    # The first of several.
-    "excursions": "excursion",
     # A disturbance of six seconds is noise of another level.
     "disturbance": "noise_level_change",
     # The filter of this record is not in the catalog.
