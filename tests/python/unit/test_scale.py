@@ -382,7 +382,10 @@ def test_a_watch_survives_a_restart(tmp_path):
     assert (third.summary.start, third.summary.n) == (12_345, x.size - 12_345)
     # What a version before has written is refused, and damage too, in one line.
     state = (tmp_path / "state").read_text()
-    for text, told in ((state.replace("state/3", "state/2"), "state/2"), (state[:-9], "not a JSON file")):
+    for text, told in (
+        (state.replace("state/3", "state/2"), "state/2"),
+        (state[:-9], "not a JSON file"),
+    ):
         (tmp_path / "old").write_text(text)
         with pytest.raises(al.InputError, match=told) as raised:
             second.restore(tmp_path / "old")
