@@ -177,6 +177,7 @@ def _with_side_bands(state: State, place: int) -> State:
 
     Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
     power on both sides stands out most. The gain must exceed `MAX_RIVAL_LOG_EVIDENCE` and ln of the number of distances.
+    The score must also be above that of one more band on the stronger side.
     """
     fit = state.fit
     effect, data = fit.model.effects[place], fit.data
@@ -226,7 +227,15 @@ def _with_side_bands(state: State, place: int) -> State:
     better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], made)))
     # The best of many distances leads by chance, so it pays for their number.
     least = MAX_RIVAL_LOG_EVIDENCE + float(np.log((last - first) / half))
-    return state.after(better, (place,)) if gain(fit, better) > least else state
+    if gain(fit, better) <= least:
+        return state
+    # Another band on one side also raises the mean of both sides.
+    shift = (apart if power[1] > power[0] else -apart) / (2.0 * data.duration)
+    one = effect.banded(*(f + shift for f in effect.occupies))
+    assert one is not None
+    one = one.with_values(**{one.coefficient: float(np.sqrt(max(power)))})
+    one_sided = refitted(fit, Model((*effects, one)))
+    return state.after(better, (place,)) if gain(one_sided, better) > 0.0 else state
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:
