@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Away, Model, Stochastic
+from allanite.effects import Away, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
@@ -15,6 +15,7 @@ from allanite.fit.shapes.matched import slow_families
 from allanite.study.judgement import is_as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EXCURSIONS
 from allanite.suggestion.p_values import Family, log_p_value
+from allanite.suggestion.screens.several_excursions import merged_excursions, overlap
 from allanite.suggestion.screens.slow_functions import judged_beside_best, score, screen_slow
 
 if TYPE_CHECKING:
@@ -45,35 +46,18 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
         if rival is not None:
             beside = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)
         further = _missing_excursion(solution, fit.data, beside)
-        if further is None or any(_overlap(further, e) for e in events):
+        if further is None or any(overlap(further, e) for e in events):
             break  # an overlapping one is a flaw of a known excursion's shape
         events.append(further)
         model = solution.model + further
         solution = solve(fit.data, model, like=solution, polish=False, rounds=4)
     for visits in (events, known) if len(events) > len(known) else (known,):
-        one = _merged(visits) if len(visits) > 1 else None
+        one = merged_excursions(visits) if len(visits) > 1 else None
         if one is not None:
             whole = refitted(fit, rest + one)
             if visits is known or is_as_good(fit, whole):
                 return before.after(whole, places)
     return None
-
-
-def _merged(events: Sequence[Away]) -> Away | None:
-    """Effect of the catalogue that has all the excursions; None if there is none."""
-    kinds = (cls for cls in CATALOGUE if issubclass(cls, Away))
-    return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
-
-
-def _overlap(one: Away, event: Away) -> bool:
-    """True if two excursions overlap in time."""
-    (start, end), *_ = _times(one)
-    return any(start < last and end > first for first, last in _times(event))
-
-
-def _times(event: Away) -> list[tuple[float, float]]:
-    """Times of each single excursion of an effect, s."""
-    return [e.when for e in event.singly if e.when is not None]
 
 
 def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
