@@ -200,7 +200,7 @@ def test_a_model_file_with_another_shape_is_one_line(tmp_path, effects):
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"schema": ' + "1" * 5000 + "}"])
 def test_a_model_file_that_json_itself_gives_up_is_one_line(tmp_path, text):
     (tmp_path / "m.json").write_text(text)
-    with pytest.raises(AllaniteError, match="not a model file"):
+    with pytest.raises(AllaniteError, match="not a JSON file"):
         al.parse_model(str(tmp_path / "m.json"))
 
 
