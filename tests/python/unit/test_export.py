@@ -350,7 +350,7 @@ def test_documents_of_files(tmp_path):
     assert axes_of(documents_of(path))[0].coefficients["N"] == pytest.approx(RAD)
     for text in ("[1]", '{"schema": "other"}', "{"):
         path.write_text(text)
-        with pytest.raises(InputError, match="not a (model|JSON) file"):
+        with pytest.raises(InputError, match=r"not a (model|JSON) file"):
             documents_of(path)
     with pytest.raises(InputError, match="no such file"):
         documents_of(tmp_path / "absent.json")
