@@ -199,7 +199,7 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if a frequency or time agrees with the mean of a group that has none of the same column yet."""
+    """True if an occurrence agrees with the mean of a group, and the group has no occurrence of the same column."""
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)

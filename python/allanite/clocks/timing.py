@@ -297,14 +297,14 @@ def timing(
 
 
 def timing_columns(recording: Recording, **options: Any) -> Timings:
-    """The analysis of each clock of a recording, by column.
+    """Result of `allanite.timing` for each clock of a recording, by the name of its column.
 
     Parameters
     ----------
     recording : Recording
         Phases in s, one clock for each column, with ``quantity="angle"``.
     options
-        Those of `allanite.timing`.
+        Keyword arguments of `allanite.timing`, such as ``masks`` and ``after``.
 
     Returns
     -------

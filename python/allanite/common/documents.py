@@ -27,7 +27,7 @@ def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "
     most : int
         Maximum size, bytes.
     errors : str
-        What happens to bytes that are not UTF-8, as of `bytes.decode`.
+        Treatment of bytes that are not UTF-8: the argument `errors` of `bytes.decode`.
 
     Raises
     ------

@@ -12,7 +12,7 @@ SENSOR_START, CLOCK_START = "N+B+K", "Q+F+N+B+K"
 
 
 def start_of(quantity: str, units: Sequence[str]) -> str:
-    """Model string from which a search starts: ``"Q+F+N+B+K"`` for the phase of a clock, else ``"N+B+K"``.
+    """First model of a search, as a string: ``"Q+F+N+B+K"`` for the phase of a clock, ``"N+B+K"`` for all other samples.
 
     Parameters
     ----------

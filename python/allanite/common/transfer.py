@@ -61,7 +61,10 @@ def read_value(file: IO[bytes]) -> Any:
 
 
 def _content(file: IO[bytes], size: int) -> Any:
-    """First `size` bytes of a file, which hold its arrays: a private memory map if above 4 MiB, else a copy."""
+    """First `size` bytes of a file, which contain the arrays.
+
+    More than 4 MiB are a memory map whose changes stay in this process; fewer bytes are a copy.
+    """
     if size > MAPPED:
         return mmap.mmap(file.fileno(), size, access=mmap.ACCESS_COPY)
     file.seek(0)

@@ -387,7 +387,7 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 
 def _side(text: str) -> tuple[str, float]:
-    """Unit without the words "one-sided" or "two-sided", and a factor: √2 for one-sided, else 1."""
+    """Two values: the unit without the word one-sided or two-sided, and √2 if the word is one-sided, otherwise 1."""
     # A longer text is no unit, and a search in many brackets would take long.
     match = _SIDES.search(text) if len(text) <= 2 * MAX_UNIT_LENGTH else None
     if match is None:

@@ -242,7 +242,7 @@ class Accumulator:
 
 
 def _minus_base(x: NDArray[Any], base: int) -> NDArray[Any]:
-    """Array of integers minus `base`: exact int64 if all results fit, else doubles."""
+    """Integers `x` minus `base`: exact int64 values if all differences fit into int64, otherwise rounded doubles."""
     if int(x.min()) - base >= -(2**63) and int(x.max()) - base < 2**63:
         # Modulo 2^64, of which the signed difference is the right one.
         return (x.view(np.uint64) - np.uint64(base % 2**64)).view(np.int64)

@@ -42,7 +42,7 @@ class Samples:
     def scale(self) -> float:
         """Factor that converts a deviation of the samples to the unit of the rate.
 
-        It is 1 for rates, else the sampling rate.
+        The factor is 1 if the samples are rates. It is the sampling rate if they are increments or angles.
         """
         return 1.0 if self.quantity == "rate" else self.rate
 

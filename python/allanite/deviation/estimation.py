@@ -107,9 +107,9 @@ def _corrected(
     points: int,
     unbiased: bool,
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Variance and a remark on the bias.
+    """Variance and remarks on the published bias of the estimator.
 
-    If `unbiased`, the variance is divided by the published bias, else it is unchanged.
+    The variance is divided by this bias if `unbiased` is true; otherwise the variance is returned as it is.
     """
     bias = np.array([published(int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
     if (bias == 1.0).all():
