@@ -152,3 +152,14 @@ def test_slow_noise_is_found_far_below_the_frequency_offset(seed):
     terms = [term for effect in model.stochastic for term in effect.terms(rate)]
     truth = series.regressed(added([integrated_noise(term, rate, n) for term in terms]))
     assert fit.regressed.log_likelihood > truth.log_likelihood - 0.01
+
+
+def test_nearly_dependent_functions_give_the_likelihood_of_independent_ones():
+    # The span of 1 and 1 + εt is that of 1 and t; the likelihood differs by ln ε alone.
+    t = np.arange(200.0)
+    y, noise, small = np.random.default_rng(3).standard_normal(200), StampedNoise(white=1.0), 1e-11
+    plain = StampedSeries(t, y, np.array([np.ones(200), t])).regressed(noise)
+    near = StampedSeries(t, y, np.array([np.ones(200), 1.0 + small * t])).regressed(noise)
+    # Rounding of the functions, 1e-16 of ε times the spread of t, is 1e-7.
+    assert near.log_likelihood + np.log(small) == pytest.approx(plain.log_likelihood, abs=1e-5)
+    assert near.squares == pytest.approx(plain.squares, rel=1e-5)

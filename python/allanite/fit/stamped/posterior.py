@@ -29,15 +29,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
-#: Numbers of points of the first and the second draw.
+#: Numbers of points of the first and the second draw. The half-width of a holdover band at 3 h differs by 1.3 % rms from
+#: that of ten times as many points, with half as many by 4.1 % (benches/decisions/chosen_values.py posterior).
 POINTS = (32, 96)
 #: Degrees of freedom of the proposals: their tails are heavier than those of the posterior. A change affects only the
-#: scatter of the weights. Chosen by judgment; not measured.
+#: scatter of the weights: the difference above is 0.9 % with 2.5 degrees of freedom and 3.5 % with 10.
 PROPOSAL_FREEDOM = 5.0
 #: Range of the loss of logL, nats, at which the width of the likelihood in one coefficient is measured: that of a normal
 #: likelihood at 0.7 to 1.4 standard deviations.
 WIDTH_LOSS = (0.25, 1.0)
-#: Most evaluations for a width. Chosen by judgment; not measured.
+#: Maximum number of evaluations for a width. The difference above is the same with 28, and 3.4 % with 7.
 MAX_WIDTH_STEPS = 14
 
 

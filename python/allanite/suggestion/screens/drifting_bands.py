@@ -35,11 +35,13 @@ REACHES = (6.0, 12.0, 24.0)
 MARGIN = 3.0
 #: Frequencies tried in a half-width.
 PLACES_PER_HALF_WIDTH = 4
-#: Widths of the band that moves, over its width in the mean spectrum: at no time is it wider.
+#: Widths of the band that moves, over its width in the mean spectrum: at no time is it wider. Of six drifting bands, 5 are
+#: named with these widths or with 1 and 1/4, none with 1 alone (benches/decisions/chosen_values.py courses).
 WIDTH_RATIOS = (1.0, 0.5, 0.25, 0.125, 0.0625)
 #: Strengths, over the mean strength, that a steady band may have in a section: a band that is quiet has not moved.
 STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: Numbers of straight parts of a course that drifts steadily.
+#: Numbers of straight parts of a course that drifts steadily. Without them 2 of these six bands are named, with 1 and 2
+#: parts 5.
 STRAIGHT_PARTS = (1, 2, 4, 8)
 #: Searches for a course: numbers of sections or straight parts × widths (and twice that of the fit) × reaches. They
 #: multiply the p-value.

@@ -35,6 +35,8 @@ HARMONICS = 6
 #: Phases of a period at which a gate may begin and end.
 PHASES = 64
 #: Steps between two neighboring phases, and between two neighboring periods, when a gate is refined by single samples.
+#: The interval of N covers the truth in 5 of 12 records with 1 step, in 11 with 2, 8 and 16; the bias of N is 1.1 %, 0.6 %,
+#: 0.5 % and 0.5 % (benches/decisions/chosen_values.py gates).
 FINE_PHASES = 8
 #: Periods tried around the best one.
 REFINED_PERIODS = 33
