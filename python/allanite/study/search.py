@@ -15,7 +15,7 @@ from allanite.study.relations import is_line
 from allanite.study.steps import final_step, further_steps, step_and_suggestions
 from allanite.study.story import story, tried_and_dropped
 from allanite.suggestion import check_fit
-from allanite.suggestion.constants import MAX_ADDED_EFFECTS, MAX_INDEPENDENT_ADDITIONS
+from allanite.suggestion.constants import MAX_ADDED_EFFECTS, MAX_EVENTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -121,7 +121,7 @@ class Search:
 def is_full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
     """True if the search has made as many additions as it may."""
     independent = sum(rung.added is not None and _is_independent(rung.added) for rung in ladder)
-    return independent >= MAX_INDEPENDENT_ADDITIONS or len(ladder) - independent > limit
+    return independent >= MAX_EVENTS or len(ladder) - independent > limit
 
 
 def _is_independent(effect: Effect) -> bool:

@@ -35,31 +35,44 @@ MAX_EXPLAINED_REMAINDER = 0.1
 #: Unit: 1. Ratio of scores above which outliers or a change of the white noise go before all other suggestions.
 #: Basis: judgment; needed for a phase that wraps at the range of its counter.
 MIN_SCORE_RATIO_AHEAD = 10.0
-#: Unit: record length / gap. Outliers closer than the record length over this number form one cluster.
-#: Basis: judgment; needed for a tap that had been called a resonance.
-OUTLIER_CLUSTER_DIVISOR = 256
 #: Unit: samples. Mean number of outliers in each cluster from which the outliers are an event.
 #: Basis: judgment.
 MIN_OUTLIERS_PER_CLUSTER = 4
 #: Unit: nats. Smallest ΔlogL of a disturbance beside other changes in time.
 #: Basis: derivation; a dozen octaves, ½χ²₁ each, together exceed it once in 200 records.
 MIN_DISTURBANCE_DELTA_LOGL = 14.0
-#: Unit: fraction. Two suggestions explain the same misfit if they share more than this part of the smaller ΔlogL.
+
+# Used by several screens and moves.
+
+#: Unit: fraction. A cause accounts for a change if at least this part of the change, of the evidence or of the cost is its.
+#: Basis: definition; the larger part.
+MAIN_SHARE = 0.5
+#: Unit: periods. Fewest periods in the record of a line or of a noise level that changes periodically.
+#: Basis: judgment; with fewer periods it is a drift.
+MIN_PERIODS = 4
+#: Unit: samples. Shortest segment that is described as an event, a stuck value or a spectrum; shorter ones are outliers.
 #: Basis: judgment.
-MIN_SHARED_GAIN_FRACTION = 0.5
+MIN_SEGMENT_SAMPLES = 16
+#: Unit: ordinates. Fewest ordinates whose mean power is compared with a level.
+#: Basis: derivation; the standard error of the mean power of 8 ordinates is half of the mean.
+MIN_ORDINATES = 8
+#: Unit: values. Fewest values of the power over time of which a usual level is known.
+#: Basis: derivation; the standard error of the mean power of 64 values is 18 % of the mean.
+MIN_POWER_VALUES = 64
+#: Unit: events. Most events that one effect describes, and most lines and excluded segments that a search adds.
+#: Basis: judgment.
+MAX_EVENTS = 32
 
 # Random processes and filters.
 
-#: Unit: nats. Smallest ΔlogL of the best grid point for which a process or filter is refitted.
-#: Basis: judgment; far below any significant ΔlogL.
-MIN_SPECTRAL_SCREEN_GAIN = 0.5
-#: Unit: nats. Smallest ΔlogL of a screen for which a slow function is refitted, or the band of a resonance is searched
-#: for a line.
+#: Unit: nats. Smallest ΔlogL of a screen for which a slow function is refitted, the band of a resonance is searched for a
+#: line, or a peak above ln of the number of frequencies is a line of a comb.
 #: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %.
 MIN_SCREEN_GAIN = 3.0
 #: Unit: nats. ΔlogL by which a richer form must beat the simpler one: a drifting line or a tone burst a steady line, a
-#: wandering line a pure one, a filter with a noise floor a filter without.
-#: Basis: judgment.
+#: wandering line a pure one, a filter with a noise floor a filter without. It is also the height of a further line or a
+#: harmonic above ln of the number of frequencies searched for it.
+#: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms.
 MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
 #: Unit: forms. Plain forms of an effect, best first, from which the richer form is searched.
 #: Basis: judgment.
@@ -82,9 +95,6 @@ MIN_GAIN_PER_DESIGN_PARAMETER = 2.0
 #: Unit: 1. Largest relative error of a mains frequency and of the sensor's clock.
 #: Basis: judgment.
 MAINS_TOLERANCE = 0.002
-#: Unit: cycles in the record. A periodic signal with fewer cycles is a drift, not a line.
-#: Basis: judgment.
-MIN_LINE_CYCLES = 4
 #: Unit: lines. Strongest lines that are refitted whatever their height.
 #: Basis: judgment.
 MIN_LINES_REFITTED = 2
@@ -94,9 +104,6 @@ MAX_LINES_REFITTED = 12
 #: Unit: nats. Peaks of the periodogram below this height are not refitted.
 #: Basis: derivation; the search of 100 samples reaches this height by chance.
 MIN_LINE_PEAK = 6.0
-#: Unit: nats. Height of a harmonic or of a further line above ln of the number of frequencies searched for it.
-#: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each.
-MIN_HARMONIC_HEIGHT = 8.0
 #: Unit: 1. Highest harmonic of a line that is searched.
 #: Basis: judgment.
 MAX_LINE_HARMONIC = 12
@@ -106,9 +113,6 @@ MAX_FUNDAMENTAL_DIVISOR = 3
 #: Unit: 1. Highest harmonic of a train of pulses that is searched.
 #: Basis: judgment.
 MAX_PULSE_HARMONIC = 64
-#: Unit: 1. Highest harmonic that the strongest line of a train of pulses may be.
-#: Basis: judgment.
-MAX_STRONGEST_HARMONIC = 32
 #: Unit: fraction. Part of the places of a comb at which a line must stand out.
 #: Basis: judgment; none of 50 sets of 20 random places is a comb.
 MIN_COMB_FRACTION = 0.6
@@ -118,9 +122,6 @@ MIN_SPACED_LINES = 5
 #: Unit: lines. Strongest lines among which an evenly spaced comb is searched.
 #: Basis: judgment.
 MAX_SPACED_LINES = 48
-#: Unit: nats. Height of a line of an evenly spaced comb above ln of the number of frequencies searched.
-#: Basis: judgment; none of 50 sets of 20 random places is a comb.
-MIN_SPACED_LINE_HEIGHT = 3.0
 #: Unit: standard deviations. Excess of the mean power of a narrow band of ordinates over the model.
 #: Basis: judgment.
 MIN_BAND_EXCESS = 4.0
@@ -139,9 +140,6 @@ MAX_ORDINATE_POWER = 20.0
 #: Unit: 1. Ratio of the excess power of a band to that of its neighbors from which the band may hold a line.
 #: Basis: judgment.
 MIN_EXCESS_OVER_NEIGHBORS = 2.0
-#: Unit: cycles per record. A line that drifts by less over the record is a steady line.
-#: Basis: derivation; one cycle is the resolution of the record.
-MIN_DRIFT_CYCLES = 1.0
 #: Unit: cycles. Fewest cycles of a tone burst; a few waves of a slow process are no burst.
 #: Basis: judgment.
 MIN_BURST_CYCLES = 8.0
@@ -154,12 +152,6 @@ MAX_BAND_SECTIONS = 64
 #: Unit: sections. Fewest sections of the record in which a band is located.
 #: Basis: judgment.
 MIN_BAND_SECTIONS = 8
-#: Unit: ordinates. Fewest ordinates of a section in the half-width of a band.
-#: Basis: judgment.
-MIN_ORDINATES_PER_HALF_WIDTH = 8.0
-#: Unit: half-widths of the band. Range of the frequencies of a band from which the band moves.
-#: Basis: judgment; none of 40 steady bands moved in the claim on moving bands.
-MIN_COURSE_HALF_WIDTHS = 1.0
 
 # Burst noise.
 
@@ -185,12 +177,6 @@ REFUTED_BURST_NOISE_LOG_ODDS = -20.0
 #: Unit: fraction. Part of its gain that a richer slow function may add when the noise is refitted.
 #: Basis: judgment.
 MAX_NOISE_REFIT_FRACTION = 0.05
-#: Unit: samples. Shorter events are outliers.
-#: Basis: judgment.
-MIN_EVENT_SAMPLES = 16
-#: Unit: fraction. Part of the change of the mean that the inner half of a short event must show.
-#: Basis: judgment.
-MIN_INNER_CHANGE_FRACTION = 0.5
 #: Unit: samples. In longer events a few samples cannot make up the change, so their tails are not examined.
 #: Basis: judgment; 4 of 60 records of t(5) noise had a false short event.
 MAX_SHORT_EVENT_SAMPLES = 4096
@@ -201,28 +187,12 @@ MAX_STEP_TIME_ERROR = 0.02
 # Changes of the noise level.
 
 #: Unit: cells. Cells of the record between which a level may change before its times are refined; an interval has at
-#: least the length of one cell.
-#: Basis: judgment.
+#: least the length of one cell, and outliers closer than one cell form one cluster.
+#: Basis: judgment; the clusters are needed for a tap that had been called a resonance.
 LEVEL_CELLS = 256
-#: Unit: values. Fewest values of the power over time in which a change of level is searched.
-#: Basis: judgment.
-MIN_POWER_VALUES = 64
-#: Unit: fraction. Change of the median size of the samples over the change of their rms, above which an interval is louder
-#: as a whole and not by outliers.
-#: Basis: judgment.
-MIN_TYPICAL_CHANGE_FRACTION = 0.5
-#: Unit: fraction. Part of the excess power that repeats with the period, above which a periodic level is a line.
-#: Basis: judgment.
-MIN_WAVEFORM_FRACTION = 0.5
-#: Unit: fraction. Part of its ΔlogL by which a further change of level must steady the power over time.
-#: Basis: judgment.
-MIN_STEADIED_FRACTION = 0.5
 #: Unit: nats. Smallest ΔlogL of a change of the level of the white noise.
 #: Basis: judgment; a single two-sided test exceeds it with a probability of 0.5 %.
 MIN_LEVEL_DELTA_LOGL = 4.0
-#: Unit: periods. Fewest periods in the record of a level that changes periodically.
-#: Basis: judgment.
-MIN_LEVEL_PERIODS = 4
 #: Unit: probability. Largest false-alarm probability of H for which a gate is fitted to a period.
 #: Basis: judgment; the suggestion itself is judged at the false-alarm probability of the check.
 MAX_PERIOD_PROBABILITY = 0.1
@@ -238,9 +208,6 @@ MAX_SECOND_INTERVAL_FRACTION = 0.2
 #: Unit: spectra. Fewest spectra of the interval from which the frequencies of a louder band are found.
 #: Basis: judgment.
 MIN_INTERVAL_SPECTRA = 4
-#: Unit: samples. Shortest spectrum from which the frequencies of a louder band are found.
-#: Basis: judgment.
-MIN_SPECTRUM_SAMPLES = 16
 
 # Outliers and disturbances.
 
@@ -262,24 +229,15 @@ MIN_DISTURBANCE_POWER_RATIO = 2.0
 #: Unit: 1. A band with something narrow at other times must exceed the power ratio by this factor.
 #: Basis: judgment.
 NARROW_DISTURBANCE_FACTOR = 10.0
-#: Unit: ordinates. Fewest ordinates of a band in which a disturbance is compared with other times.
-#: Basis: judgment.
-MIN_DISTURBANCE_ORDINATES = 8
 #: Unit: 1/√ordinates. Excess of a band over both neighbors, relative to them, from which it holds something narrow.
 #: Basis: judgment.
 MIN_NARROW_PEAK = 8.0
-#: Unit: samples. Fewest equal samples in a row that are a stuck value.
-#: Basis: judgment.
-MIN_STUCK_SAMPLES = 16
 #: Unit: fraction. Most equal neighbors elsewhere in a record in which a stuck value can be seen.
 #: Basis: judgment.
 MAX_EQUAL_NEIGHBOR_FRACTION = 0.1
 #: Unit: periods. Periods of the middle of a band in the window that finds the ends of a disturbance.
 #: Basis: judgment.
 WINDOW_PERIODS = 8
-#: Unit: windows. Fewest windows elsewhere with which those of the disturbance are compared.
-#: Basis: judgment.
-MIN_WINDOWS_ELSEWHERE = 64
 #: Unit: 1. Power over the usual power from which an octave rings beside the disturbance.
 #: Basis: judgment.
 MIN_RINGING_POWER_RATIO = 100.0
@@ -298,20 +256,15 @@ DEFAULT_SECONDS_PER_SAMPLE = 1e-5
 #: Unit: steps. Default number of effects that a search adds, beside lines and excluded segments.
 #: Basis: judgment.
 MAX_ADDED_EFFECTS = 8
-#: Unit: steps. Most lines and excluded segments that a search adds.
-#: Basis: judgment.
-MAX_INDEPENDENT_ADDITIONS = 32
-#: Unit: events. Most returns of the bias that one effect describes; more are a process.
-#: Basis: judgment.
-MAX_EXCURSIONS = 32
 #: Unit: effects. Second effects that are tried beside an addition that raises an error.
 #: Basis: judgment.
 MAX_SECOND_EFFECTS_TRIED = 6
 
 # Acceptance of a step.
 
-#: Unit: nats. Smallest rise of the score for which the last model is replaced.
-#: Basis: judgment.
+#: Unit: nats. Smallest rise of the score for which the last model is replaced. A process whose best grid point gains
+#: less is not refitted, and an effect of the initial model that explains less is dropped.
+#: Basis: derivation; the mean ΔlogL of one parameter of an effect that is absent, ½χ²₁.
 MIN_SCORE_GAIN = 0.5
 #: Unit: expected scatter. Allan errors, and their rises on a step, beyond this multiple are a fault of the model.
 #: Basis: simulation; of 200 true models each, 3 (white noise), 2 (with a random walk) and 0 (with flicker) exceed it.
@@ -328,12 +281,6 @@ MIN_RETAINED_GAIN_FRACTION = 0.8
 
 # Dropping and replacing effects.
 
-#: Unit: fraction. An added effect is dropped if it explains less than this part of the BIC cost of its parameters.
-#: Basis: judgment.
-MIN_EXPLAINED_COST_FRACTION = 0.5
-#: Unit: nats. An effect of the initial model is dropped if it explains less.
-#: Basis: derivation; the mean ΔlogL of one parameter of an effect that is absent, ½χ²₁.
-MIN_START_EFFECT_GAIN = 0.5
 #: Unit: fraction. A function with at least this part of its energy in an excluded segment leaves with that segment.
 #: Basis: judgment.
 MIN_ENERGY_IN_SEGMENT = 0.95

@@ -15,11 +15,11 @@ from allanite.effects import Deterministic, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.constants import (
+    LEVEL_CELLS,
     MAX_EXPLAINED_REMAINDER,
     MIN_DISTURBANCE_DELTA_LOGL,
     MIN_OUTLIERS_PER_CLUSTER,
     MIN_SCORE_RATIO_AHEAD,
-    OUTLIER_CLUSTER_DIVISOR,
 )
 from allanite.suggestion.screens.exclusions import (
     at_the_ends,
@@ -104,7 +104,7 @@ def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 def _is_clustered(taken: NDArray[np.bool_]) -> bool:
     """True if the excluded samples lie in clusters of at least `MIN_OUTLIERS_PER_CLUSTER` on average."""
     at = np.flatnonzero(taken)
-    places = 1 + np.count_nonzero(np.diff(at) > taken.size // OUTLIER_CLUSTER_DIVISOR)
+    places = 1 + np.count_nonzero(np.diff(at) > taken.size // LEVEL_CELLS)
     return bool(at.size >= MIN_OUTLIERS_PER_CLUSTER * places)
 
 

@@ -21,7 +21,7 @@ from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.shapes.matched import slow_families
-from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MIN_SHARED_GAIN_FRACTION
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import Family, line_trials, log_p_value
 from allanite.suggestion.ranking import in_order, prior
@@ -221,7 +221,7 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     if one.size != two.size:
         return False
     least = min(float(one.sum()), float(two.sum()))
-    return least > 0.0 and float(np.minimum(one, two).sum()) > MIN_SHARED_GAIN_FRACTION * least
+    return least > 0.0 and float(np.minimum(one, two).sum()) > MAIN_SHARE * least
 
 
 def _band(effect: Effect) -> tuple[float, float] | None:

@@ -10,7 +10,7 @@ from allanite.fit.engine import solve
 from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL, is_detected, is_removable
 from allanite.fit.rivals.evidence import bic_cost
 from allanite.study.judgement import is_as_good, no_error_rises
-from allanite.suggestion.constants import MIN_EXPLAINED_COST_FRACTION, MIN_START_EFFECT_GAIN
+from allanite.suggestion.constants import MAIN_SHARE, MIN_SCORE_GAIN
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -46,11 +46,11 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
         effect = state.fit.model.effects[place]
         if not is_removable(effect) or effect.kind in needed:
             continue
-        least = MIN_EXPLAINED_COST_FRACTION * effect.numbers * bic_cost(state.fit.solution)
+        least = MAIN_SHARE * effect.numbers * bic_cost(state.fit.solution)
         if state.is_given(place):
             if slow or not is_detected(before.fit, before.numbers.index(number)):
                 continue
-            least = MIN_START_EFFECT_GAIN
+            least = MIN_SCORE_GAIN
         without = _without(state.fit, place, least)
         if without is not None:
             state = state.after(without, (place,))

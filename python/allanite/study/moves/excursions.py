@@ -13,7 +13,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
 from allanite.study.judgement import is_as_good
-from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EXCURSIONS
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EVENTS
 from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.screens.several_excursions import merged_excursions, overlap
 from allanite.suggestion.screens.slow_functions import judged_beside_best, score, screen_slow
@@ -41,7 +41,7 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
     rival = max(wandering, key=lambda s: s.delta_log_likelihood, default=None)
     solution = fit.solution
-    while sum(len(e.singly) for e in events) < MAX_EXCURSIONS:
+    while sum(len(e.singly) for e in events) < MAX_EVENTS:
         beside = None
         if rival is not None:
             beside = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)

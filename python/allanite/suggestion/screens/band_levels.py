@@ -21,7 +21,7 @@ from allanite.suggestion.constants import (
     MIN_BAND_LEVEL_FRACTION,
     MIN_INTERVAL_SPECTRA,
     MIN_POWER_VALUES,
-    MIN_SPECTRUM_SAMPLES,
+    MIN_SEGMENT_SAMPLES,
 )
 from allanite.suggestion.p_values import (
     best_interval,
@@ -234,7 +234,7 @@ def _changed_band(
     n = samples.size
     start, end = (round(part * n) for part in when)
     length = min(round(2.0 * OCTAVE_CELLS / (high - low)), (end - start) // MIN_INTERVAL_SPECTRA)
-    if length < MIN_SPECTRUM_SAMPLES:
+    if length < MIN_SEGMENT_SAMPLES:
         return None
     inside = _pieces(samples[start:end], length)
     before, after = _pieces(samples[:start], length), _pieces(samples[end:], length)

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from allanite.suggestion.constants import (
     MAX_QUIET_POWER_RATIO,
+    MIN_POWER_VALUES,
     MIN_RINGING_POWER_RATIO,
-    MIN_WINDOWS_ELSEWHERE,
     WINDOW_PERIODS,
 )
 
@@ -44,9 +44,9 @@ def without_ringing(
     others = np.concatenate(
         [np.arange(0, start - length + 1, hop), np.arange(end, n - length + 1, hop)]
     )
-    if others.size < MIN_WINDOWS_ELSEWHERE:
+    if others.size < MIN_POWER_VALUES:
         return None
-    usual = float(np.median(power(others[:: others.size // MIN_WINDOWS_ELSEWHERE])))
+    usual = float(np.median(power(others[:: others.size // MIN_POWER_VALUES])))
     there = power(at) / usual if usual > 0.0 else np.zeros(at.size)
     loud = at[there > MAX_QUIET_POWER_RATIO]
     if not there.size or there.max() < MIN_RINGING_POWER_RATIO:

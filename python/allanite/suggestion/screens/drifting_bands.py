@@ -14,12 +14,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Effect, Model, Moving, Stochastic
 from allanite.fit.engine import solve
-from allanite.suggestion.constants import (
-    MAX_BAND_SECTIONS,
-    MIN_BAND_SECTIONS,
-    MIN_COURSE_HALF_WIDTHS,
-    MIN_ORDINATES_PER_HALF_WIDTH,
-)
+from allanite.suggestion.constants import MAX_BAND_SECTIONS, MIN_BAND_SECTIONS, MIN_ORDINATES
 from allanite.suggestion.screens.band_levels import bands_overlap
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -95,9 +90,7 @@ def _movable(effect: Stochastic) -> bool:
 
 def _section_count(band: Stochastic, data: Data) -> int:
     """Largest number of sections of the record that resolve the band."""
-    return data.resolved_sections(
-        band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES_PER_HALF_WIDTH
-    )
+    return data.resolved_sections(band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES)
 
 
 def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
@@ -219,8 +212,8 @@ class _Sections:
                 break
         if found is None or found.risen <= 0.0:
             return None
-        if float(np.ptp(found.places)) < MIN_COURSE_HALF_WIDTHS * _half(found.band):
-            return None
+        if float(np.ptp(found.places)) < _half(found.band):
+            return None  # a band that moves by less than its half-width is steady
         return found
 
     def _course(
@@ -233,7 +226,7 @@ class _Sections:
         step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
         effect = self.own.effect
-        if places.size <= MIN_COURSE_HALF_WIDTHS * PLACES_PER_HALF_WIDTH:
+        if places.size <= PLACES_PER_HALF_WIDTH:
             return None  # none of them is far enough from another
         bands = [b for f in places if (b := effect.banded(f * (1 - width), f * (1 + width)))]
         if len(bands) < places.size:

@@ -26,7 +26,6 @@ from allanite.suggestion.constants import (
     MAX_ORDINATE_POWER,
     MIN_BAND_EXCESS,
     MIN_DELTA_LOGL_OVER_SIMPLER,
-    MIN_DRIFT_CYCLES,
     MIN_EXCESS_OVER_NEIGHBORS,
     MIN_NARROW_BANDS,
     MIN_SCREEN_GAIN,
@@ -163,7 +162,8 @@ def _best(
     # In a band that moves, chance lines are as strong as the band.
     loud = band.relative_noise(middle, drift)
     hope /= loud
-    if hope < steady + MIN_DELTA_LOGL_OVER_SIMPLER or abs(drift) < MIN_DRIFT_CYCLES:
+    # A drift by less than one cycle over the record, its resolution, is a steady line.
+    if hope < steady + MIN_DELTA_LOGL_OVER_SIMPLER or abs(drift) < 1.0:
         return None
     frequency = (middle - drift * (0.5 + data.start / T)) / T
     # Conservative: as if every frequency had been searched at every rate of drift.

@@ -23,11 +23,11 @@ from allanite.suggestion.constants import (
     MAX_EQUAL_NEIGHBOR_FRACTION,
     MAX_EXCLUDED_FRACTION,
     MAX_EXCLUSION_PROBABILITY,
-    MIN_DISTURBANCE_ORDINATES,
     MIN_DISTURBANCE_POWER_RATIO,
     MIN_NARROW_PEAK,
+    MIN_ORDINATES,
     MIN_POWER_VALUES,
-    MIN_STUCK_SAMPLES,
+    MIN_SEGMENT_SAMPLES,
     NARROW_DISTURBANCE_FACTOR,
 )
 from allanite.suggestion.p_values import (
@@ -285,7 +285,7 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
     chance = float(np.log(data.n) + (count - 1) * np.log(share))
     if (
         share > MAX_EQUAL_NEIGHBOR_FRACTION
-        or count < MIN_STUCK_SAMPLES
+        or count < MIN_SEGMENT_SAMPLES
         or count > MAX_EXCLUDED_FRACTION * data.n
         or chance > np.log(MAX_EXCLUSION_PROBABILITY)
     ):
@@ -315,11 +315,7 @@ def _power_ratio(
     steps = (high / low) ** (np.arange(-2, BANDS_PER_OCTAVE + 3) / BANDS_PER_OCTAVE)
     edges = np.unique(np.round(low * padded / (2 * n) * steps).astype(int))
     others = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
-    if (
-        edges[-1] > padded // 2
-        or edges.size < steps.size
-        or np.diff(edges).min() < MIN_DISTURBANCE_ORDINATES
-    ):
+    if edges[-1] > padded // 2 or edges.size < steps.size or np.diff(edges).min() < MIN_ORDINATES:
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:

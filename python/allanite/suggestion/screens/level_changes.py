@@ -17,12 +17,10 @@ from allanite.recording.tails import coarse_step
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
+    MAIN_SHARE,
     MIN_CODE_CHANGE_FRACTION,
     MIN_LEVEL_DELTA_LOGL,
     MIN_POWER_VALUES,
-    MIN_STEADIED_FRACTION,
-    MIN_TYPICAL_CHANGE_FRACTION,
-    MIN_WAVEFORM_FRACTION,
 )
 from allanite.suggestion.p_values import best_interval, refine
 from allanite.suggestion.screens.exclusions import screen_outliers
@@ -79,9 +77,7 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
         return False
     usual = [float(np.median(np.abs(whitened.samples[part]))) for part in (loud, ~loud)]
     power = [float(np.mean(whitened.samples[part] ** 2)) for part in (loud, ~loud)]
-    return usual[0] / usual[1] > 1.0 + MIN_TYPICAL_CHANGE_FRACTION * (
-        np.sqrt(power[0] / power[1]) - 1.0
-    )
+    return usual[0] / usual[1] > 1.0 + MAIN_SHARE * (np.sqrt(power[0] / power[1]) - 1.0)
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
@@ -140,7 +136,7 @@ def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
         float(np.mean((samples[:-shift] * samples[shift:])[loud[:-shift]]))
         for shift in (lag - 1, lag, lag + 1)
     ]
-    return max(alike) > MIN_WAVEFORM_FRACTION * excess
+    return max(alike) > MAIN_SHARE * excess
 
 
 def _dithered(data: Data) -> bool:
@@ -164,10 +160,7 @@ def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
         return True
     seen = (power > 0.0) & (after > 0.0)
     before, after = power[seen] / power[seen].mean(), after[seen] / after[seen].mean()
-    return bool(
-        -0.5 * series.freedom * np.log(before / after).sum()
-        >= MIN_STEADIED_FRACTION * candidate.gain
-    )
+    return bool(-0.5 * series.freedom * np.log(before / after).sum() >= MAIN_SHARE * candidate.gain)
 
 
 def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:

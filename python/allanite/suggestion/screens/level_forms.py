@@ -17,7 +17,7 @@ from allanite.suggestion.constants import (
     LEVEL_CELLS,
     MAX_PERIOD_PROBABILITY,
     MIN_LEVEL_DELTA_LOGL,
-    MIN_LEVEL_PERIODS,
+    MIN_PERIODS,
 )
 from allanite.suggestion.p_values import two_levels
 from allanite.suggestion.screens.level_borders import most_likely_borders
@@ -273,7 +273,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         return None
     ratio = np.abs(np.fft.rfft(rest, 2 * cells)) ** 2 / (cells * spread)
     highest = cells // HARMONICS
-    places = np.arange(2 * MIN_LEVEL_PERIODS, highest)
+    places = np.arange(2 * MIN_PERIODS, highest)
     if places.size < 8:
         return None
     h = np.zeros(places.size)

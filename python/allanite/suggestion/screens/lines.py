@@ -22,14 +22,12 @@ from allanite.suggestion.constants import (
     MAX_LINES_REFITTED,
     MAX_PULSE_HARMONIC,
     MAX_SPACED_LINES,
-    MAX_STRONGEST_HARMONIC,
     MIN_COMB_FRACTION,
     MIN_DELTA_LOGL_OVER_SIMPLER,
-    MIN_HARMONIC_HEIGHT,
-    MIN_LINE_CYCLES,
     MIN_LINE_PEAK,
     MIN_LINES_REFITTED,
-    MIN_SPACED_LINE_HEIGHT,
+    MIN_PERIODS,
+    MIN_SCREEN_GAIN,
     MIN_SPACED_LINES,
 )
 from allanite.suggestion.known_frequencies import known_bands
@@ -88,7 +86,7 @@ def screen_lines(
         whitened = _kernels.inverse_cosine_transform(white)
     ratio = _kernels.padded_periodogram(whitened)
     levels = _divide_by_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
-    ratio[: 2 * MIN_LINE_CYCLES] = 0.0
+    ratio[: 2 * MIN_PERIODS] = 0.0
     ratio[-2:] = 0.0
     noise = solution.noise(data)
     found: list[Candidate] = []
@@ -96,7 +94,9 @@ def screen_lines(
         stop_if_unwanted()
         trim_memory(data.samples.size)
         top, above = _strongest(ratio, data)
-        if ratio[top] <= MIN_LINE_PEAK or (k >= MIN_LINES_REFITTED and above < MIN_HARMONIC_HEIGHT):
+        if ratio[top] <= MIN_LINE_PEAK or (
+            k >= MIN_LINES_REFITTED and above < MIN_DELTA_LOGL_OVER_SIMPLER
+        ):
             break
         level = next(level for end, level in levels if top < end)
         width, surplus = _best_width(top, solution, data, level)
@@ -170,7 +170,7 @@ def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
     left, found = ratio.copy(), []
     for _ in range(MAX_SPACED_LINES):
         top, above = _strongest(left, data)
-        if left[top] <= MIN_LINE_PEAK or above < MIN_SPACED_LINE_HEIGHT:
+        if left[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
             break
         found.append(top)
         _remove_line(left, top, 8)
@@ -268,9 +268,9 @@ def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[i
     (`top`, [1]) without harmonics.
     """
     best = (top, [1])
-    for divisor in range(1, MAX_STRONGEST_HARMONIC + 1):
+    for divisor in range(1, MAX_PULSE_HARMONIC // 2 + 1):
         base = round(top / divisor)
-        if base < 4 * MIN_LINE_CYCLES + 2 * width:
+        if base < 4 * MIN_PERIODS + 2 * width:
             break
         highest = (ratio.size - 2) // base
         if divisor <= MAX_FUNDAMENTAL_DIVISOR:
@@ -298,6 +298,6 @@ def _harmonics_found(
         place = round(m * top / divisor)
         reach = 1 + m * (1 + width) // divisor
         near = ratio[max(0, place - reach) : place + reach + 1]
-        if near.size and near.max() > MIN_HARMONIC_HEIGHT + np.log(near.size):
+        if near.size and near.max() > MIN_DELTA_LOGL_OVER_SIMPLER + np.log(near.size):
             found.append(m)
     return found

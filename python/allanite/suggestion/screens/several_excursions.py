@@ -13,7 +13,7 @@ import numpy as np
 from allanite.effects import CATALOGUE, Away
 from allanite.fit.engine import solve
 from allanite.fit.shapes.matched import best_spans
-from allanite.suggestion.constants import MAX_EXCURSIONS
+from allanite.suggestion.constants import MAX_EVENTS
 from allanite.suggestion.p_values import log_chi2_tail
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def several_excursions(
     """
     events, fitted = [_of_height_one(first)], _fitted([first], solution, data)
     chance = _log_p(1, places, fitted, solution)
-    while chance < 0.0 and len(events) < MAX_EXCURSIONS:
+    while chance < 0.0 and len(events) < MAX_EVENTS:
         further = _best_beside(kind, fitted, data)
         if further is None or any(overlap(further, e) for e in events):
             break

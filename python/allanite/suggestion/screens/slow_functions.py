@@ -27,12 +27,12 @@ from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains
 from allanite.fit.solution import Regressed, Solution
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
+    MAIN_SHARE,
     MAX_NOISE_REFIT_FRACTION,
     MAX_SHORT_EVENT_SAMPLES,
     MAX_STEP_TIME_ERROR,
-    MIN_EVENT_SAMPLES,
-    MIN_INNER_CHANGE_FRACTION,
     MIN_SCREEN_GAIN,
+    MIN_SEGMENT_SAMPLES,
 )
 from allanite.suggestion.p_values import Family, arc_length, log_chi2_tail, log_p_value
 from allanite.suggestion.screens.several_excursions import several_excursions
@@ -282,13 +282,13 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
         values = np.where(data.missing, np.nan, values)
     parts = [values[max(0, first) : last], values[max(0, first - size) : max(0, first)]]
     inside, before = (np.sort(part[np.isfinite(part)]) for part in parts)
-    if min(inside.size, before.size) < MIN_EVENT_SAMPLES:
-        return inside.size < MIN_EVENT_SAMPLES
+    if min(inside.size, before.size) < MIN_SEGMENT_SAMPLES:
+        return inside.size < MIN_SEGMENT_SAMPLES
     # Trimmed means: a quarter of the sorted values is dropped at each end.
     inner, outer = (part[part.size // 4 : -(part.size // 4)].mean() for part in (inside, before))
     middle = inner - outer
     whole = inside.mean() - before.mean()
-    return bool(middle * whole < MIN_INNER_CHANGE_FRACTION * whole**2)
+    return bool(middle * whole < MAIN_SHARE * whole**2)
 
 
 def _share_with_normal_tails(

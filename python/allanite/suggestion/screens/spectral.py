@@ -40,7 +40,7 @@ from allanite.suggestion.constants import (
     MAX_SHAPE_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_GAIN_PER_DESIGN_PARAMETER,
-    MIN_SPECTRAL_SCREEN_GAIN,
+    MIN_SCORE_GAIN,
 )
 from allanite.suggestion.p_values import Family, arc_length, line_trials, log_p_value
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
@@ -289,7 +289,7 @@ def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
 def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -> Candidate | None:
     """Candidate from the best of many grid points: the shapes of the best few are polished, then everything is refitted."""
     scanned = scan_added_effect(base.model, points, base.best, part)
-    if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SPECTRAL_SCREEN_GAIN:
+    if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
         return None
     last = len(base.model)
     ends = [
