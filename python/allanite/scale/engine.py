@@ -132,7 +132,10 @@ def _computed(tasks: list[Any], client: Any) -> list[Any]:
     # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
         if client is not None:
-            return list(client.gather(client.compute(tasks)))
+            # Summaries that pass through the scheduler take three times the processor time of this process. Dask asks the
+            # scheduler for those of a worker that does not answer.
+            direct = client.direct_to_workers is not False
+            return list(client.gather(client.compute(tasks), direct=direct))
         from dask import compute
 
         return list(compute(*tasks))
