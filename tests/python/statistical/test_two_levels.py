@@ -60,3 +60,14 @@ def test_a_bell_at_the_edge_of_what_is_seen_is_not_burst_noise_either():
         if "burst_noise" in kinds:
             assert kinds.index("gauss_markov") < kinds.index("burst_noise"), (seed, kinds)
     assert seen > count / 2
+
+
+def test_a_bell_beside_quantization_is_not_burst_noise():
+    """Blue noise folds back into the means of blocks, with as many times its power as a block has samples."""
+    for seed in range(records(3, 10)):
+        rng = np.random.default_rng([seed, 34])
+        samples = g.quantization(rng, 20_000, 1.0, 4.2) + g.gauss_markov(rng, 20_000, 1.0, 0.15, 66)
+        check = al.fit_model(al.Recording(samples, rate=1.0, unit="deg/s"), "N+Q").check()
+        kinds = [s.kind for s in check.suggestions]
+        assert kinds[0] == "gauss_markov", (seed, kinds)
+        assert "burst_noise" not in kinds, (seed, kinds)

@@ -87,12 +87,12 @@ def _log_odds(solution: Solution, data: Data) -> float:
     # A summary keeps only the lowest ordinates, which show no levels.
     if not MIN_BLOCKS <= count <= MAX_BLOCKS or solution.ordinates.size < data.n:
         return 0.0
-    j = np.arange(1, count, dtype=np.int64)
-    total = density(data.terms(solution.model), j, data.n) / length
-    lag_part = (
-        solution.processes[-1].theta
-        * density(data.unit_terms(solution.model, lag), j, data.n)
-        / length
+    whole = count * length
+    j = np.arange(1, whole, dtype=np.int64)
+    total = density(data.terms(solution.model), j, whole)
+    one = density(data.unit_terms(solution.model, lag), j, whole)
+    total, lag_part = (
+        _of_means(part, length) for part in (total, solution.processes[-1].theta * one)
     )
     spectrum = np.maximum(total - lag_part, 1e-300), lag_part
     # Ordinates in which a slow drift exceeds the lag show no levels. But unequal times on the two levels may be fitted
@@ -100,6 +100,20 @@ def _log_odds(solution: Solution, data: Data) -> float:
     slow = int(np.argmax(lag_part > spectrum[0]))
     block = _Blocks(length, count, length / data.rate / (2.0 * time), sigma)
     return max(_odds_above(cut, solution, spectrum, block) for cut in {slow, slow // 2, 0})
+
+
+def _of_means(power: Array, length: int) -> Array:
+    """Expected squared ordinates of the means of blocks of `length` samples, from those of the samples (all but the first).
+
+    Power above the Nyquist frequency of the means folds back: most of it for blue noise such as quantization.
+    """
+    count = (power.size + 1) // length
+    j = np.arange(1, power.size + 1)
+    angle = np.pi * j / (2.0 * count * length)
+    response = (np.sin(length * angle) / (length * np.sin(angle))) ** 2
+    image = j % (2 * count)
+    folded = np.bincount(np.minimum(image, 2 * count - image), power * response)
+    return np.asarray(folded[1:count] / length)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +132,6 @@ def _odds_above(
     """Log-odds of two levels against Gaussian noise, from block means without their `slow` lowest ordinates."""
     from scipy.optimize import minimize
 
-    j = np.arange(1 + slow, block.count, dtype=np.int64)
     rest, lag_part = (part[slow:] for part in spectrum)
     if int((lag_part > rest).sum()) < max(4 * slow, MIN_BURST_NOISE_ORDINATES):
         return 0.0
@@ -126,7 +139,7 @@ def _odds_above(
     ordinates[: slow + 1] = 0.0
     series = _kernels.inverse_cosine_transform(ordinates)
     means = series[: block.count * block.length].reshape(block.count, block.length).mean(axis=1)
-    expected = rest + lag_part * np.sinc(j / (2.0 * block.count)) ** 2
+    expected = rest + lag_part
     z = _kernels.cosine_transform(np.ascontiguousarray(means))[slow + 1 :]
     noise = float(np.median(rest))
     gaussian = -0.5 * float(np.sum(np.log(2.0 * np.pi * expected) + z**2 / expected))
