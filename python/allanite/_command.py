@@ -6,7 +6,12 @@ import os
 
 
 def main() -> None:
-    """Import and run the command line."""
+    """Import and run the command line, with one thread for linear algebra unless the user sets another number.
+
+    The matrices are tall and narrow: on a busy machine a product waits longer for other threads than it computes.
+    """
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     try:
         from allanite import cli
     except KeyboardInterrupt:

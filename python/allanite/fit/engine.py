@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.blas import one_thread
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic, white_noise
 from allanite.fit.likelihood.crowding import effective_freedom, has_changing_power
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
@@ -42,7 +41,6 @@ MAX_KEPT_CHANGE_TRIED = 0.1
 MAX_FAINT_AMPLITUDE = 12.0
 
 
-@one_thread()
 def solve(
     data: Data,
     model: Model,

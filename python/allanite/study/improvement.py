@@ -6,7 +6,6 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column, former_use
 from allanite.common.threads import columns_at_work, results_or_raise, side_by_side
 from allanite.common.validation import positive, require_recording
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from allanite.summary import Summary
 
 
-@one_thread()
 def improve(
     recording: Recording | Summary,
     model: Model | Effect | str = "N+B+K",

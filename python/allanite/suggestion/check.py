@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.blas import one_thread
 from allanite.common.numbers import chance_text, trials_text
 from allanite.criticism import Where, criticise
 from allanite.fit.likelihood.whitened import whiten
@@ -186,7 +185,6 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     return [*lines, f"     confirm: {s.check_by}"]
 
 
-@one_thread()
 def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
     """Check of a fit: compare the model with the recording on every view and rank the effects that may be missing."""
     whitened = whiten(fit.solution, fit.data)
