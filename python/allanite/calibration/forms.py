@@ -210,7 +210,7 @@ def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[
         own += [part.effect.follows is not None] * part.amplitudes.size
     for effect in law_of(fit):
         for name in effect.free_shapes:
-            slope = shape_slope(effect, name, fit.solution.seen, fit.data)
+            slope = shape_slope(effect, name, fit.solution.regressed_ordinates, fit.data)
             if slope is not None and slope.any():
                 columns.append(slope[:, None])
                 values.append(np.array([effect.values[name]]))
@@ -229,7 +229,7 @@ def cost(fit: Fit) -> float:
     matrix, values, own = design(fit)
     if not own.any():
         return 0.0
-    variance = fit.solution.noise(fit.data).variance(fit.solution.seen)
+    variance = fit.solution.noise(fit.data).variance(fit.solution.regressed_ordinates)
     scaled = matrix * values / np.sqrt(variance)[:, None]
     # Row k of R in the QR decomposition contains what coefficient k adds to those before it.
     upper: NDArray[np.float64] = np.asarray(np.linalg.qr(scaled, mode="r"))

@@ -47,7 +47,7 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
         return None
     data = fit.data
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
-    direction = data.seen(data.transform(runs.direction)[j], j)
+    direction = data.attenuated(data.transform(runs.direction)[j], j)
     law_columns = design_of(Form(max(form.power, 1)).effects(runs), data, j).matrix
     variance = fit.solution.noise(data).variance(j)
     found = regress(np.column_stack([direction, law_columns]), data.ordinates[j], variance)

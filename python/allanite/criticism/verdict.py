@@ -144,5 +144,5 @@ def criticise(fit: Fit, whitened: Whitened) -> Where:
         over_frequency.worst(fit),
         times.worst(),
         fit.curve.worst,
-        tuple(fit.curve.tau[~fit.curve.judged].tolist()),
+        tuple(fit.curve.tau[~fit.curve.is_counted].tolist()),
     )

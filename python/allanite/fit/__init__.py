@@ -19,7 +19,7 @@ from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing.completion import settle
 from allanite.fit.missing.ends import without_ends
 from allanite.fit.result import Fit
-from allanite.fit.summarised import of_summary, require_summary_supports
+from allanite.fit.summarized import of_summary, require_summary_supports
 from allanite.recording import Recording
 from allanite.summary import Summary
 

@@ -73,7 +73,7 @@ class Curve:
         return self.measured / self.model
 
     @property
-    def judged(self) -> NDArray[np.bool_]:
+    def is_counted(self) -> NDArray[np.bool_]:
         """True where the deviation counts in the Allan error: edf ≥ 10, and a deviation above 0; shape (k,)."""
         return np.asarray((self.edf >= MIN_EDF) & (self.measured > 0.0))
 
@@ -86,7 +86,7 @@ class Curve:
     @property
     def chance_percent(self) -> float | None:
         """Expected scatter: the expected `rms_percent` of a true model."""
-        keep = self.judged
+        keep = self.is_counted
         if not keep.any():
             return None
         return float(100.0 * np.expm1(np.sqrt(np.mean(0.5 / self.edf[keep]))))
@@ -97,7 +97,7 @@ class Curve:
         Both curves belong to fits of one record. A change at a τ counts only if it exceeds `chance`
         standard deviations.
         """
-        keep = self.judged & before.judged
+        keep = self.is_counted & before.is_counted
         if not keep.any():
             return 0.0
         new, old = (np.log(c.model[keep] / c.measured[keep]) for c in (self, before))
@@ -111,11 +111,11 @@ class Curve:
         if apart.size == 0:
             return None
         top = int(np.argmax(np.abs(apart)))
-        return float(np.exp(apart[top])), float(self.tau[self.judged][top])
+        return float(np.exp(apart[top])), float(self.tau[self.is_counted][top])
 
     def _log_ratio(self) -> NDArray[np.float64]:
         """Logarithm of model/measured Allan deviation at the τ with edf ≥ 10, shape (judged τ,)."""
-        keep = self.judged
+        keep = self.is_counted
         return np.asarray(np.log(self.model[keep] / self.measured[keep]))
 
 

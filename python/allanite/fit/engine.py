@@ -102,7 +102,7 @@ def _fit(
     part = RandomPart(data, raw, free)
     taken = _ResidualOrdinates((), data.ordinates)
     if like is not None and model.deterministic:
-        taken = _ResidualOrdinates(like.taken, like.ordinates)
+        taken = _ResidualOrdinates(like.removed_functions, like.ordinates)
     ordinates = data.ordinates
     design: Design | None = None
     placed: tuple[object, ...] = ()
@@ -145,7 +145,7 @@ def _fit(
         count = np.maximum(free - used, np.minimum(free, 0.05))
         raw = bins.power(ordinates)
         part = RandomPart(data, raw * free / count, count)
-        total = RandomPart(data, raw, free).judged(best)
+        total = RandomPart(data, raw, free).log_likelihood_of(best)
         total += ordinates_delta_logl(model, data, ordinates, free)
         if turn > 0 and (abs(total - previous) < 1e-3 or ordinates is before):
             break
@@ -153,7 +153,7 @@ def _fit(
     assert best is not None
     linear = part.linear(model)
     if not model.deterministic:
-        total = RandomPart(data, raw, free).judged(best) + ordinates_delta_logl(
+        total = RandomPart(data, raw, free).log_likelihood_of(best) + ordinates_delta_logl(
             model, data, ordinates, free
         )
     processes = processes_of(model, best.theta, linear.matrix)

@@ -157,7 +157,7 @@ def _process_values(
     else:
         # The profile uses the logL of the random part.
         part = RandomPart(data, solution.power, solution.count)
-        here = replace(solution.best, log_likelihood=part.judged(solution.best))
+        here = replace(solution.best, log_likelihood=part.log_likelihood_of(solution.best))
         low, high, drop = profile_interval(
             solution.power,
             solution.count,

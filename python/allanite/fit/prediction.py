@@ -138,18 +138,20 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
                 n = number[fold][b]
                 power = total[fold][b] / n
                 best = -0.5 * float(n @ (np.log(saturated[fold][b] / n) + 1.0))
-                units[fold, g] = best - _judged(power, n, found.spectrum[b], found.scale, cell[b])
+                units[fold, g] = best - _log_likelihood(
+                    power, n, found.spectrum[b], found.scale, cell[b]
+                )
     blocks = (
         function_costs(data, solution)
         + level_change_costs(data, solution)
-        + _outliers(data, solution)
+        + _outlier_costs(data, solution)
     )
     losses = np.concatenate([units.ravel(), blocks])
     size = bins.count.size
     return Prediction(losses, float(losses.sum()) / size, _std_error(losses) / size)
 
 
-def _judged(
+def _log_likelihood(
     power: Array, count: Array, spectrum: Array, scale: int | None, cell: NDArray[np.int64]
 ) -> float:
     """Marginal logL of a few bins at one discrepancy, without caching tables (see `discrepancy.judge`)."""
@@ -167,8 +169,8 @@ def _std_error(losses: Array) -> float:
 def _used(bins: Bins, solution: Solution) -> Array:
     """Degrees of freedom that the regression on amplitudes used up in each fold of each bin, shape (FOLDS, bins)."""
     used = np.zeros((FOLDS, bins.count.size))
-    place = np.searchsorted(bins.edges, solution.seen, side="right") - 1
-    np.add.at(used, (solution.seen % FOLDS, place), solution.leverage)
+    place = np.searchsorted(bins.edges, solution.regressed_ordinates, side="right") - 1
+    np.add.at(used, (solution.regressed_ordinates % FOLDS, place), solution.leverage)
     return used
 
 
@@ -180,7 +182,7 @@ def _refitted(solution: Solution, part: RandomPart) -> Maximum:
     return found
 
 
-def _outliers(data: Data, solution: Solution) -> Array:
+def _outlier_costs(data: Data, solution: Solution) -> Array:
     """Cost ln n of each single sample excluded by the model, summed in each block of time, shape (BLOCKS,)."""
     out = np.zeros(BLOCKS)
     for effect in solution.model.modifiers:

@@ -47,7 +47,7 @@ def function_costs(data: Data, solution: Solution) -> Array:
 
     def losses_of(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
         """Loss of each block if functions with these regressors at ordinates j are fitted to the other blocks."""
-        rows = matrix[np.searchsorted(solution.seen, j)]
+        rows = matrix[np.searchsorted(solution.regressed_ordinates, j)]
         values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
         return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
 

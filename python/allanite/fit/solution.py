@@ -68,8 +68,8 @@ class Regressed(Fitted):
     covariance : ndarray, shape (p, p)
         Covariance of the amplitudes, with the other functions fitted too.
     matrix : ndarray, shape (k, p)
-        Regressors at the ordinates `Solution.seen`.
-    taken : Deterministic
+        Regressors at the ordinates `Solution.regressed_ordinates`.
+    removed : Deterministic
         The function removed from the residual ordinates; its amplitudes may differ slightly from those of `effect`.
     """
 
@@ -77,7 +77,7 @@ class Regressed(Fitted):
     amplitudes: Array
     covariance: Array
     matrix: Array
-    taken: Deterministic
+    removed: Deterministic
 
 
 def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, ...]:
@@ -111,24 +111,24 @@ class Residual:
     Attributes
     ----------
     data : Data
-    taken : tuple of Deterministic
+    removed : tuple of Deterministic
         Functions to subtract.
     """
 
     data: Data
-    taken: tuple[Deterministic, ...]
+    removed: tuple[Deterministic, ...]
     _key: object = field(default_factory=object)
 
     @property
     def ordinates(self) -> Array:
         """Residual ordinates, shape (n,)."""
-        if not self.taken:
+        if not self.removed:
             return self.data.ordinates
-        return self.data.functions.get(self._key, lambda: self.data.without(self.taken))
+        return self.data.functions.get(self._key, lambda: self.data.without(self.removed))
 
     def known(self, ordinates: Array) -> Residual:
         """The residual itself, after storing its known ordinates in the cache."""
-        if self.taken:
+        if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self
 
@@ -158,7 +158,7 @@ class Solution:
         Source of the residual ordinates.
     log_likelihood : float
         logL of the whole record, including single ordinates near narrow bands.
-    seen : ndarray of int64, shape (k,)
+    regressed_ordinates : ndarray of int64, shape (k,)
         Ordinates in which known functions of time were regressed.
     leverage : ndarray, shape (k,)
         Degrees of freedom that the regression used in each of these ordinates.
@@ -173,7 +173,9 @@ class Solution:
     count: Array
     residual: Residual
     log_likelihood: float
-    seen: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    regressed_ordinates: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.int64)
+    )
     leverage: Array = field(default_factory=lambda: np.zeros(0))
 
     __repr__ = brief
@@ -214,9 +216,9 @@ class Solution:
         return Maximum(self.theta, self.spectrum, self.maximum, self.scale, self.weight)
 
     @property
-    def taken(self) -> tuple[Deterministic, ...]:
+    def removed_functions(self) -> tuple[Deterministic, ...]:
         """Known functions of time that were removed from the residual ordinates."""
-        return tuple(own.taken for own in self.functions)
+        return tuple(own.removed for own in self.functions)
 
     @property
     def level(self) -> Array:

@@ -114,7 +114,11 @@ class Suggestion:
         if self.gives_way:
             base = self.before.solution
             part = RandomPart(self.before.data, base.power, base.count)
-            return part.judged(self.solution.best) - part.judged(base.best) + prior(effect)
+            return (
+                part.log_likelihood_of(self.solution.best)
+                - part.log_likelihood_of(base.best)
+                + prior(effect)
+            )
         if effect.screened not in {"spectral", "slow"}:
             return 0.5 * self.delta_bic - self.surplus + prior(effect)
         return (

@@ -9,7 +9,7 @@ from allanite.fit.likelihood.discrepancy import judge
 from allanite.fit.prediction import (
     FOLDS,
     MIN_PREDICTED_SAMPLES,
-    _judged,
+    _log_likelihood,
     compare,
     predict,
     predicts_worse,
@@ -70,7 +70,8 @@ def test_a_few_bins_are_judged_as_all_are(scale):
     whole = judge(power, count, spectrum, scale).log_likelihood
     cell = np.arange(5)
     parts = (
-        _judged(power[p], count[p], spectrum[p], scale, cell[p]) for p in (slice(2), slice(2, 5))
+        _log_likelihood(power[p], count[p], spectrum[p], scale, cell[p])
+        for p in (slice(2), slice(2, 5))
     )
     assert sum(parts) == pytest.approx(whole, rel=1e-12)
 

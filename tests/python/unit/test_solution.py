@@ -36,7 +36,7 @@ def test_each_effect_has_what_is_its_own(recording):
     assert (ramp.amplitudes == ramp.effect.amplitudes()).all()
     assert line.amplitudes == pytest.approx(line.effect.amplitudes())
     assert line.covariance.shape == (2, 2)
-    assert line.matrix.shape == (solution.seen.size, 2)
+    assert line.matrix.shape == (solution.regressed_ordinates.size, 2)
     # The vectors are made of the effects.
     assert solution.theta.tolist() == [white.theta, walk.theta]
     np.testing.assert_array_equal(solution.columns[:, 1], walk.column)
@@ -82,8 +82,8 @@ def test_without_functions_of_time_nothing_is_regressed(recording):
     fit = al.parse_model("N+K").fit(recording)
     found = solve(fit.data, fit.model)
     assert found.functions == ()
-    assert found.seen.size == found.leverage.size == 0
-    assert found.taken == ()
+    assert found.regressed_ordinates.size == found.leverage.size == 0
+    assert found.removed_functions == ()
 
 
 @pytest.mark.parametrize("away", [0.0, 2.0, 8.0, -8.0])

@@ -208,7 +208,9 @@ def _read(
     largest = y + 0.5 * np.log(freedom / chdtri(freedom, CURVE_PROBABILITY))
     order = sorted(np.flatnonzero(holds), key=lambda k: abs(fits[k][0] - slope) + fits[k][1])
     for k in order:
-        level, error = _level(x[windows[k]], y[windows[k]], relative[windows[k], windows[k]], slope)
+        level, error = _fitted_level(
+            x[windows[k]], y[windows[k]], relative[windows[k], windows[k]], slope
+        )
         over = level + slope * x - 3.0 * error > largest
         if over.any():
             worst = int(np.argmax(np.where(over, level + slope * x - largest, -np.inf)))
@@ -255,7 +257,7 @@ def _slope(
     return float((inverse @ (weighted.T @ y))[1]), float(np.sqrt(inverse[1, 1]))
 
 
-def _level(
+def _fitted_level(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
 ) -> tuple[float, float]:
     """Ln deviation at τ = 1 s of a line with given slope, and its standard error."""

@@ -135,7 +135,7 @@ class Data:
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
         """Power over time of each octave for which no single ordinates are kept; empty for in-memory recordings.
 
-        A summary (`fit.summarised`) overrides this method.
+        A summary (`fit.summarized`) overrides this method.
         """
         return []
 
@@ -264,7 +264,9 @@ class Data:
 
         return self.functions.get(effect.seen_alike, made)
 
-    def seen(self, ordinates: NDArray[np.float64], j: NDArray[np.int64]) -> NDArray[np.float64]:
+    def attenuated(
+        self, ordinates: NDArray[np.float64], j: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
         """Ordinates j of known functions of time, shape (…, k), reduced by `gain` where samples are missing."""
         return ordinates if self.gain is None else ordinates * self.gain[j]
 

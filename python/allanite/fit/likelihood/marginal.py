@@ -154,7 +154,7 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
     # The single ordinates end at the edge of a bin.
     first = int(np.searchsorted(data.bins.edges, min(SINGLE_ORDINATES, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
-    seen = np.searchsorted(solution.seen, ordinates)
+    seen = np.searchsorted(solution.regressed_ordinates, ordinates)
     matrix = np.hstack([own.matrix[seen] for own in slow])
     amplitudes = np.concatenate([own.amplitudes for own in slow])
     scale = np.maximum(np.sqrt((matrix**2).sum(axis=0)), 1e-300)

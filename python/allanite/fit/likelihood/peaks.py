@@ -104,7 +104,7 @@ def means_near(
     if int((end - first).sum()) <= MAX_SUMMED_ORDINATES:
         starts = np.cumsum(end - first) - (end - first)
         return near, np.add.reduceat(density(ordinates_of_bins(near, bins)), starts) / (end - first)
-    at = _about(effect, bins, rate, SUM_PLACES)
+    at = _ordinates_around_peaks(effect, bins, rate, SUM_PLACES)
     spread = [
         np.linspace(a, b, SUM_PLACES_PER_BIN).astype(np.int64)
         for a, b in zip(first, end, strict=True)
@@ -117,7 +117,9 @@ def means_near(
     return near, (sums[np.searchsorted(j, end)] - sums[np.searchsorted(j, first)]) / (end - first)
 
 
-def _about(effect: Effect, bins: Bins, rate: float, places: NDArray[np.float64]) -> Ordinates:
+def _ordinates_around_peaks(
+    effect: Effect, bins: Bins, rate: float, places: NDArray[np.float64]
+) -> Ordinates:
     """Ordinates around each peak of an effect, at the distances `places` in half-widths from the center of the peak."""
     low, high = np.array(effect.peaks).T[:, :, None] * 2.0 * bins.n / rate
     at = 0.5 * (low + high) + 0.5 * (high - low) * places
@@ -129,7 +131,7 @@ def nodes_of(model: Model, bins: Bins, rate: float) -> NDArray[np.int64]:
     places = [bins.nodes]
     for effect in model:
         if is_narrow(effect):
-            at = _about(effect, bins, rate, INTERPOLATION_PLACES)
+            at = _ordinates_around_peaks(effect, bins, rate, INTERPOLATION_PLACES)
             owner = np.searchsorted(bins.edges, at, side="right") - 1
             places.append(at[np.isin(owner, bins_near(effect, bins, rate))])
     return bins.nodes if len(places) == 1 else np.unique(np.concatenate(places))

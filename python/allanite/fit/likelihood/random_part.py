@@ -117,7 +117,7 @@ class RandomPart:
             )
         )
 
-    def judged(self, best: Maximum) -> float:
+    def log_likelihood_of(self, best: Maximum) -> float:
         """Marginal logL of a maximum's spectrum for this record, minus the penalty if the discrepancy δ is above 0."""
         price = MIN_DISCREPANCY_DELTA_LOGL if best.scale is not None else 0.0
         return judge(self.power, self.count, best.spectrum, best.scale).log_likelihood - price

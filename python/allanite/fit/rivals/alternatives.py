@@ -114,7 +114,7 @@ def fit_replacement(
         points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
         # logL of `part` differs from that of the base by a constant, since known functions are removed from the power.
         scanned = scan_added_effect(base.model, points, base.best, part)
-        below = base.log_likelihood - part.judged(base.best)
+        below = base.log_likelihood - part.log_likelihood_of(base.best)
         if scanned[0][0].log_likelihood + below < least:
             return None
         ends = [

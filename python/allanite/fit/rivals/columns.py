@@ -42,7 +42,7 @@ def column_slopes(
     """
     series = effect.signal(data.time, data.covariates)
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
-    z = data.seen(data.transform(series)[j], j)
+    z = data.attenuated(data.transform(series)[j], j)
     variance = solution.noise(data).variance(j)
     weight = z**2 / variance
     split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1

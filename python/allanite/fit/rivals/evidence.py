@@ -63,7 +63,7 @@ def discrepancy_gain(solution: Solution, data: Data) -> float:
         return 0.0
     part = RandomPart(data, solution.power, solution.count)
     plain = part.climb(part.linear(solution.model), solution.theta, None)
-    return max(part.judged(solution.best) - plain.log_likelihood, 0.0)
+    return max(part.log_likelihood_of(solution.best) - plain.log_likelihood, 0.0)
 
 
 def evidence_gain(after: Solution, before: Solution, data: Data) -> float:

@@ -104,7 +104,7 @@ def line_ordinates(
         ratio = np.where(small, n, np.sin(whole) / np.where(small, 1.0, below))
         return ratio * np.sin(whole + first), ratio * np.cos(whole + first)
 
-    scale = data.seen(np.full(j.size, np.sqrt(0.5 / n)), j)
+    scale = data.attenuated(np.full(j.size, np.sqrt(0.5 / n)), j)
     up, down = total(w + a), total(w - a)
     return np.stack([scale * (up[i] + down[i]) for i in range(2)], axis=-1)
 

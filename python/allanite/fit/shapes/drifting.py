@@ -80,11 +80,11 @@ class Band:
     def search(self) -> tuple[float, float, float]:
         """Best drifting line on a grid: mid-record frequency (cycles per record), drift over the record, and ΔlogL."""
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
-            found = [self._about(*course) for course in self._courses()]
+            found = [self._best_near_course(*course) for course in self._courses()]
             return max(found, key=lambda one: one[2])
-        return self._turned_back(self.trials // 2)
+        return self._best_demodulated(self.trials // 2)
 
-    def _turned_back(self, most: int) -> tuple[float, float, float]:
+    def _best_demodulated(self, most: int) -> tuple[float, float, float]:
         """Best line as (frequency, drift, ΔlogL), as for `search`, with at most `most` drift rates on either side of 0."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
@@ -123,7 +123,7 @@ class Band:
         # Frequencies of a section are half a cycle per section apart.
         return [(int(places[at]) * number // 2, float(number * (at - most))) for at in best]
 
-    def _about(self, place: int, drift: float) -> tuple[float, float, float]:
+    def _best_near_course(self, place: int, drift: float) -> tuple[float, float, float]:
         """Best line near a course, as (frequency, drift, ΔlogL) like the result of `search`.
 
         The course has the mid-record frequency `first` + `place` and the drift `drift`, in cycles
@@ -140,7 +140,7 @@ class Band:
             self.duration,
         )
         # Search drift rates up to the second neighboring course.
-        frequency, more, gain = near._turned_back(int(2.0 * self._sections / DRIFT_STEP))
+        frequency, more, gain = near._best_demodulated(int(2.0 * self._sections / DRIFT_STEP))
         return frequency, drift + more, gain
 
     def gain(self, frequency: float, drift: float) -> float:

@@ -33,10 +33,10 @@ def regressor_ordinates(
     """Regressors of all points at ordinates j of the record, shape (points · regressors, ordinates)."""
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
-        return data.seen(closed, j)
+        return data.attenuated(closed, j)
     if j.size and int(j[-1]) >= CACHED_ORDINATES:
-        return data.seen(np.concatenate([data.rows(p)[:, j] for p in points]), j)
-    return data.seen(np.concatenate([_cached_ordinates(p, data)[:, j] for p in points]), j)
+        return data.attenuated(np.concatenate([data.rows(p)[:, j] for p in points]), j)
+    return data.attenuated(np.concatenate([_cached_ordinates(p, data)[:, j] for p in points]), j)
 
 
 def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
@@ -148,7 +148,7 @@ def best_spans(
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
     basis = _basis_of_effects(beside, j, root, data)
-    spans = cls.best_spans(residual[j] * root, data.seen(root, j), basis, data.n, data.rate)
+    spans = cls.best_spans(residual[j] * root, data.attenuated(root, j), basis, data.n, data.rate)
     return [(_shifted_in_time(effect, data.start), arc) for effect, arc in spans]
 
 

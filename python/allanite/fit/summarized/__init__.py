@@ -4,6 +4,6 @@ Input: a summary. Output: data that fits, checks and studies use in place of a r
 answer in `data.py`.
 """
 
-from allanite.fit.summarised.data import of_summary, require_summary_supports
+from allanite.fit.summarized.data import of_summary, require_summary_supports
 
 __all__ = ["of_summary", "require_summary_supports"]

@@ -20,8 +20,8 @@ from allanite.deviation import Deviation, oadev
 from allanite.fit.likelihood.data import Data
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.likelihood.remembered import ArrayCache
-from allanite.fit.summarised.bins import SummaryBins, folds_of
-from allanite.fit.summarised.maps import (
+from allanite.fit.summarized.bins import SummaryBins, folds_of
+from allanite.fit.summarized.maps import (
     TIME_CELLS,
     Maps,
     SectionsOfSummary,
