@@ -17,7 +17,6 @@ from allanite.fit.rivals.evidence import evidence_gain
 from allanite.suggestion.constants import (
     MAX_ALLAN_ERROR_SCATTERS,
     MAX_EVENT_LOG10_P,
-    MAX_IGNORED_ALLAN_RISE,
 )
 from allanite.suggestion.ranking import prior
 
@@ -63,7 +62,7 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
     if other:
         return True  # the curves are of different samples
     # Large scatter at long τ must not excuse a rise at short τ, so the rises are compared τ by τ.
-    return new.risen(old, MAX_ALLAN_ERROR_SCATTERS) <= MAX_IGNORED_ALLAN_RISE**2
+    return new.risen(old, MAX_ALLAN_ERROR_SCATTERS) <= 0.0
 
 
 def predicts_as_well(before: Fit, after: Fit) -> bool:

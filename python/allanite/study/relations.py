@@ -9,8 +9,8 @@ import numpy as np
 from allanite.effects import Deterministic, Modifier, Moving, Periodic
 from allanite.suggestion.constants import (
     MAX_BAND_WIDTH_RATIO,
+    MAX_EXPLAINED_REMAINDER,
     MAX_LINE_BAND_DISTANCE,
-    MIN_ENERGY_IN_SEGMENT,
 )
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
         signal, time = fit.data.signal((effect,)), fit.data.time
         there = (first <= time) & (time <= last)
         signal = (signal - signal[~there].mean()) ** 2 if not there.all() else signal
-        return bool(signal[there].sum() >= MIN_ENERGY_IN_SEGMENT * signal.sum())
+        return bool(signal[there].sum() >= (1.0 - MAX_EXPLAINED_REMAINDER) * signal.sum())
     if not isinstance(effect, Modifier) or effect.when is None:
         return False
     begin, end = effect.when

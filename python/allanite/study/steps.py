@@ -36,7 +36,7 @@ from allanite.study.moves.split import splits
 from allanite.study.relations import is_line
 from allanite.study.state import state_of
 from allanite.suggestion import same_misfit
-from allanite.suggestion.constants import MIN_RETAINED_GAIN_FRACTION, MIN_SCORE_GAIN
+from allanite.suggestion.constants import MAIN_SHARE, MIN_SCORE_GAIN
 from allanite.suggestion.screens.slow_functions import is_placed
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def further_steps(
         if ladder[-1].removed or not (still or line):
             return
         found = _step_with(ladder, state_of(ladder), suggestion, check)
-        least = MIN_RETAINED_GAIN_FRACTION * suggestion.delta_log_likelihood
+        least = MAIN_SHARE * suggestion.delta_log_likelihood
         if found is None or found[0].risen is None or found[0].risen < least:
             return
         rung, new = found

@@ -15,10 +15,6 @@ import numpy as np
 #: Unit: probability. False-alarm probability of all suggestions of one check together.
 #: Basis: definition; 0.75–1 % of the null records of the statistical tests raise an alarm.
 FALSE_ALARM_PROBABILITY = 0.01
-#: Unit: 1. Families of candidates that are assumed to share the false-alarm probability when a search decides whether a
-#: refit is worthwhile.
-#: Basis: a lower limit of the number of families of a check, so that no significant candidate is skipped.
-MIN_SEARCH_FAMILIES = 8.0
 #: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search. A candidate is refitted only if this multiple
 #: could be significant.
 #: Basis: judgment. One unit test repeats a check without the limit and finds the same.
@@ -30,11 +26,10 @@ MAX_REFIT_GAIN_RATIO = 1.5
 #: Basis: judgment; a tenth of the record seven times as loud otherwise raised two to four false suggestions.
 MIN_OVERDISPERSION_LEVEL_FIRST = 1.1
 #: Unit: fraction. A candidate is explained by another effect if less of its power or evidence remains beside that effect.
-#: Basis: judgment.
+#: Outliers or a change of level go first if the other scores are below this part of theirs. A function of time leaves with
+#: an excluded segment if less of its energy lies elsewhere.
+#: Basis: judgment; the order is needed for a phase that wraps at the range of its counter.
 MAX_EXPLAINED_REMAINDER = 0.1
-#: Unit: 1. Ratio of scores above which outliers or a change of the white noise go before all other suggestions.
-#: Basis: judgment; needed for a phase that wraps at the range of its counter.
-MIN_SCORE_RATIO_AHEAD = 10.0
 #: Unit: samples. Mean number of outliers in each cluster from which the outliers are an event.
 #: Basis: judgment.
 MIN_OUTLIERS_PER_CLUSTER = 4
@@ -45,10 +40,11 @@ MIN_DISTURBANCE_DELTA_LOGL = 14.0
 # Used by several screens and moves.
 
 #: Unit: fraction. A cause accounts for a change if at least this part of the change, of the evidence or of the cost is its.
+#: A suggestion of an earlier check must keep this part of its ΔlogL, and each side band this part of the limit of both.
 #: Basis: definition; the larger part.
 MAIN_SHARE = 0.5
-#: Unit: periods. Fewest periods in the record of a line or of a noise level that changes periodically.
-#: Basis: judgment; with fewer periods it is a drift.
+#: Unit: periods. Fewest periods of a line in the record, of a tone burst, and of a level that changes periodically.
+#: Basis: judgment; with fewer periods it is a drift, or a few waves of a slow process.
 MIN_PERIODS = 4
 #: Unit: samples. Shortest segment that is described as an event, a stuck value or a spectrum; shorter ones are outliers.
 #: Basis: judgment.
@@ -66,17 +62,19 @@ MAX_EVENTS = 32
 # Random processes and filters.
 
 #: Unit: nats. Smallest ΔlogL of a screen for which a slow function is refitted, the band of a resonance is searched for a
-#: line, or a peak above ln of the number of frequencies is a line of a comb.
+#: line, a level of the white noise is suggested, or a peak above ln of the number of frequencies is a line of a comb.
 #: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %.
 MIN_SCREEN_GAIN = 3.0
 #: Unit: nats. ΔlogL by which a richer form must beat the simpler one: a drifting line or a tone burst a steady line, a
-#: wandering line a pure one, a filter with a noise floor a filter without. It is also the height of a further line or a
-#: harmonic above ln of the number of frequencies searched for it.
+#: wandering line a pure one, a filter with a noise floor a filter without, two lines that beat once a narrow band. It is
+#: also the height of a harmonic above ln of the number of frequencies searched for it, and the ΔlogL of a Gauss-Markov
+#: process from which two levels are searched.
 #: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms.
 MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
-#: Unit: forms. Plain forms of an effect, best first, from which the richer form is searched.
+#: Unit: effects. Best plain forms of an effect that are extended to the richer form, and most second effects that are tried
+#: beside an addition that raises an error.
 #: Basis: judgment.
-MAX_FORMS_EXTENDED = 8
+MAX_FORMS_TRIED = 8
 #: Unit: designs. Best designs of a filter that are polished.
 #: Basis: judgment.
 MAX_DESIGNS_POLISHED = 3
@@ -86,25 +84,19 @@ MAX_NARROW_POINTS_CLIMBED = 60
 #: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
 #: Basis: judgment.
 MAX_SHAPE_RATIO = 2.0
-#: Unit: nats per parameter. ΔlogL that each further parameter of a filter design must gain.
-#: Basis: judgment.
-MIN_GAIN_PER_DESIGN_PARAMETER = 2.0
 
 # Lines and narrow bands.
 
 #: Unit: 1. Largest relative error of a mains frequency and of the sensor's clock.
 #: Basis: judgment.
 MAINS_TOLERANCE = 0.002
-#: Unit: lines. Strongest lines that are refitted whatever their height.
-#: Basis: judgment.
-MIN_LINES_REFITTED = 2
 #: Unit: lines. Most lines that are refitted in one check.
 #: Basis: judgment.
 MAX_LINES_REFITTED = 12
 #: Unit: nats. Peaks of the periodogram below this height are not refitted.
 #: Basis: derivation; the search of 100 samples reaches this height by chance.
 MIN_LINE_PEAK = 6.0
-#: Unit: 1. Highest harmonic of a line that is searched.
+#: Unit: 1. Highest harmonic of a line or of a narrow band that is searched.
 #: Basis: judgment.
 MAX_LINE_HARMONIC = 12
 #: Unit: 1. Highest harmonic that the strongest line of a short comb may be.
@@ -122,27 +114,9 @@ MIN_SPACED_LINES = 5
 #: Unit: lines. Strongest lines among which an evenly spaced comb is searched.
 #: Basis: judgment.
 MAX_SPACED_LINES = 48
-#: Unit: standard deviations. Excess of the mean power of a narrow band of ordinates over the model.
-#: Basis: judgment.
-MIN_BAND_EXCESS = 4.0
-#: Unit: standard deviations. The same for a band so wide that the record has few of them.
-#: Basis: judgment; what is spread over 20 000 of 100 000 ordinates with less than ΔlogL 300 is missed.
-MIN_WIDE_BAND_EXCESS = 2.5
-#: Unit: bands. The widest narrow band is at most the range of frequencies over this number.
-#: Basis: judgment.
-MIN_NARROW_BANDS = 4
-#: Unit: bands. The widest wide band is at most the range of frequencies over this number.
-#: Basis: judgment.
-MIN_WIDE_BANDS = 2
 #: Unit: expected power. A single ordinate counts at most this much in the mean power of a band.
 #: Basis: judgment.
 MAX_ORDINATE_POWER = 20.0
-#: Unit: 1. Ratio of the excess power of a band to that of its neighbors from which the band may hold a line.
-#: Basis: judgment.
-MIN_EXCESS_OVER_NEIGHBORS = 2.0
-#: Unit: cycles. Fewest cycles of a tone burst; a few waves of a slow process are no burst.
-#: Basis: judgment.
-MIN_BURST_CYCLES = 8.0
 
 # Bands that move.
 
@@ -155,12 +129,6 @@ MIN_BAND_SECTIONS = 8
 
 # Burst noise.
 
-#: Unit: nats. Burst noise is searched only if the Gauss-Markov process raises logL by this much.
-#: Basis: judgment.
-MIN_BURST_NOISE_DELTA_LOGL = 12.0
-#: Unit: samples. Shortest correlation time at which two levels can be seen.
-#: Basis: judgment.
-MIN_BURST_NOISE_LAG = 4.0
 #: Unit: ordinates. Fewest ordinates in which the Gauss-Markov process exceeds the rest of the spectrum.
 #: Basis: judgment.
 MIN_BURST_NOISE_ORDINATES = 32
@@ -190,21 +158,12 @@ MAX_STEP_TIME_ERROR = 0.02
 #: least the length of one cell, and outliers closer than one cell form one cluster.
 #: Basis: judgment; the clusters are needed for a tap that had been called a resonance.
 LEVEL_CELLS = 256
-#: Unit: nats. Smallest ΔlogL of a change of the level of the white noise.
-#: Basis: judgment; a single two-sided test exceeds it with a probability of 0.5 %.
-MIN_LEVEL_DELTA_LOGL = 4.0
-#: Unit: probability. Largest false-alarm probability of H for which a gate is fitted to a period.
-#: Basis: judgment; the suggestion itself is judged at the false-alarm probability of the check.
-MAX_PERIOD_PROBABILITY = 0.1
 #: Unit: fraction. Fewest samples that differ from the sample before; else the noise level depends on the bias.
 #: Basis: noise that is rounded to three of its standard deviations.
 MIN_CODE_CHANGE_FRACTION = 0.25
 #: Unit: fraction of the record. Shortest interval, and shortest rest, of a change of the level of a band.
 #: Basis: judgment; a shorter ringing is a disturbance.
 MIN_BAND_LEVEL_FRACTION = 1.0 / 64.0
-#: Unit: fraction. Part of the evidence of an interval that a second interval may have; with more, the level changes often.
-#: Basis: judgment.
-MAX_SECOND_INTERVAL_FRACTION = 0.2
 #: Unit: spectra. Fewest spectra of the interval from which the frequencies of a louder band are found.
 #: Basis: judgment.
 MIN_INTERVAL_SPECTRA = 4
@@ -238,12 +197,12 @@ MAX_EQUAL_NEIGHBOR_FRACTION = 0.1
 #: Unit: periods. Periods of the middle of a band in the window that finds the ends of a disturbance.
 #: Basis: judgment.
 WINDOW_PERIODS = 8
+#: Unit: 1. A window with less power over the usual power does not belong to the disturbance.
+#: Basis: with 2, a strong shaking of one minute seems longer than it is (`test_disturbances.py`).
+MAX_QUIET_POWER_RATIO = 4.0
 #: Unit: 1. Power over the usual power from which an octave rings beside the disturbance.
 #: Basis: judgment.
 MIN_RINGING_POWER_RATIO = 100.0
-#: Unit: 1. A window with less power over the usual power does not belong to the disturbance.
-#: Basis: judgment.
-MAX_QUIET_POWER_RATIO = 4.0
 
 # Limits of the search.
 
@@ -256,9 +215,6 @@ DEFAULT_SECONDS_PER_SAMPLE = 1e-5
 #: Unit: steps. Default number of effects that a search adds, beside lines and excluded segments.
 #: Basis: judgment.
 MAX_ADDED_EFFECTS = 8
-#: Unit: effects. Second effects that are tried beside an addition that raises an error.
-#: Basis: judgment.
-MAX_SECOND_EFFECTS_TRIED = 6
 
 # Acceptance of a step.
 
@@ -269,21 +225,12 @@ MIN_SCORE_GAIN = 0.5
 #: Unit: expected scatter. Allan errors, and their rises on a step, beyond this multiple are a fault of the model.
 #: Basis: simulation; of 200 true models each, 3 (white noise), 2 (with a random walk) and 0 (with flicker) exceed it.
 MAX_ALLAN_ERROR_SCATTERS = 2.0
-#: Unit: 1 (rms of ln deviation). Rise of the Allan error that is ignored.
-#: Basis: judgment.
-MAX_IGNORED_ALLAN_RISE = 0.005
 #: Unit: log10 of the p-value. An event with a larger p-value is refused if it raises an Allan error beyond its scatter.
 #: Basis: judgment.
 MAX_EVENT_LOG10_P = -4.0
-#: Unit: fraction. Part of the ΔlogL of a check that a further suggestion of the check must keep after earlier additions.
-#: Basis: judgment.
-MIN_RETAINED_GAIN_FRACTION = 0.8
 
 # Dropping and replacing effects.
 
-#: Unit: fraction. A function with at least this part of its energy in an excluded segment leaves with that segment.
-#: Basis: judgment.
-MIN_ENERGY_IN_SEGMENT = 0.95
 #: Unit: cycles in the record. A line closer to a band may be part of the band.
 #: Basis: judgment.
 MAX_LINE_BAND_DISTANCE = 10.0
@@ -293,15 +240,6 @@ MAX_BAND_WIDTH_RATIO = 3.0
 #: Unit: cycles in the record. Closer lines may be one line that wanders.
 #: Basis: judgment.
 MAX_WANDERING_LINE_DISTANCE = 3.0
-#: Unit: nats. Evidence by which two lines that beat once in the record must beat a narrow band.
-#: Basis: judgment; two lines of constant amplitude within one cycle are a coincidence.
-MIN_BEAT_EVIDENCE = 10.0
-#: Unit: 1. Highest multiple of a narrow band that is searched.
-#: Basis: judgment.
-MAX_BAND_HARMONIC = 9
-#: Unit: fraction. Part of the excess that is required of both side bands together that each must have.
-#: Basis: judgment.
-MIN_SIDE_BAND_SHARE = 0.5
 #: Unit: half-widths of the band. Smallest distance of a side band.
 #: Basis: judgment.
 MIN_SIDE_BAND_HALF_WIDTHS = 6.0

@@ -19,7 +19,6 @@ from allanite.suggestion.constants import (
     MAX_EXPLAINED_REMAINDER,
     MIN_DISTURBANCE_DELTA_LOGL,
     MIN_OUTLIERS_PER_CLUSTER,
-    MIN_SCORE_RATIO_AHEAD,
 )
 from allanite.suggestion.screens.exclusions import (
     at_the_ends,
@@ -123,7 +122,7 @@ def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
 
 
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the score is more than `MIN_SCORE_RATIO_AHEAD` times that of any other significant suggestion.
+    """True if the score of any other significant suggestion is below `MAX_EXPLAINED_REMAINDER` of this score.
 
     For a change of the noise level, other changes of the level do not count. Never true beside burst noise or a
     disturbance.
@@ -133,7 +132,7 @@ def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
         return False
     if changes_level(one.effect):
         others = [s for s in others if not changes_level(s.effect)]
-    return one.score > MIN_SCORE_RATIO_AHEAD * max((s.score for s in others), default=0.0)
+    return MAX_EXPLAINED_REMAINDER * one.score > max((s.score for s in others), default=0.0)
 
 
 def excludes_segment(effect: Effect) -> bool:

@@ -19,7 +19,6 @@ from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
     MAX_REFIT_GAIN_RATIO,
-    MIN_SEARCH_FAMILIES,
 )
 from allanite.suggestion.known_frequencies import known_bands
 
@@ -82,9 +81,14 @@ def may_become_significant(family: Family, promised: float) -> bool:
     This holds for lines and narrow bands. For a slow function the refit may gain more, because the noise was estimated with
     it.
     """
-    return log_p_value(family, MAX_REFIT_GAIN_RATIO * promised) < np.log(
-        FALSE_ALARM_PROBABILITY / MIN_SEARCH_FAMILIES
-    )
+    return log_p_value(family, MAX_REFIT_GAIN_RATIO * promised) < np.log(FALSE_ALARM_PROBABILITY)
+
+
+def min_excess(count: float) -> float:
+    """Standard deviations that the largest of `count` independent normal values exceeds in one of a hundred searches."""
+    from scipy.special import ndtri
+
+    return -float(ndtri(FALSE_ALARM_PROBABILITY / count))
 
 
 def arc_length(directions: NDArray[np.float64]) -> float:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -244,14 +245,12 @@ def suggest(
     fit: Fit, whitened: Whitened, on_progress: Progress | None = None
 ) -> tuple[Suggestion, ...]:
     """Suggestions for a fit, best first. `on_progress` is called with (stages done, 5)."""
-    done = 0
+    done = count(1)
 
     def progress() -> None:
         """Report one more stage as done."""
-        nonlocal done
-        done += 1
         if on_progress is not None:
-            on_progress(done, 5)
+            on_progress(next(done), 5)
 
     base, data = fit.solution, fit.data
     surplus = discrepancy_gain(base, data)

@@ -17,7 +17,7 @@ from allanite.study.judgement import (
 from allanite.study.relations import is_line, is_same_feature, lies_mostly_within, line_distance
 from allanite.study.state import places_lost
 from allanite.suggestion import check_fit
-from allanite.suggestion.constants import MAX_LINE_BAND_DISTANCE, MAX_SECOND_EFFECTS_TRIED
+from allanite.suggestion.constants import MAX_FORMS_TRIED, MAX_LINE_BAND_DISTANCE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -109,7 +109,7 @@ def _best_beside(
     A suggestion beside which the Allan error does not rise at all goes before the others.
     """
     tolerable: tuple[State, Suggestion] | None = None
-    for suggestion in suggestions[:MAX_SECOND_EFFECTS_TRIED]:
+    for suggestion in suggestions[:MAX_FORMS_TRIED]:
         if suggestion.gives_way:
             lost = places_lost(after.fit.model, suggestion.found.model)
             if lost != after.new_since(before):

@@ -17,7 +17,7 @@ from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gai
 from allanite.fit.rivals.together import is_broad
 from allanite.study.judgement import gain, no_error_rises
 from allanite.study.relations import is_line, line_distance
-from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_BEAT_EVIDENCE
+from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_DELTA_LOGL_OVER_SIMPLER
 from allanite.suggestion.unexplained_shape import nameless
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
         return None
     one = refitted(fit, Model((*(e for p, e in enumerate(effects) if p not in near), band)))
     beat = min(line_distance(effects[p], line) for p in near) * duration < 1.0
-    least = -MIN_BEAT_EVIDENCE if beat else -MAX_RIVAL_LOG_EVIDENCE
+    least = -MIN_DELTA_LOGL_OVER_SIMPLER if beat else -MAX_RIVAL_LOG_EVIDENCE
     if gain(fit.add(suggestion), one) < least or not no_error_rises(fit, one):
         return None
     return before.after(one, near)

@@ -15,12 +15,12 @@ from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.study.judgement import gain, no_error_rises
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
-    MAX_BAND_HARMONIC,
+    MAIN_SHARE,
+    MAX_LINE_HARMONIC,
     MAX_SIDE_BAND_FRACTION,
-    MIN_BAND_EXCESS,
     MIN_SIDE_BAND_HALF_WIDTHS,
-    MIN_SIDE_BAND_SHARE,
 )
+from allanite.suggestion.p_values import min_excess
 from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     data = fit.data
     white = _relative_power(fit)
-    for m in range(2, MAX_BAND_HARMONIC + 1):
+    for m in range(2, MAX_LINE_HARMONIC + 1):
         # The phase of the m-th harmonic wanders m times as far. If it is a random walk, the band is m² times as wide.
         wide = m * m * half
         first, last = (round(2.0 * (m * middle + s * wide) * data.duration) for s in (-1.0, 1.0))
@@ -151,7 +151,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
             break
         excess = white[first : last + 1]
         count = excess.size
-        if (excess.mean() - 1.0) * np.sqrt(0.5 * count) < MIN_BAND_EXCESS:
+        if (excess.mean() - 1.0) * np.sqrt(0.5 * count) < min_excess(MAX_LINE_HARMONIC):
             continue
         there = [e.occupies for e in fit.model if e.occupies is not None]
         if any(b > m * middle - wide and a < m * middle + wide for a, b in there):
@@ -207,13 +207,10 @@ def _with_side_bands(state: State, place: int) -> State:
         )
         sides[int(2.0 * data.duration * f > middle), there] = 0.0
     score = (sides - 1.0) * np.sqrt(half + 0.5)
-    best = int(
-        np.argmax(score.sum(axis=0) * (score.min(axis=0) > MIN_SIDE_BAND_SHARE * MIN_BAND_EXCESS))
-    )
-    if (
-        score[:, best].sum() < MIN_BAND_EXCESS * np.sqrt(2.0)
-        or score[:, best].min() < MIN_SIDE_BAND_SHARE * MIN_BAND_EXCESS
-    ):
+    distances = (last - first) / half
+    least = min_excess(distances)
+    best = int(np.argmax(score.sum(axis=0) * (score.min(axis=0) > MAIN_SHARE * least)))
+    if score[:, best].sum() < np.sqrt(2.0) * least or score[:, best].min() < MAIN_SHARE * least:
         return state
     apart = first + best
     power = [
@@ -226,8 +223,7 @@ def _with_side_bands(state: State, place: int) -> State:
     effects = fit.model.effects
     better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], made)))
     # The best of many distances leads by chance, so it pays for their number.
-    least = MAX_RIVAL_LOG_EVIDENCE + float(np.log((last - first) / half))
-    if gain(fit, better) <= least:
+    if gain(fit, better) <= MAX_RIVAL_LOG_EVIDENCE + float(np.log(distances)):
         return state
     # Another band on one side also raises the mean of both sides.
     shift = (apart if power[1] > power[0] else -apart) / (2.0 * data.duration)

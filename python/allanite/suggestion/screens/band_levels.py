@@ -17,7 +17,7 @@ from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
-    MAX_SECOND_INTERVAL_FRACTION,
+    MAX_EXPLAINED_REMAINDER,
     MIN_BAND_LEVEL_FRACTION,
     MIN_INTERVAL_SPECTRA,
     MIN_POWER_VALUES,
@@ -102,7 +102,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     band = first * half, (first + size) * half
     if any(bands_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
         return None  # this band has a change of level already
-    if _largest_delta_logl(steady) > MAX_SECOND_INTERVAL_FRACTION * gain:
+    if _largest_delta_logl(steady) > MAX_EXPLAINED_REMAINDER * gain:
         return None
     effect = kinds[0].changing(
         band,

@@ -17,10 +17,9 @@ from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.expected import density
 from allanite.suggestion.constants import (
-    MIN_BURST_NOISE_DELTA_LOGL,
-    MIN_BURST_NOISE_LAG,
     MIN_BURST_NOISE_LOG_ODDS,
     MIN_BURST_NOISE_ORDINATES,
+    MIN_DELTA_LOGL_OVER_SIMPLER,
     REFUTED_BURST_NOISE_LOG_ODDS,
 )
 from allanite.suggestion.screens.spectral import Candidate
@@ -49,12 +48,10 @@ def screen_burst_noise(candidates: tuple[Candidate, ...], data: Data) -> Candida
     ]
     pairs = ((c, cls.like(c.effect)) for cls in twins for c in candidates)
     found, effect = next(((c, twin) for c, twin in pairs if twin is not None), (None, None))
-    if found is None or found.solution is None or found.gain < MIN_BURST_NOISE_DELTA_LOGL:
+    if found is None or found.solution is None or found.gain < MIN_DELTA_LOGL_OVER_SIMPLER:
         return None
     if max(c.gain for c in candidates) - found.gain > MIN_BURST_NOISE_LOG_ODDS:
         # The spectrum is not a lag's: its shape, not the levels, would refute the Gaussian law.
-        return None
-    if found.effect.values["correlation_time"] * data.rate < MIN_BURST_NOISE_LAG:
         return None
     odds = _log_odds(found.solution, data)
     if odds < REFUTED_BURST_NOISE_LOG_ODDS:

@@ -23,16 +23,18 @@ from allanite.fit.shapes.drifting import (
     polish_drifting,
 )
 from allanite.suggestion.constants import (
+    MAIN_SHARE,
     MAX_ORDINATE_POWER,
-    MIN_BAND_EXCESS,
     MIN_DELTA_LOGL_OVER_SIMPLER,
-    MIN_EXCESS_OVER_NEIGHBORS,
-    MIN_NARROW_BANDS,
     MIN_SCREEN_GAIN,
-    MIN_WIDE_BAND_EXCESS,
-    MIN_WIDE_BANDS,
 )
-from allanite.suggestion.p_values import Family, line_trials, log_p_value, may_become_significant
+from allanite.suggestion.p_values import (
+    Family,
+    line_trials,
+    log_p_value,
+    may_become_significant,
+    min_excess,
+)
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -116,19 +118,17 @@ def _bands_to_search(
     total[0] = 0.0
     np.cumsum(np.minimum(total, MAX_ORDINATE_POWER, out=total), out=total)
     for width in WIDTHS:
-        narrow = width <= MAX_EXHAUSTIVE_FREQUENCIES
-        if whole and not narrow:
+        if whole and width > MAX_EXHAUSTIVE_FREQUENCIES:
             continue
-        min_excess = MIN_BAND_EXCESS if narrow else MIN_WIDE_BAND_EXCESS
-        if width < total.size // (MIN_NARROW_BANDS if narrow else MIN_WIDE_BANDS):
+        if width < MAIN_SHARE * total.size:
             mean = (total[width:] - total[:-width]) / width
             top = int(np.argmax(mean))
             above = float(mean[top]) - 1.0
             # If the neighbors are as high, the excess is wider and is searched at another width.
             beside = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
             if (
-                above * np.sqrt(0.5 * width) > min_excess
-                and above > MIN_EXCESS_OVER_NEIGHBORS * beside
+                above * np.sqrt(0.5 * width) > min_excess(total.size / width)
+                and beside < MAIN_SHARE * above
             ):
                 yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
     resonances = [

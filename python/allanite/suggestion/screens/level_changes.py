@@ -19,8 +19,8 @@ from allanite.suggestion.constants import (
     LEVEL_CELLS,
     MAIN_SHARE,
     MIN_CODE_CHANGE_FRACTION,
-    MIN_LEVEL_DELTA_LOGL,
     MIN_POWER_VALUES,
+    MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import best_interval, refine
 from allanite.suggestion.screens.exclusions import screen_outliers
@@ -306,7 +306,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     effect = next((change for change in changes if change is not None), None)
     # A change smaller than the discrepancy of the model, or than its standard error, is no effect.
     least = max(discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
-    if effect is None or gain < MIN_LEVEL_DELTA_LOGL or abs(factor - 1.0) < least:
+    if effect is None or gain < MIN_SCREEN_GAIN or abs(factor - 1.0) < least:
         return None
     return Candidate(effect, gain, "level", None, 3, min(0.0, chance))
 

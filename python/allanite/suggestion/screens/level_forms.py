@@ -14,10 +14,10 @@ from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Level
 from allanite.fit.likelihood.whitened import cell_means
 from allanite.suggestion.constants import (
+    FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
-    MAX_PERIOD_PROBABILITY,
-    MIN_LEVEL_DELTA_LOGL,
     MIN_PERIODS,
+    MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import two_levels
 from allanite.suggestion.screens.level_borders import most_likely_borders
@@ -283,22 +283,10 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         h = np.maximum(h, total - 4.0 * m + 4.0)
     top = int(np.argmax(h))
     chance = np.log(2.0 * places.size) - H_SLOPE * float(h[top])
-    if chance > np.log(MAX_PERIOD_PROBABILITY):
+    if chance > np.log(FALSE_ALARM_PROBABILITY):
         return None
-    best = (-np.inf, 0.0, 0, 0)
-    for cycles in 0.5 * (places[top] + np.linspace(-1.0, 1.0, REFINED_PERIODS)):
-        period = cells / cycles
-        place = (np.arange(cells) / period) % 1.0 * PHASES
-        which = place.astype(np.int64)
-        count = np.bincount(which, minlength=PHASES).astype(float)
-        if not count.all():
-            continue
-        folded = np.asarray(np.bincount(which, weights=power, minlength=PHASES), dtype=np.float64)
-        gain, first, last = _gate(folded, count, freedom)
-        if gain > best[0]:
-            best = (gain, period, first, last)
-    gain, period, first, last = best
-    if gain <= MIN_LEVEL_DELTA_LOGL:
+    gain, period, first, last = _best_gate(power, 0.5 * float(places[top]), freedom)
+    if gain <= MIN_SCREEN_GAIN:
         return None
     step = (series.end - series.start) / cells
     phase = (np.arange(cells) / period * PHASES - first) % PHASES
@@ -319,6 +307,23 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         log_ndtr(-np.sqrt(2.0 * gain))
     )
     return Candidate(effect, gain, "level", None, 4, min(0.0, max(chance, gates)))
+
+
+def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
+    """ΔlogL, period (cells), and first and last phase of the best gate, for about `cycles` periods in the record."""
+    cells = power.size
+    best = (-np.inf, 0.0, 0, 0)
+    for tried in cycles + np.linspace(-0.5, 0.5, REFINED_PERIODS):
+        period = cells / tried
+        which = ((np.arange(cells) / period) % 1.0 * PHASES).astype(np.int64)
+        count = np.bincount(which, minlength=PHASES).astype(float)
+        if not count.all():
+            continue
+        folded = np.asarray(np.bincount(which, weights=power, minlength=PHASES), dtype=np.float64)
+        gain, first, last = _gate(folded, count, freedom)
+        if gain > best[0]:
+            best = (gain, period, first, last)
+    return best
 
 
 def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
@@ -387,7 +392,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
         if spread <= 0.0:
             continue
         slope, gain = log_slope(power, values / spread, freedom)
-        if gain < MIN_LEVEL_DELTA_LOGL:
+        if gain < MIN_SCREEN_GAIN:
             continue
         chance = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
         # Other noise in the bands dilutes the slope.

@@ -25,7 +25,6 @@ from allanite.suggestion.constants import (
     MIN_COMB_FRACTION,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_LINE_PEAK,
-    MIN_LINES_REFITTED,
     MIN_PERIODS,
     MIN_SCREEN_GAIN,
     MIN_SPACED_LINES,
@@ -88,15 +87,12 @@ def screen_lines(
     levels = _divide_by_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
     ratio[: 2 * MIN_PERIODS] = 0.0
     ratio[-2:] = 0.0
-    noise = solution.noise(data)
     found: list[Candidate] = []
     for k in range(MAX_LINES_REFITTED):
         stop_if_unwanted()
         trim_memory(data.samples.size)
         top, above = _strongest(ratio, data)
-        if ratio[top] <= MIN_LINE_PEAK or (
-            k >= MIN_LINES_REFITTED and above < MIN_DELTA_LOGL_OVER_SIMPLER
-        ):
+        if ratio[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
             break
         level = next(level for end, level in levels if top < end)
         width, surplus = _best_width(top, solution, data, level)
@@ -114,41 +110,51 @@ def screen_lines(
             _remove_line(ratio, place, reach)
         start = base * data.rate / (2.0 * data.n)
         for effect in _periodic_effects(start, multiples, solution, data):
-            multiples = [m for m, _, _ in effect.lines]
-            j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
-            frequency = polish_line(start, j, solution.ordinates[j], noise, data, multiples)
-            effect = effect.with_values(frequency=frequency)
-            refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
-            # The noise model is that of the refit, so that the line does not count as discrepancy.
-            without = refitted.noise(data)
-            gains = []
-            for m in multiples:
-                j = window(m * frequency, data, ORDINATES_BESIDE_LINE)
-                line = line_ordinates(m * frequency, j, data)
-                gain = regress(line, solution.ordinates[j], without.variance(j)).gain
-                gains.append(gain)
-            # With missing samples the bins share degrees of freedom, and logL of the spectrum understates a line.
-            shared = data.gain is not None
-            risen = np.inf if shared else refitted.log_likelihood - solution.log_likelihood
-            whole = min(sum(gains), risen)
-            if whole > 0.0:
-                # The p-value is that of the strongest line; its frequency was searched.
-                judged = min(whole, max(gains))
-                cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
-                trials = float(trials_at(np.array([cycles]), data.n, data.rate)[0])
-                found.append(
-                    Candidate(
-                        refitted.model.effects[-1],
-                        whole,
-                        "line",
-                        refitted,
-                        refitted.model.effects[-1].numbers,
-                        log_p_value=log_p_value(Family("line", width=trials), judged),
-                        judged=judged,
-                        note=_wandering_note(frequency, width, surplus - max(gains), data),
-                    )
-                )
+            candidate = _refitted(effect, start, solution, data, (width, surplus))
+            if candidate is not None:
+                found.append(candidate)
     return tuple(found)
+
+
+def _refitted(
+    effect: Periodic, start: float, solution: Solution, data: Data, band: tuple[int, float]
+) -> Candidate | None:
+    """Candidate of a line or comb after the refit near the frequency `start` (ordinates); None without a gain.
+
+    `band` is the half-width and the ΔlogL of the narrow-band noise that explains the line best.
+    """
+    multiples = [m for m, _, _ in effect.lines]
+    j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
+    frequency = polish_line(start, j, solution.ordinates[j], solution.noise(data), data, multiples)
+    model = solution.model + effect.with_values(frequency=frequency)
+    refitted = solve(data, model, like=solution, polish=False, rounds=3)
+    # The noise model is that of the refit, so that the line does not count as discrepancy.
+    noise = refitted.noise(data)
+    gains = []
+    for m in multiples:
+        j = window(m * frequency, data, ORDINATES_BESIDE_LINE)
+        line = line_ordinates(m * frequency, j, data)
+        gains.append(regress(line, solution.ordinates[j], noise.variance(j)).gain)
+    # With missing samples the bins share degrees of freedom, and logL of the spectrum understates a line.
+    risen = refitted.log_likelihood - solution.log_likelihood if data.gain is None else np.inf
+    whole = min(sum(gains), risen)
+    if whole <= 0.0:
+        return None
+    # The p-value is that of the strongest line; its frequency was searched.
+    judged = min(whole, max(gains))
+    cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
+    trials = float(trials_at(np.array([cycles]), data.n, data.rate)[0])
+    last = refitted.model.effects[-1]
+    return Candidate(
+        last,
+        whole,
+        "line",
+        refitted,
+        last.numbers,
+        log_p_value=log_p_value(Family("line", width=trials), judged),
+        judged=judged,
+        note=_wandering_note(frequency, band[0], band[1] - max(gains), data),
+    )
 
 
 def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:

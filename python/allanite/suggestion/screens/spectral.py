@@ -34,12 +34,11 @@ from allanite.fit.shapes.shape import free_places
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     MAX_DESIGNS_POLISHED,
-    MAX_FORMS_EXTENDED,
+    MAX_FORMS_TRIED,
     MAX_NARROW_POINTS_CLIMBED,
     MAX_REFIT_GAIN_RATIO,
     MAX_SHAPE_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
-    MIN_GAIN_PER_DESIGN_PARAMETER,
     MIN_SCORE_GAIN,
 )
 from allanite.suggestion.p_values import Family, arc_length, line_trials, log_p_value
@@ -221,7 +220,7 @@ def _with_richer_form(
         return model, best
     last = len(model) - 1
     found = model, best
-    for plain, start in sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_FORMS_EXTENDED]:
+    for plain, start in sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_FORMS_TRIED]:
         for effect in plain.effects[last].extended():
             richer = Model((*plain.effects[:last], effect))
             places = [p for p in free_places(richer) if p[0] == last]
@@ -268,10 +267,7 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
             start = part.climb(part.linear(others[k]), thetas[k], scales[k])
             tried = polish(others[k], free_places(others[k]), start, part, roughly=True)
             spared = sum(e.numbers for e in found[0]) - sum(e.numbers for e in tried[0])
-            if (
-                tried[1].log_likelihood
-                > found[1].log_likelihood - MIN_GAIN_PER_DESIGN_PARAMETER * spared
-            ):
+            if tried[1].log_likelihood > found[1].log_likelihood - MAX_SIMPLER_LOSS * spared:
                 found = tried
     return found
 

@@ -18,7 +18,7 @@ from allanite.fit.shapes.tones import (
     search_burst,
     steady_line_gain,
 )
-from allanite.suggestion.constants import MIN_BURST_CYCLES, MIN_DELTA_LOGL_OVER_SIMPLER
+from allanite.suggestion.constants import MIN_DELTA_LOGL_OVER_SIMPLER, MIN_PERIODS
 from allanite.suggestion.p_values import Family, line_trials, log_p_value, may_become_significant
 from allanite.suggestion.screens.drifting_lines import blanks_of_screen, solved_with
 from allanite.suggestion.screens.spectral import Candidate
@@ -61,7 +61,7 @@ def _best(
     family = Family("line", width=line_trials(data.n) * effective_trials(band))
     if hope < least or frequency <= 0.0 or not may_become_significant(family, hope):
         return None
-    if middle * (last - first) < MIN_BURST_CYCLES or _is_on_course(frequency, solution):
+    if middle * (last - first) < MIN_PERIODS or _is_on_course(frequency, solution):
         return None
     if _needs_discrepancy_elsewhere(frequency, 1.0 / ((last - first) * T), solution, data):
         return None
