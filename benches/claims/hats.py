@@ -28,9 +28,13 @@ CASES = {
 def one(name, seed, samples):
     """Return rows (τ, clock, true deviation inside the interval, detected) of one record."""
     models = [al.parse_model(text) for text in CASES[name]]
+    # One replicate for each case: records of one seed, axis and replicate share their random numbers.
+    case = list(CASES).index(name)
     x = np.column_stack(
         [
-            np.cumsum(model.simulate(n=samples, rate=1.0, seed=seed, axis=k).samples)
+            np.cumsum(
+                model.simulate(n=samples, rate=1.0, seed=seed, axis=k, replicate=case).samples
+            )
             for k, model in enumerate(models)
         ]
     )

@@ -40,7 +40,9 @@ def simulated(name, seed, samples):
     """Return the phase of a clock, shape (samples,), and the phase after each time."""
     model, drift = CLOCKS[name]
     n = samples + round(max(AFTER) * RATE)
-    clock = al.parse_model(model).simulate(n=n, rate=RATE, seed=seed, unit="1", axis=3)
+    # One axis for each kind: records of one seed and one axis share their random numbers.
+    axis = list(CLOCKS).index(name)
+    clock = al.parse_model(model).simulate(n=n, rate=RATE, seed=seed, unit="1", axis=axis)
     t = np.arange(n + 1) / RATE
     phase = np.concatenate([[0.0], np.cumsum(clock.samples)]) / RATE
     phase += 1e-10 * t + 0.5 * drift * t**2

@@ -30,7 +30,7 @@ class Holdover:
     after : float
         Time after the last sample, s.
     expected : float
-        Expected phase if the clock runs on without correction, s.
+        Expected phase if the clock runs on without new corrections, s.
     std : float
         Standard deviation of the phase about `expected`, s. This error remains even if a servo continues with the best
         frequency.
@@ -43,6 +43,12 @@ class Holdover:
     std: float
     low: float
     high: float
+
+    def shifted(self, phase: float) -> Holdover:
+        """Prediction with a known phase added, s."""
+        return Holdover(
+            self.after, self.expected + phase, self.std, self.low + phase, self.high + phase
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Dict of the attributes in s, with ``_s`` appended to each name."""

@@ -2,7 +2,7 @@
 
 Each table equals that of public software: G.811 and both classes of G.8272 in `allantools.mask` (allantools 2024.6), and
 tables 1, 3, 4 and 5 of G.8262 in timeTools (blueskyjunkie/timeTools, `ituTG8262/*/wanderGeneration.py`). The classes of
-G.8273.2 are those of Calnex's one-page summary. G.812 has no mask, because no public source of its tables was
+G.8273.2 are those of Calnex's one-page summary. G.812 has no mask, because no independent source of its tables was
 found.
 """
 

@@ -22,7 +22,7 @@ from allanite.common.several import Several, by_column, former_use
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.fit.stamped.likelihood import StampedSeries
-from allanite.fit.stamped.uncertainty import amplitude_errors
+from allanite.fit.stamped.uncertainty import amplitude_errors, combined_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,8 +69,8 @@ class Timing:
         Standard error of the mean under the fitted noise, s. None if the noise contains frequency noise, which has no
         finite mean, or if the clock was steered.
     frequency, drift : Estimate
-        Fractional frequency at the end of the record and its change per day. If the evidence does not support a drift, it
-        is not detected, and the frequency is that of the whole record.
+        Fractional frequency at the last sample, with flicker and random-walk FM but without white FM, which has no value
+        at an instant; and its change per day. A drift that the evidence does not support is not detected.
     noise : Model
         Noise of the fractional frequency: Q white PM, F flicker PM, N white FM, B flicker FM, K random-walk FM.
     candidates : tuple of (str, float)
@@ -79,10 +79,11 @@ class Timing:
     verdicts : tuple of Verdict
     jumps : tuple of Jump
     holdover : tuple of Holdover
+        Predicted phase. The servo of a steered clock keeps the frequency that it set last.
     temperature : Estimate or None
         Change of the fractional frequency per unit of the logged temperature.
     steered : str or None
-        Column with the frequency that a servo set. It was subtracted before noise, frequency and holdover were computed.
+        Column with the frequency that a servo set. It was subtracted before noise and frequency were computed.
 
     Examples
     --------
@@ -243,8 +244,8 @@ def timing(
         Times after the last sample for which holdover is predicted, s.
     steering : (str, float), optional
         Name of a covariate with the frequency that a servo set, and the phase in s that a value of 1 adds per second.
-        Its integral is subtracted from the phase, so that noise, frequency and holdover are those of the free-running
-        clock.
+        Its integral is subtracted from the phase, so that noise, frequency and drift are those of the free-running
+        clock. In holdover the last frequency is kept.
     progress : callable, optional
         Called with a column and the number of noise models fitted.
 
@@ -365,12 +366,12 @@ def _timing(
         )
     times = column.seconds()
     jumps = jumps_of(times[there], phase[there])
-    free = (
-        phase if steering is None else phase - steering[1] * _integral(column, steering[0], times)
+    steered, last = (
+        (np.zeros(times.size), 0.0) if steering is None else _steered(column, *steering, times)
     )
     temperature = next((k for k in column.covariates if k.lower() in TEMPERATURE), None)
     warmth = None if temperature is None else np.asarray(column.covariates[temperature], float)
-    fitted = _Fitted.of(times, free, there, jumps, warmth, column.rate, report)
+    fitted = _Fitted.of(times, phase - steered, there, jumps, warmth, column.rate, report)
     curves = {
         kind: getattr(deviation, kind)(phase, rate=column.rate, quantity="angle") for kind in KINDS
     }
@@ -400,26 +401,31 @@ def _timing(
         deviations=curves,
         verdicts=tuple(v for mask in masks for v in verdicts(mask, phase, column.rate)),
         jumps=tuple(jumps),
-        holdover=tuple(fitted.holdover(after)),
+        holdover=tuple(
+            one.shifted(float(steered[there][-1]) + last * one.after)
+            for one in fitted.holdover(after)
+        ),
         temperature=fitted.temperature(),
         steered=None if steering is None else steering[0],
     )
 
 
-def _integral(column: Recording, name: str, times: Array) -> Array:
-    """Integral of the covariate `name` over time, shape (n,); its last value is held between samples and over gaps."""
+def _steered(column: Recording, name: str, scale: float, times: Array) -> tuple[Array, float]:
+    """Phase that a servo has added since the first sample, s, shape (n,), and the frequency that it set last.
+
+    The covariate `name` times `scale` is the frequency. It keeps its value until the next sample and over gaps.
+    """
     if name not in column.covariates:
         raise InputError(
             f"the log has no column {name!r}; columns other than the phase: {', '.join(column.covariates) or 'none'}"
         )
-    values = np.asarray(column.covariates[name], dtype=np.float64)
+    values = scale * np.asarray(column.covariates[name], dtype=np.float64)
     there = np.isfinite(values)
     if not there.any():
         raise InputError(f"column {name} is empty")
-    # Between two samples the servo keeps the frequency of the first.
     last = np.maximum.accumulate(np.where(there, np.arange(values.size), 0))
     held = np.where(there[last], values[last], values[there][0])
-    return np.concatenate([[0.0], np.cumsum(held[:-1] * np.diff(times))])
+    return np.concatenate([[0.0], np.cumsum(held[:-1] * np.diff(times))]), float(held[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -489,34 +495,37 @@ class _Fitted:
         errors, freedom = amplitude_errors(fits[0])
         return cls(without, fits, tuple(functions), origin, mean, errors, freedom)
 
-    def _estimate(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
+    def _amplitude(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
         """Amplitude of the known function `name` times `factor`, with its interval; None if it was not fitted."""
-        from scipy.special import stdtrit
-
         if name not in self.names:
             return None
         i = self.names.index(name)
         value = factor * float(self.best.regressed.amplitudes[i])
-        error = factor * float(self.errors[i])
-        half = float(stdtrit(self.freedom[i], 0.975)) * error
-        return Estimate(value, error, (value - half, value + half), unit, True, name)
+        return _estimate(name, value, factor * float(self.errors[i]), float(self.freedom[i]), unit)
 
     def frequency(self) -> Estimate:
-        """Estimate of the fractional frequency at the last sample."""
-        found = self._estimate("frequency", "1")
-        assert found is not None
-        return found
+        """Estimate of the fractional frequency at the last sample, with its flicker and random-walk noise."""
+        slopes = np.array([float(name == "frequency") for name in self.names])
+        value, variance = self.series.last_slope(self.best.noise, slopes)
+        neighbors = [
+            (np.array([near]), np.array([its_variance]))
+            for i in range(len(self.best.candidate.effects))
+            for sign in (-1.0, 1.0)
+            for near, its_variance in [self.series.last_slope(self.best.noise_at(i, sign), slopes)]
+        ]
+        error, freedom = combined_errors(self.best, neighbors, np.array([variance]))
+        return _estimate("frequency", value, float(error[0]), float(freedom[0]), "1")
 
     def temperature(self) -> Estimate | None:
         """Change of the fractional frequency per unit of temperature; None if no temperature was fitted."""
-        return self._estimate("temperature", "1")
+        return self._amplitude("temperature", "1")
 
     def drift(self) -> Estimate:
         """Estimate of the change of the fractional frequency per day.
 
         Without evidence for a drift, the estimate is marked as not detected.
         """
-        found = self._estimate("drift", "1/d", 86400.0)
+        found = self._amplitude("drift", "1/d", 86400.0)
         if found is not None:
             return found
         design = np.vstack([self.series.design, 0.5 * self.series.times**2])
@@ -551,6 +560,14 @@ class _Fitted:
 def _series(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:
     """`StampedSeries` of times, values and the rows of known functions."""
     return StampedSeries(times, values, np.array(list(functions.values())))
+
+
+def _estimate(name: str, value: float, error: float, freedom: float, unit: str) -> Estimate:
+    """Estimate with the interval of a standard error with these degrees of freedom."""
+    from scipy.special import stdtrit
+
+    half = float(stdtrit(freedom, 0.975)) * error
+    return Estimate(value, error, (value - half, value + half), unit, True, name)
 
 
 def _sentence(verdict: Verdict, duration: float) -> str:

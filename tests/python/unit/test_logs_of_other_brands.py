@@ -259,6 +259,17 @@ LOGS = {
         ),
         {"(time)": None, "offset": "s"}, 1 / 64, {},
     ),
+    "chrony, refclocks with a row of medians": (
+        "".join(
+            ("   Date (UTC) Time         Refid  DP L P  Raw offset   Cooked offset      Disp.\n" if k % 32 == 0 else "")
+            + f"2024-03-02 00:{k // 60:02d}:{k % 60:02d}.595742 PPS0   {k % 16:2d} N 1 {PHASE[k]: .6e} {PHASE[k]: .6e}"
+            "  5.500e-08\n"
+            + (f"2024-03-02 00:{k // 60:02d}:{k % 60:02d}.595742 PPS0    - N -       -        1.000000e-09  5.500e-08\n"
+               if k % 16 == 15 else "")
+            for k in K
+        ),
+        {"(time)": None, "offset": "s"}, 1.0, {},
+    ),
     "linuxptp in a journal": (
         "".join(
             f"Mar 02 10:{k // 60:02d}:{k % 60:02d} edge1 ptp4l[812]: [{9000 + k}.532] master offset"

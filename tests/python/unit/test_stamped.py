@@ -69,6 +69,29 @@ def test_likelihood_and_regression_equal_those_of_the_dense_covariance():
     )
 
 
+def test_the_last_slope_equals_that_of_the_dense_covariance():
+    rng = np.random.default_rng(4)
+    t = np.cumsum(rng.uniform(0.2, 3.0, 60))
+    lags = ((1.5, 0.3, True), (0.8, 0.02, True), (2.0, 0.05, False))
+    noise = StampedNoise(lags, 0.4, 0.6)
+    y = rng.standard_normal(60)
+    design, slopes = np.array([np.ones(60), t - t[-1], (t - t[-1]) ** 2]), np.array([0.0, 1.0, 0.0])
+    value, variance = StampedSeries(t, y, design).last_slope(noise, slopes)
+
+    inverse = np.linalg.inv(covariance(noise, t))
+    normal = np.linalg.inv(design @ inverse @ design.T)
+    amplitudes = normal @ design @ inverse @ y
+    # cov(u(T), ∫ u) = ∫ a e^(−λ(T − s)) ds from the first time to t.
+    common = sum(
+        a / r * (np.exp(-r * (t[-1] - t)) - np.exp(-r * (t[-1] - t[0]))) for a, r, s in lags if s
+    )
+    gain = common @ inverse
+    unexplained = slopes - design @ gain
+    known = 1.5 + 0.8 - gain @ common
+    assert value == pytest.approx(slopes @ amplitudes + gain @ (y - amplitudes @ design), rel=1e-9)
+    assert variance == pytest.approx(known + unexplained @ normal @ unexplained, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     "term",
     [

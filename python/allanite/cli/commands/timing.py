@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @click.option(
     "--as-logged",
     is_flag=True,
-    help="For the log of a servo: noise and holdover of the steered clock instead of the free clock.",
+    help="For the log of a servo: noise, frequency and holdover of the steered clock instead of the free clock.",
 )
 @click.option(
     "--hat",
@@ -56,8 +56,8 @@ def command(
     column in s is taken for a phase; --quantity angle is then not needed. - reads standard input. Prints time error, MTIE
     and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted holdover error.
 
-    The log of a servo also holds its frequency corrections. They are removed, so that noise and holdover describe the free
-    clock.
+    The log of a servo also holds its frequency corrections. They are removed, so that noise and frequency describe the
+    free clock. In holdover the servo keeps its last frequency.
     """
     from allanite.cli import output
     from allanite.clocks import AFTER, mask_named, timing

@@ -154,6 +154,34 @@ class StampedSeries:
         more = np.einsum("im,ij,jm->m", unexplained, regressed.covariance, unexplained)
         return regressed.log_likelihood, mean, variances[n:] + more
 
+    def last_slope(self, noise: StampedNoise, slopes: Array) -> tuple[float, float]:
+        """Slope at the last sample and its variance: that of the known functions plus the sum of the integrated lags.
+
+        White noise and a random walk have no slope and are left out.
+
+        Parameters
+        ----------
+        noise : StampedNoise
+        slopes : ndarray, shape (k,)
+            Slopes of the known functions at the last sample.
+        """
+        first, last = self.times[0], self.times[-1]
+        summed = [(variance, rate) for variance, rate, integrated in noise.lags if integrated]
+        # Covariance of each sample with the sum of the lags at the last sample.
+        common = np.zeros(self.n)
+        for variance, rate in summed:
+            grown = -np.expm1(-rate * (self.times - first)) / rate
+            common += variance * np.exp(-rate * (last - self.times)) * grown
+        columns = np.vstack([self.values, self.design, common])
+        found, variances = whitened(noise, self.times, np.ones(self.n, dtype=bool), columns)
+        regressed = self._regressed(found[:-1], variances)
+        found = found / np.sqrt(variances)
+        white, functions, common = found[0], found[1:-1], found[-1]
+        value = slopes @ regressed.amplitudes + common @ (white - regressed.amplitudes @ functions)
+        unexplained = slopes - functions @ common
+        known = sum(variance for variance, _ in summed) - common @ common
+        return float(value), float(known + unexplained @ regressed.covariance @ unexplained)
+
 
 def _factor_of_products(functions: Array) -> Array:
     """Lower triangular factor of the products of unit vectors, shape (k, k); its diagonal may be negative.

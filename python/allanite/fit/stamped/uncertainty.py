@@ -24,13 +24,13 @@ def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
     neighbors = [
         (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
     ]
-    return _combined(best, neighbors, best.regressed.covariance.diagonal())
+    return combined_errors(best, neighbors, best.regressed.covariance.diagonal())
 
 
-def _combined(
+def combined_errors(
     best: FittedNoise, neighbors: list[tuple[Array, Array]], variance: Array
 ) -> tuple[Array, Array]:
-    """Standard deviations with noise uncertainty, and degrees of freedom.
+    """Standard errors with the uncertainty of the noise, and degrees of freedom, shape (k,).
 
     `neighbors` holds (value, variance) one step below and above the fit for each noise parameter in turn.
     """

@@ -1,4 +1,4 @@
-"""Read logs of chronyd: tracking.log, statistics.log and measurements.log."""
+"""Read logs of chronyd: tracking.log, statistics.log, measurements.log and refclocks.log."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-# Source: chrony.conf(5), "log"; reference.c, sourcestats.c and ntp_core.c print a banner of three lines every 32 rows.
+# Source: chrony.conf(5), "log"; reference.c, sourcestats.c, ntp_core.c and refclock.c print a banner of three lines every
+# 32 rows.
 # Kind of log → words that only its banner has, and (name, unit, field) of the numbers that are read.
 _KINDS: dict[str, tuple[bytes, tuple[tuple[str, str, int], ...]]] = {
     "tracking": (
@@ -28,6 +29,7 @@ _KINDS: dict[str, tuple[bytes, tuple[tuple[str, str, int], ...]]] = {
     ),
     "statistics": (b"Est offset", (("offset", "s", 4), ("offset_std", "s", 5))),
     "measurements": (b"LP RP Score", (("offset", "s", 11), ("peer_delay", "s", 12))),
+    "refclocks": (b"Cooked offset", (("offset", "s", 7),)),
 }
 _ROW = re.compile(r"^\d{4}-\d\d-\d\d$")
 
@@ -63,6 +65,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         for number, line in enumerate(lines, start=1):
             cells = line.split()
             if not cells or not _ROW.match(cells[0]):
+                continue
+            if kind == "refclocks" and cells[3:4] == ["-"]:
+                # A median of the samples before it.
                 continue
             try:
                 moment = np.datetime64(f"{cells[0]}T{cells[1]}", "ns")
@@ -101,7 +106,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 FORMAT = LogFormat(
-    "chrony: tracking, statistics and measurements",
+    "chrony: tracking, statistics, measurements and refclocks",
     read,
     recognizes=recognizes,
     reads="the offset as the phase of the clock",

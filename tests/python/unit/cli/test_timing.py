@@ -222,6 +222,18 @@ def test_a_drift_is_found_and_one_that_is_not_there_is_bounded(found):
     assert found.drift.interval[0] < 0.0 < found.drift.interval[1]
 
 
+def test_the_frequency_of_a_random_walk_is_that_at_the_last_sample():
+    rng = np.random.default_rng(7)
+    frequency = 1e-10 + np.cumsum(rng.normal(0.0, 1e-13, 1500))
+    phase = np.cumsum(frequency) + rng.normal(0.0, 1e-11, 1500)
+    found = al.timing(clock(phase), after=()).frequency
+    assert abs(found.value - frequency[-1]) < 4.0 * found.std_error
+    # Error of the steady Kalman filter: (√2 q^(3/2) r^(1/2))^½ for steps q and phase errors r. Both are estimated, to 10 %.
+    assert found.std_error == pytest.approx(
+        np.sqrt(np.sqrt(2.0) * 1e-13**1.5 * 1e-11**0.5), rel=0.3
+    )
+
+
 def test_temperature_drives_the_frequency():
     n = 4000
     warmth = 25.0 + 3.0 * np.sin(np.arange(n) / 300.0)
@@ -232,21 +244,26 @@ def test_temperature_drives_the_frequency():
     assert high - low < 1e-10
 
 
-def test_a_servo_is_taken_out():
-    n = 3000
-    free = phase_of("Q(Q=1e-9)+N(N=1e-10)", n, 4)
-    steer = np.zeros(n)
+def test_a_servo_is_taken_out_and_keeps_its_last_frequency():
+    n, later = 3000, 3600
+    free = phase_of("Q(Q=1e-9)+N(N=1e-10)", n + later, 4) + 1e-8 * np.arange(n + later)
+    steer = np.zeros(n)  # ppb
     steered = np.zeros(n)
-    added = 0.0
+    added, sum_of_errors = 0.0, 1e-8 / 0.005
     for k in range(n):
         steered[k] = free[k] + added
-        steer[k] = -0.05 * steered[k] * 1e9  # ppb
+        sum_of_errors += steered[k]
+        steer[k] = -(0.1 * steered[k] + 0.005 * sum_of_errors) * 1e9
         added += 1e-9 * steer[k]
+    truth = free[-1] + added + 1e-9 * steer[-1] * (later - 1)
+    free = free[:n]
     log = clock(steered, covariates={"frequency": steer})
     got = al.timing(log, steering=("frequency", 1e-9), after=[3600.0])
     alone = al.timing(clock(free), after=[3600.0])
     assert got.noise.name == alone.noise.name
     assert got.holdover[0].std == pytest.approx(alone.holdover[0].std, rel=1e-6)
+    assert got.holdover[0].low < truth < got.holdover[0].high
+    assert got.frequency.value == pytest.approx(1e-8, abs=1e-11)
     assert got.steered == "frequency"
 
 
