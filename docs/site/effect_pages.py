@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -14,6 +13,7 @@ import allanite as al
 from allanite.common.units import parse_unit
 from allanite.effects import Modifier, Stochastic
 from allanite.effects._documented import INTRODUCTION, unit_of
+from allanite.testing import example_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,35 +29,8 @@ SENSORS = {"gyroscope": "rad/s", "accelerometer": "m/s^2", "clock": "1"}
 
 
 def example(kind: type[Effect]) -> Effect:
-    """An effect with the middle of every grid of shapes, thirds of the record for times, and coefficients of 1."""
-    texts = {f.name: str(f.type) for f in fields(kind)}
-    beside = al.Model((al.AngleRandomWalk(),))
-    first = next(iter(kind.candidates(beside, temperature())), kind())
-    effect = first.variants()[0]
-    whole = LENGTH / RATE
-    thirds = iter((whole / 3.0, 2.0 * whole / 3.0))
-    bands = iter((0.1 * RATE, 0.2 * RATE))
-    # What comes twice, and when each is over.
-    twice = iter(((whole / 3.0, 2.0 * whole / 3.0), (0.4 * whole, 0.9 * whole)))
-    for p in kind.parameters:
-        if p.optional or p.role == "derived" or getattr(effect, p.name) is not None:
-            continue
-        if p.role == "shape":
-            # The grid of an end depends on the beginning that is given already.
-            value = float(np.median(effect.grid(p.name, LENGTH, RATE)))
-        elif p.role == "time" and "tuple" in texts[p.name]:
-            value = next(twice) if p.unit == "s" else (HEIGHT, 1.0)
-        elif p.unit == "unit":
-            value = float(np.mean(temperature()["temperature"]))
-        elif p.role == "time":
-            times = {"s": thirds, "Hz": bands}.get(str(p.unit))
-            value = min(HEIGHT, 0.5 * p.high) if times is None else next(times)
-        elif p.role == "coefficient":
-            value = 1.0
-        else:
-            continue
-        effect = effect.with_values(**{p.name: value})
-    return effect
+    """The effect with typical values for the record of the picture."""
+    return example_of(kind, LENGTH, RATE, temperature())
 
 
 def temperature() -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,8 @@ SIGMAS = 5.0
 #: Allowed negative density due to rounding, as a fraction of each term. Measured at the zeros of filters: 15 units in the
 #: last place.
 ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
+#: Factor by which the noise of a typical change of level is louder.
+FACTOR = 3.0
 ROLES = {"coefficient", "shape", "choice", "time", "derived"}
 
 
@@ -79,6 +82,43 @@ def check_effect(effect: Effect, covariates: Columns | None = None) -> None:
     else:
         check_density(effect)
     check_simulation(effect, columns)
+
+
+def example_of(
+    kind: type[Effect], n: int = LENGTH, rate: float = RATE, columns: Columns | None = None
+) -> Effect:
+    """Effect of a kind with typical values for a record of `n` samples at `rate` Hz with the logged `columns`.
+
+    Shapes are the middle of their grid, times are thirds of the record, and coefficients are 1.
+    """
+    texts = {f.name: str(f.type) for f in fields(kind)}
+    beside = Model((white_noise(),))
+    first = next(iter(kind.candidates(beside, columns or {})), kind())
+    effect = first.variants()[0]
+    whole = n / rate
+    thirds = iter((whole / 3.0, 2.0 * whole / 3.0))
+    bands = iter((0.1 * rate, 0.2 * rate))
+    # What comes twice, and when each is over.
+    twice = iter(((whole / 3.0, 2.0 * whole / 3.0), (0.4 * whole, 0.9 * whole)))
+    for p in kind.parameters:
+        if p.optional or p.role == "derived" or getattr(effect, p.name) is not None:
+            continue
+        if p.role == "shape":
+            # The grid of an end depends on the beginning that is given already.
+            value: object = float(np.median(effect.grid(p.name, n, rate)))
+        elif p.role == "time" and "tuple" in texts[p.name]:
+            value = next(twice) if p.unit == "s" else (FACTOR, 1.0)
+        elif p.unit == "unit":
+            value = float(np.mean(next(iter((columns or {}).values()))))
+        elif p.role == "time":
+            times = {"s": thirds, "Hz": bands}.get(str(p.unit))
+            value = min(FACTOR, 0.5 * p.high) if times is None else next(times)
+        elif p.role == "coefficient":
+            value = 1.0
+        else:
+            continue
+        effect = effect.with_values(**{p.name: value})
+    return effect
 
 
 def check_declaration(effect: Effect) -> None:

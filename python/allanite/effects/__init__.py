@@ -1,8 +1,8 @@
 """Catalog of physical effects, one file each, and their sums (models).
 
 Input: parameter values or a model string (`parse_model`). Output: effects and a `Model` with spectrum, Allan variance
-and known functions of time. Add an effect as one file here, one import below, and its place in the order of the
-catalog.
+and known functions of time. Add an effect as one file here; `docs/make_lists.py` writes its import
+and its place in the order of the catalog.
 """
 
 from allanite.effects._base import Effect as Effect

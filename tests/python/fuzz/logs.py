@@ -249,3 +249,21 @@ def texts():
         channel,
     )
     return [text.encode() for text in found]
+
+
+#: Samples of the formats with a suffix of their own: name → (suffix, seeds, whether they are text, options of the reader).
+#: All tests of formats use these samples.
+SAMPLES_OF = {
+    "hdf5": (".h5", hdf5, False, {}),
+    "netcdf": (".nc", netcdf, False, {}),
+    "parquet": (".parquet", lambda: columnar("parquet"), False, {}),
+    "feather": (".feather", lambda: columnar("feather"), False, {}),
+    "bag": (".bag", lambda: rosbag("bag"), False, {}),
+    "db3": (".db3", lambda: rosbag("db3"), False, {}),
+    "mcap": (".mcap", lambda: rosbag("mcap"), False, {}),
+    "ardupilot": (".bin", ardupilot, False, {}),
+    "rinex": (".clk", rinex, True, {}),
+    "stable32": (".phd", stable32, True, {}),
+    "timelab": (".tim", timelab, True, {"rate": 1}),
+    "hector": (".mom", series, True, {}),
+}

@@ -21,6 +21,7 @@ import traceback
 import warnings
 import zipfile
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -551,10 +552,6 @@ FORMATS = {
     "ulog": lambda: patched(".ulg", targets._ulog, ulog_fields),
     "ardupilot": lambda: patched(".bin", logs.ardupilot, ardupilot_fields),
     "text": lambda: cells(".csv", targets._text),
-    "rinex": lambda: cells(".clk", logs.rinex),
-    "stable32": lambda: cells(".phd", logs.stable32, rate=1),
-    "timelab": lambda: cells(".tim", logs.timelab, rate=1),
-    "hector": lambda: cells(".mom", logs.series),
     "sentences": lambda: cells(".txt", logs.sentences, rate=40),
     "formats of text": lambda: cells(".txt", logs.texts),
     "archive": lambda: patched(".zip", archives, archive_fields),
@@ -568,6 +565,13 @@ FORMATS = {
     ),
     "cell in gzip": lambda: repacked(cells(".csv", targets._text)),
 }
+for _name, (_suffix, _seeds, _text, _options) in logs.SAMPLES_OF.items():
+    _whole = (
+        partial(cells, _suffix, _seeds, **_options)
+        if _text
+        else partial(patched, _suffix, _seeds, all_bytes, **_options)
+    )
+    FORMATS.setdefault(_name, _whole)
 
 
 def attack(name, count, seed, folder):

@@ -290,17 +290,12 @@ def targets():
         "mat": lambda: reader(".mat", _mat()),
         "mat73": lambda: reader(".mat", _hdf5()),
         "ulog": lambda: reader(".ulg", _ulog()),
-        "hdf5": lambda: reader(".h5", logs.hdf5()),
-        "netcdf": lambda: reader(".nc", logs.netcdf()),
-        "parquet": lambda: reader(".parquet", logs.columnar("parquet")),
-        "feather": lambda: reader(".feather", logs.columnar("feather")),
-        "bag": lambda: reader(".bag", logs.rosbag("bag")),
-        "db3": lambda: reader(".db3", logs.rosbag("db3")),
-        "mcap": lambda: reader(".mcap", logs.rosbag("mcap")),
-        "ardupilot": lambda: reader(".bin", logs.ardupilot()),
-        "rinex": lambda: reader(".clk", logs.rinex(), True),
-        "stable32": lambda: reader(".phd", logs.stable32(), True, rate=0.1),
-        "timelab": lambda: reader(".tim", logs.timelab(), True, rate=1),
+        **{
+            name: lambda suffix=suffix, seeds=seeds, text=text, options=options: reader(
+                suffix, seeds(), text, **options
+            )
+            for name, (suffix, seeds, text, options) in logs.SAMPLES_OF.items()
+        },
         "formats of text": lambda: reader(".txt", logs.texts(), True, rate=40),
         "sentences": lambda: reader(".txt", logs.sentences(), True, rate=40),
         "gzip": lambda: reader(".csv.gz", logs.packed()),

@@ -16,6 +16,7 @@ import allanite as al
 from allanite.cli.options import _varies
 from allanite.common.errors import AllaniteError
 from allanite.readers import FORMATS
+from fuzz.logs import SAMPLES_OF
 
 HERE = Path(__file__).resolve().parent
 NEEDS = {
@@ -30,7 +31,10 @@ NEEDS |= dict.fromkeys(("parquet", "feather"), "pyarrow") | dict.fromkeys(
     ("bag", "db3", "mcap"), "rosbags"
 )
 # Read as text: what makes the seeds need not be installed.
-TARGETS = re.findall(r'^        "(.+)": ', (HERE / "targets.py").read_text("utf-8"), re.MULTILINE)
+TARGETS = [
+    *re.findall(r'^        "(.+)": ', (HERE / "targets.py").read_text("utf-8"), re.MULTILINE),
+    *SAMPLES_OF,
+]
 
 
 @pytest.mark.slow
@@ -78,12 +82,10 @@ def test_seeds_are_accepted(target, tmp_path, monkeypatch):
 
 def test_every_reader_is_fuzzed():
     source = (HERE / "targets.py").read_text(encoding="utf-8")
-    missing = [
-        one.title
-        for one in FORMATS
-        if one.suffixes and not any(f'reader("{suffix}"' in source for suffix in one.suffixes)
-    ]
-    assert not missing, f"add seeds to targets.py: {missing}"
+    tried = {suffix for suffix, *_ in SAMPLES_OF.values()}
+    tried |= set(re.findall(r'reader\("(\.\w+)"', source))
+    missing = [one.title for one in FORMATS if one.suffixes and not tried & set(one.suffixes)]
+    assert not missing, f"add a sample to SAMPLES_OF in logs.py: {missing}"
 
 
 def test_numbers_near_the_edge_are_judged_without_warnings():

@@ -26,17 +26,10 @@ FORMATS = {
     "npz": (".npz", targets._npz, None),
     "mat": (".mat", targets._mat, 10),
     "ulog": (".ulg", targets._ulog, None),
-    "hdf5": (".h5", logs.hdf5, None),
-    "netcdf": (".nc", logs.netcdf, None),
-    "parquet": (".parquet", lambda: logs.columnar("parquet"), None),
-    "feather": (".feather", lambda: logs.columnar("feather"), None),
-    "bag": (".bag", lambda: logs.rosbag("bag"), None),
-    "db3": (".db3", lambda: logs.rosbag("db3"), None),
-    "mcap": (".mcap", lambda: logs.rosbag("mcap"), None),
-    "ardupilot": (".bin", logs.ardupilot, None),
-    "rinex": (".clk", logs.rinex, None),
-    "stable32": (".phd", logs.stable32, 1),
-    "timelab": (".tim", logs.timelab, None),
+    **{
+        n: (suffix, seeds, how.get("rate"))
+        for n, (suffix, seeds, _, how) in logs.SAMPLES_OF.items()
+    },
     "formats of text": (".txt", logs.texts, None),
     "sentences": (".txt", logs.sentences, 40),
     "gzip": (".csv.gz", logs.packed, None),

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from fuzz.logs import SAMPLES_OF
+
 HERE = Path(__file__).resolve().parent
 FUZZ = HERE.parents[1] / "fuzz"
 PACKAGE = Path(__file__).parents[4] / "python" / "allanite"
@@ -29,7 +31,7 @@ def named(path, what):
 
 
 # Read as text: what the files import need not be installed.
-FORMATS = named(FUZZ / "targets.py", r"lambda: reader\(")
+FORMATS = [*named(FUZZ / "targets.py", r"lambda: reader\("), *SAMPLES_OF]
 WRITERS = named(HERE / "writers.py", r"\(")
 
 

@@ -1,0 +1,110 @@
+"""Add new effects and deviations to the lists that name them: python docs/make_lists.py
+
+| new | added to |
+|---|---|
+| effect | imports and order of the catalog (`effects/__init__.py`), table of models (`docs/contract.md`) |
+| deviation | names of `deviation/__init__.py` and `__init__.pyi` |
+
+Rows and places that exist stay as they are: edit them by hand.
+"""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+from allanite.deviation.table import ESTIMATORS
+from allanite.effects._base import Effect
+from allanite.effects._documented import unit_of
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "python" / "allanite"
+CATALOG = PACKAGE / "effects" / "__init__.py"
+CONTRACT = ROOT / "docs" / "contract.md"
+DEVIATIONS = PACKAGE / "deviation" / "__init__.py"
+PUBLIC = PACKAGE / "__init__.pyi"
+
+
+def effects() -> list[type[Effect]]:
+    """Effect classes that the modules of `effects/` define, in the order of their files."""
+    found = []
+    for path in sorted((PACKAGE / "effects").glob("[a-z]*.py")):
+        module = importlib.import_module(f"allanite.effects.{path.stem}")
+        for cls in vars(module).values():
+            own = inspect.isclass(cls) and cls.__module__ == module.__name__
+            if own and issubclass(cls, Effect) and "kind" in vars(cls):
+                found.append(cls)
+    return found
+
+
+def catalog(text: str, found: list[type[Effect]]) -> str:
+    """`effects/__init__.py` with an import of each effect and its place at the end of the order."""
+    for cls in found:
+        line = f"from {cls.__module__} import {cls.__name__} as {cls.__name__}\n"
+        text = _with_import(text, line)
+        head, order = text.split("CATALOGUE.begin(\n")
+        if f"    {cls.__name__},\n" not in order:
+            order = order.replace(")\n", f"    {cls.__name__},\n)\n", 1)
+        text = f"{head}CATALOGUE.begin(\n{order}"
+    return text
+
+
+def contract(text: str, found: list[type[Effect]]) -> str:
+    """`docs/contract.md` with a row of each effect in the table of models."""
+    for cls in found:
+        if f"\n| `{cls.kind}` |" not in text:
+            parameters = ", ".join(
+                f"`{p.name}`"
+                + ("" if p.unit == "text" else f" {unit_of(p)}")
+                + (" (derived)" if p.role == "derived" else " (optional)" if p.optional else "")
+                for p in cls.parameters
+            )
+            row = f"| `{cls.kind}` | {cls.short} | {parameters} |\n"
+            last = list(re.finditer(r"^\| `\w+` \| [A-Z]+ \| .+ \|\n", text, re.MULTILINE))[-1]
+            text = text[: last.end()] + row + text[last.end() :]
+    return text
+
+
+def deviations(text: str) -> str:
+    """`deviation/__init__.py` with the name of each estimator."""
+    for name in ESTIMATORS:
+        if f'    "{name}",\n' not in text:
+            text = text.replace("estimators import (\n", f"estimators import (\n    {name},\n")
+            text = text.replace("__all__ = [\n", f'__all__ = [\n    "{name}",\n')
+    return text
+
+
+def public(text: str) -> str:
+    """`__init__.pyi` with the name of each estimator."""
+    for name in ESTIMATORS:
+        if f" import {name} as {name}\n" not in text:
+            text = _with_import(text, f"from allanite.deviation import {name} as {name}\n")
+    return text
+
+
+def _with_import(text: str, line: str) -> str:
+    """`text` with an import line before the first import that sorts after it."""
+    if line in text:
+        return text
+    lines = text.splitlines(keepends=True)
+    imports = [i for i, one in enumerate(lines) if one.startswith("from allanite.")]
+    later = [i for i in imports if lines[i].lower() > line.lower()]
+    at = later[0] if later else imports[-1] + 1
+    return "".join([*lines[:at], line, *lines[at:]])
+
+
+def lists() -> dict[Path, str]:
+    """Text of each file with its list complete."""
+    found = effects()
+    text = {p: p.read_text(encoding="utf-8") for p in (CATALOG, CONTRACT, DEVIATIONS, PUBLIC)}
+    return {
+        CATALOG: catalog(text[CATALOG], found),
+        CONTRACT: contract(text[CONTRACT], found),
+        DEVIATIONS: deviations(text[DEVIATIONS]),
+        PUBLIC: public(text[PUBLIC]),
+    }
+
+
+if __name__ == "__main__":
+    for path, text in lists().items():
+        path.write_text(text, encoding="utf-8")
