@@ -156,7 +156,8 @@ def _with_error(value: float, error: float | None) -> str:
     if round(error * 10.0**decimals) % 10 == 0:
         decimals -= 1
     scale = math.floor(math.log10(max(abs(value), error)))
-    if -5 < scale < 7:
+    # Plain digits, unless zeros of no meaning would fill them. A double has 16 digits.
+    if -5 < scale < (16 if decimals >= 0 else 7):
         places = max(decimals, 0)
         return f"{value:.{places}f} ± {error:.{places}f}"
     places = max(decimals + scale, 0)

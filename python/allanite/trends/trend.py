@@ -443,6 +443,12 @@ def _trend(
         raise TooShortError(
             f"{name}: {times.size} samples are too few: at least {MIN_SAMPLES} are needed"
         )
+    if np.ptp(values) == 0.0:
+        raise InputError(
+            f"{name}: all samples are equal",
+            missing="column",
+            remedy=": select another column with {column}",
+        )
     span = float(times[-1] - times[0])
     chosen = periods if periods is not None else (p for p in PERIODS if span >= YEAR * MIN_YEARS)
     # For a log with dates, phases refer to J2000.0.
@@ -648,4 +654,4 @@ def _span(seconds: float) -> str:
     for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.3g} s"
+    return f"{seconds:.4g} s"

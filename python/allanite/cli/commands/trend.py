@@ -56,8 +56,8 @@ def command(
     colored noise.
 
     LOG is a tenv, tenv3 or mom file or any other log; - is standard input. "# offset" lines of a mom file count as known
-    steps. --unit is required here: the unit of the series, as any text (m, mm, nm/s^2). Prints the rate, the steps and the
-    noise.
+    steps. --unit is the unit of the series, as any text (m, mm, nm/s^2). It is needed unless the header states it. Prints
+    the rate, the steps and the noise.
     """
     from dataclasses import replace
     from pathlib import Path
@@ -69,15 +69,16 @@ def command(
     from allanite.trends import trend_columns
     from allanite.trends.design import seconds_of
 
-    if options.unit is None:
-        raise InputError(
-            f"{log}: the unit of the series is missing: add --unit, e.g. m, mm, nm/s^2 or s"
-        )
-    unit = options.unit
     # The unit of a series may be any text, which `read` does not know.
     recording = recording_of(
         log, replace(options, unit="1", quantity="rate", output_unit=None), for_fit=False
     )
+    stated = {c.unit for c in recording.log_columns if c.name in recording.columns}
+    unit = options.unit or (stated.pop() if len(stated) == 1 else None)
+    if unit is None or (unit == "1" and options.unit is None):
+        raise InputError(
+            f"{log}: the unit of the series is missing: add --unit, e.g. m, mm, nm/s^2 or s"
+        )
     unit, factor = _shown(unit, options.output_unit)
     if factor != 1.0:
         recording = recording.with_samples(recording.samples * factor)

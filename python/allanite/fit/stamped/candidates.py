@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Model
 from allanite.fit.stamped.noise import StampedNoise, added
@@ -229,6 +230,11 @@ def fit_noise(
         free = np.asarray(found.x)
     place = whole(free)
     scale = series.regressed(at(place)).scale
+    # Rounding to doubles is no noise.
+    if scale <= (np.finfo(float).eps * np.abs(series.values).max()) ** 2:
+        raise InputError(
+            "the samples have no noise: they are all equal, or a known function of time"
+        )
     place[:sizes] += np.log(scale)
     noise = at(place)
     regressed = series.regressed(noise)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common.errors import InputError
 from allanite.trends.design import YEAR, seconds_of
 from documents import valid
 
@@ -159,6 +160,30 @@ def test_the_command_reads_a_mom_file_with_its_offsets(run, tmp_path):
     assert code == 0, err
     assert "m/year" in out
     assert "step 1996-06-16" in out
+
+
+@pytest.mark.parametrize("unit", ["mm", "nm/s^2", "s"])
+def test_the_command_takes_the_unit_of_the_header(run, tmp_path, unit):
+    path = tmp_path / "heights.csv"
+    rows = "".join(f"{k},{v:.4f}\n" for k, v in enumerate(series(80, missing=0.0)))
+    path.write_text(f"time [d],up [{unit}]\n{rows}")
+    code, out, err = run("trend", path, "--noise", "N", "--column", "up")
+    assert code == 0, err
+    assert f"{unit}/year" in out
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1])
+@pytest.mark.parametrize("model", [None, "N+B+K"])
+def test_samples_without_noise_are_refused(slope, model):
+    x = 3.0 + slope * np.arange(100)
+    with pytest.raises(InputError, match="no noise" if slope else "all samples are equal"):
+        al.trend(al.Recording(x, rate=1 / DAY), unit="mm", model=model)
+
+
+def test_a_large_offset_is_printed_with_all_digits():
+    x = 3.7e9 + np.random.default_rng(2).standard_normal(400)
+    offset = al.trend(al.Recording(x, rate=1 / DAY), unit="mm", model="N").offset
+    assert str(offset).startswith(("3700000000.0", "3699999999.9"))
 
 
 @pytest.mark.parametrize(
