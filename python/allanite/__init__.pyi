@@ -3,8 +3,14 @@
 Former names stand at the end; their use warns. So does that of an effect that is now in `allanite.effects` alone.
 """
 
+from allanite import comparison as comparison
 from allanite import effects as effects
+from allanite import plots as plots
+from allanite import report as report
 from allanite import scale as scale
+from allanite import simulate as simulate
+from allanite import statespace as statespace
+from allanite import suggestion as suggestion
 from allanite._kernels import free_buffers as free_buffers
 from allanite.axes import Characterization as Characterization
 from allanite.axes import characterize as characterize

@@ -214,16 +214,16 @@ class Characterization:
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.comparison.curves import of_studies
-        from allanite.plots import plot_compare
+        import allanite as al
 
-        return plot_compare(of_studies(self.studies), path, theme, "All axes")
+        curves = al.comparison.of_studies(self.studies)
+        return al.plots.plot_compare(curves, path, theme, "All axes")
 
     def report(self) -> Report:
         """Report on all axes: the table, what they have in common, then each axis by itself."""
-        from allanite.report.document import report_of
+        import allanite as al
 
-        return report_of(self)
+        return al.report.report_of(self)
 
     def export(
         self,
@@ -250,9 +250,9 @@ class Characterization:
         InputError
             Unknown target, or a sensor that the target has no place for.
         """
-        from allanite.exports import export
+        import allanite as al
 
-        return export(
+        return al.export(
             self,
             target,
             rate,

@@ -7,7 +7,7 @@ data sheets, name it in the `figures` of the parameter of an effect.
 from __future__ import annotations
 
 from allanite.comparison.acceptance import Acceptance, accept, accept_study, limit_line
-from allanite.comparison.curves import Curves, Drawn, compare
+from allanite.comparison.curves import Curves, Drawn, compare, of_deviations, of_studies
 from allanite.comparison.datasheet import compare_datasheet
 from allanite.sources.datasheet import DataSheet, Quoted, read_datasheet
 
@@ -22,5 +22,7 @@ __all__ = [
     "compare",
     "compare_datasheet",
     "limit_line",
+    "of_deviations",
+    "of_studies",
     "read_datasheet",
 ]

@@ -57,10 +57,10 @@ class Deviations(Several[Deviation]):
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.comparison.curves import of_deviations
-        from allanite.plots import plot_compare
+        import allanite as al
 
-        return plot_compare(of_deviations(self), path, theme, "Columns")
+        curves = al.comparison.of_deviations(self)
+        return al.plots.plot_compare(curves, path, theme, "Columns")
 
 
 def deviations(

@@ -105,9 +105,9 @@ class DynamicDeviation:
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.plots import plot_dynamic
+        import allanite as al
 
-        return plot_dynamic(self, path, theme)
+        return al.plots.plot_dynamic(self, path, theme)
 
     def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
         """Title, head, rows and remarks of a printed table."""

@@ -157,9 +157,9 @@ class Deviation:
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.plots import plot_deviation
+        import allanite as al
 
-        return plot_deviation(self, path, theme)
+        return al.plots.plot_deviation(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON record: `kind`, `unit` of the deviations, and `points`; null for unknown values."""

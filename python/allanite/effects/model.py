@@ -279,15 +279,15 @@ class Model:
 
     def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
         """Fit the model to one column; for `method` see `allanite.fit_model`."""
-        from allanite.fit import fit_model
+        import allanite as al
 
-        return fit_model(recording, self, method)
+        return al.fit_model(recording, self, method)
 
     def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
         """Fit the model to every column; for `method` see `allanite.fit_model`."""
-        from allanite.fit import fit_columns
+        import allanite as al
 
-        return fit_columns(recording, self, method)
+        return al.fit_columns(recording, self, method)
 
     def simulate(
         self,
@@ -327,9 +327,9 @@ class Model:
         InputError
             See `allanite.simulate.simulate`.
         """
-        from allanite.simulate import simulate
+        import allanite as al
 
-        return simulate(
+        return al.simulate.simulate(
             self,
             duration=duration,
             n=n,
@@ -355,9 +355,9 @@ class Model:
         replicate: int = 0,
     ) -> Iterator[Recording]:
         """The samples of `simulate` in consecutive segments of `size` samples; for the parameters see `Model.simulate`."""
-        from allanite.simulate import simulate_chunks
+        import allanite as al
 
-        return simulate_chunks(
+        return al.simulate.simulate_chunks(
             self,
             size=size,
             duration=duration,
@@ -384,9 +384,9 @@ class Model:
         duration : float, optional
             Duration for which the slowest noise must be accurate, s; by default a million samples.
         """
-        from allanite.statespace import state_space
+        import allanite as al
 
-        return state_space(self, rate, states=states, duration=duration)
+        return al.statespace.state_space(self, rate, states=states, duration=duration)
 
     def save(self, path: str | Path) -> None:
         """Write the model to `path` as JSON (schema ``allanite/model/1``)."""

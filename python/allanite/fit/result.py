@@ -246,9 +246,9 @@ class Fit:
         on_progress : callable, optional
             Called with (number of finished screens, number of screens).
         """
-        from allanite.suggestion import check_fit
+        import allanite as al
 
-        return check_fit(self, on_progress)
+        return al.suggestion.check_fit(self, on_progress)
 
     def add(self, addition: Any) -> Fit:
         """Fit of the model plus an `addition`: an effect, or a suggestion of a check.
@@ -331,9 +331,9 @@ class Fit:
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.plots import plot_fit
+        import allanite as al
 
-        return plot_fit(self, path, theme)
+        return al.plots.plot_fit(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form ``allanite/fit/1``, with the band of the Allan curve."""

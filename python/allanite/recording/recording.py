@@ -442,23 +442,23 @@ class Recording(Record):
 
     def oadev(self, taus: Taus = "octave", factors: ArrayLike | None = None) -> Deviation:
         """Overlapping Allan deviation of one column; for `taus` and `factors` see `allanite.oadev`."""
-        from allanite.deviation import oadev
+        import allanite as al
 
-        return oadev(self, taus=taus, factors=factors)
+        return al.oadev(self, taus=taus, factors=factors)
 
     def deviations(
         self, kind: str = "oadev", taus: Taus = "octave", factors: ArrayLike | None = None
     ) -> Deviations:
         """Deviation of every column; for the parameters see `allanite.deviations`."""
-        from allanite.deviation import deviations
+        import allanite as al
 
-        return deviations(self, kind, taus, factors)
+        return al.deviations(self, kind, taus, factors)
 
     def psd(self) -> Spectrum:
         """Two-sided power spectral density of one column; see `allanite.psd`."""
-        from allanite.spectrum import psd
+        import allanite as al
 
-        return psd(self)
+        return al.psd(self)
 
     def describe(self) -> dict[str, Any]:
         """JSON record: path, column, n, rate_hz, duration_s, unit, gaps, audit; log_unit if the log has another unit."""
@@ -476,9 +476,9 @@ class Recording(Record):
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.plots import plot_recording
+        import allanite as al
 
-        return plot_recording(self, path, theme)
+        return al.plots.plot_recording(self, path, theme)
 
     def _repr_html_(self) -> str:
         from allanite.common.showing import recording_html

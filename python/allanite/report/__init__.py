@@ -6,6 +6,6 @@ Input: the JSON documents of results (`make_report`). Output: a `Report` made of
 
 from __future__ import annotations
 
-from allanite.report.document import Entry, Report, make_report
+from allanite.report.document import Entry, Report, make_report, report_of
 
-__all__ = ["Entry", "Report", "make_report"]
+__all__ = ["Entry", "Report", "make_report", "report_of"]

@@ -277,9 +277,9 @@ class Study:
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.plots import plot_study
+        import allanite as al
 
-        return plot_study(self, path, theme)
+        return al.plots.plot_study(self, path, theme)
 
     def __str__(self) -> str:
         from allanite.fit.table import fit_table, undecided_sentence

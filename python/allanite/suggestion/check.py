@@ -123,9 +123,9 @@ class Check:
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
         """
-        from allanite.plots import plot_check
+        import allanite as al
 
-        return plot_check(self, path, theme)
+        return al.plots.plot_check(self, path, theme)
 
     def __str__(self) -> str:
         from allanite.fit.table import fit_table
