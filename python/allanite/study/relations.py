@@ -14,6 +14,8 @@ from allanite.suggestion.constants import (
 )
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from allanite.effects import Effect
     from allanite.fit.result import Fit
 
@@ -57,19 +59,32 @@ def line_distance(one: Effect, other: Effect) -> float:
 def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
     """True if at least half of an effect, or of its moments, lies between two times.
 
-    For a function of time, nearly all of its changes must lie there.
+    For a function of time and for a noise level, nearly all of its changes must lie there. A change of level of a band
+    compares the times inside and outside its interval, so it lies there if most of either does.
     """
     first, last = when
     if isinstance(effect, Modifier) and effect.moments:
         inside = sum(first <= moment <= last for moment in effect.moments)
         return 2 * inside >= len(effect.moments)
-    if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
-        signal, time = fit.data.signal((effect,)), fit.data.time
+    course = _course(effect, fit)
+    if course is not None:
+        time = fit.data.time
         there = (first <= time) & (time <= last)
-        signal = (signal - signal[~there].mean()) ** 2 if not there.all() else signal
-        return bool(signal[there].sum() >= (1.0 - MAX_EXPLAINED_REMAINDER) * signal.sum())
+        course = (course - course[~there].mean()) ** 2 if not there.all() else course
+        return bool(course[there].sum() >= (1.0 - MAX_EXPLAINED_REMAINDER) * course.sum())
     if not isinstance(effect, Modifier) or effect.when is None:
         return False
     begin, end = effect.when
-    within = 2.0 * (min(end, last) - max(begin, first)) >= end - begin
-    return (effect.passing or effect.removes) and within
+    shared = max(0.0, min(end, last) - max(begin, first))
+    within = 2.0 * shared >= end - begin
+    without = 2.0 * (last - first - shared) >= fit.data.duration - (end - begin)
+    return (effect.removes and within) or (effect.passing and (within or without))
+
+
+def _course(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
+    """Course over time of a function of time or of a noise level; None for other effects."""
+    if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
+        return fit.data.signal((effect,))
+    if isinstance(effect, Modifier) and effect.passing and effect.band is None:
+        return effect.gain(fit.data.time, fit.data.covariates)
+    return None

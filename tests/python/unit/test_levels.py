@@ -6,6 +6,8 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.common.errors import InputError
+from allanite.fit.likelihood.whitened import whiten
+from allanite.study.relations import lies_mostly_within
 from allanite.suggestion.p_values import best_interval
 from allanite.suggestion.screens.level_forms import (
     refined_gate,
@@ -207,3 +209,36 @@ def test_a_periodic_level_has_its_factor():
     error = np.sqrt(0.5 / (0.37 * n) + 0.5 / (0.63 * n))
     assert study.fit["CYCLE.factor"].value == pytest.approx(1.5, rel=3.0 * error)
     assert study.fit["N"].value == pytest.approx(0.01, rel=3.0 * np.sqrt(0.5 / (0.63 * n)))
+
+
+EXCLUDED = (0.0, 310.0)
+
+
+@pytest.fixture(scope="module")
+def quiet_start():
+    """White noise whose first 300 s are three times as quiet."""
+    samples = np.random.default_rng(1).standard_normal(4400)
+    samples[:300] *= 0.3
+    return al.Recording(samples, rate=1.0, unit="deg/s")
+
+
+@pytest.mark.parametrize(
+    "level", ["LEVEL(start=0,end=299,factor=0.3)", "LEVEL(start=299,end=4400,factor=3)"]
+)
+def test_a_level_does_not_change_samples_that_are_excluded(quiet_start, level):
+    """Excluded samples are completed with the mean power of the record, whatever the level is at their times."""
+    fit = al.fit_model(quiet_start, f"N+{level}+DIST(start=0,end=310)")
+    assert "noise_level_change" not in [s.kind for s in fit.check().significant]
+    power = whiten(fit.solution, fit.data).samples[5:300] ** 2
+    assert power.mean() == pytest.approx(1.0, abs=5.0 * np.sqrt(2.0 / power.size))
+
+
+def test_a_level_leaves_with_the_segment_that_has_its_changes(quiet_start):
+    base = al.fit_model(quiet_start, "N")
+    for quiet, leaves in (((0, 299), True), ((299, 4400), True), ((100, 2000), False)):
+        level = al.effects.NoiseLevelChange(start=quiet[0], end=quiet[1], factor=0.3)
+        assert lies_mostly_within(level, EXCLUDED, base) == leaves, quiet
+        band = al.effects.BandLevelChange(
+            low=0.1, high=0.2, start=quiet[0], end=quiet[1], factor=0.3
+        )
+        assert lies_mostly_within(band, EXCLUDED, base) == leaves, quiet

@@ -155,6 +155,8 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
             gain *= effect.gain(data.time, data.covariates)
     gain **= 2
     gain /= gain.mean()
+    if data.missing is not None:
+        gain[data.missing] = 1.0  # completed samples have the mean power of the record at all times
     return gain
 
 
