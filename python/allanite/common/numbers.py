@@ -12,6 +12,8 @@ _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
 #: Maximum number of values that are listed one by one: times, and other parameters. Chosen by judgment; not measured.
 MAX_LISTED_TIMES, MAX_LISTED = 3, 12
+#: Units of time in a record: the record's shortest duration in s, size of the unit in s, name.
+TIME_UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60.0, "min"))
 
 
 def number(value: float, figures: int = 3, *, power: bool = False) -> str:
@@ -33,6 +35,11 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
     if float(mantissa) == 1:
         return ten
     return f"{mantissa}·{ten}".replace("-", "−")
+
+
+def time_scale(span: float) -> tuple[float, str]:
+    """Unit for times in a record of `span` seconds: its size in s and its name."""
+    return next(((s, n) for above, s, n in TIME_UNITS if span >= above), (1.0, "s"))
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import tidy
+from allanite.common.numbers import tidy, time_scale
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
@@ -96,9 +96,11 @@ class Where:
             low, high = self.worst_frequency
             inside = [r for r in self.frequency if low <= r["low_hz"] and r["high_hz"] <= high]
             peak = max(inside, key=lambda r: abs(r["z"]))
+            span = f"{low:.3g}–{high:.3g} Hz"
+            at = f"{peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz"
             words = (
-                f"over frequency: at {low:.3g}–{high:.3g} Hz the power is {peak['ratio']:.3g} × the model's "
-                f"(z = {peak['z']:+.1f} at {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz)"
+                f"over frequency: at {span} the power is {peak['ratio']:.3g} × the model's "
+                f"(z = {peak['z']:+.1f}{'' if at == span else f' at {at}'})"
             )
             out.append(("frequency", self.worst_frequency, words))
         if self.worst_time is not None:
@@ -109,9 +111,12 @@ class Where:
             # Ratio and score of a cell may differ in sign with heavy tails: quote a cell in which they agree.
             inside = [r for r in inside if (r["ratio"] > 1.0) == (r["z"] > 0.0)] or inside
             peak = max(inside, key=lambda r: abs(r["z"]))
+            # The unit of the map of time and frequency.
+            size, unit = time_scale(self.time[-1]["end_s"])
             words = (
-                f"over time: {low:.5g}–{high:.5g} s, {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz: the power is "
-                f"{peak['ratio']:.3g} × that of the rest of the record (z = {peak['z']:+.1f})"
+                f"over time: at {low / size:.3g}–{high / size:.3g} {unit},"
+                f" {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz the power is"
+                f" {peak['ratio']:.3g} × that of the rest of the record (z = {peak['z']:+.1f})"
             )
             out.append(("time", self.worst_time, words))
         return [(view, place, tidy(words)) for view, place, words in out]

@@ -170,7 +170,6 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
     for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):
         step = ladder.step
         check = None if step is None else step.check
-        error = None if step is None else step.error
         out.append(
             {
                 "name": name,
@@ -186,13 +185,18 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
                     for v in c["values"]
                     if v["name"] in ("N", "B", "K")
                 },
-                "error": None if error is None else step_row(step)["error_text"] if step else None,
+                "error": None if step is None or step.error is None else _error(step_row(step)),
                 "missing": None
                 if check is None or not check.significant
                 else check.fit.display_name(check.significant[0].effect),
             }
         )
     return out
+
+
+def _error(row: dict[str, Any]) -> str:
+    """Allan error of a step, and its expected scatter."""
+    return f"{row['error_text']} ({row['chance_text']})"
 
 
 def _tray(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:

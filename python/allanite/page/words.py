@@ -9,7 +9,7 @@ WORDS = {
     "model": "the model",
     "this_unit": "the unit {}",
     "quantity": "the quantity {}",
-    "column": "the column",
+    "column": "the list of columns",
     "covariate": "the column of temperature",
     "piece": "another segment",
     "topic": "the topic",

@@ -57,7 +57,7 @@ def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
 def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
     """Tick text of mantissa·10^exponent: 0.001 if `plain`, otherwise 10⁻³; with mantissa 2: 0.002 or 2·10⁻³."""
     if plain:
-        return f"{mantissa * 10.0**exponent:g}" if exponent < 5 else f"{mantissa}e{exponent}"
+        return f"{mantissa * 10.0**exponent:.6g}"
     power = "10" + str(exponent).translate(_SUPERSCRIPT)
     return power if mantissa == 1 else f"{mantissa}·{power}"
 

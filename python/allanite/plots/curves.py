@@ -13,7 +13,8 @@ from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.effects import Deterministic, Effect, Periodic, Stochastic
 from allanite.fit.curve import MIN_FAILING_SCORE, components_at, expected_variance
-from allanite.fit.likelihood.peaks import has_all_ordinates
+from allanite.fit.likelihood.expected import density
+from allanite.fit.likelihood.peaks import has_all_ordinates, is_narrow
 from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
@@ -22,10 +23,12 @@ from allanite.plots.words import allan_label, bracket, density_unit, effect_text
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
+    from allanite.effects.terms import Term
     from allanite.fit.result import Fit
     from allanite.suggestion import Check
 
 Array = NDArray[np.float64]
+Ordinates = NDArray[np.int64]
 
 TAU = "averaging time τ (s)"
 SINGLE = "single frequencies (full resolution)"
@@ -35,7 +38,7 @@ GUIDES = (2.0, 3.5)
 PER_DECADE = 32
 #: A failing range extends as long as |z| exceeds this value.
 RANGE_Z = 2.0
-#: Single ordinates are drawn in a failing range and, on each side, over this multiple of its width.
+#: Single ordinates are drawn in a failing range or narrow band and, on each side, over this multiple of its width.
 MARGIN_WIDTHS = 1.0
 #: Number of single ordinates drawn on each side of a spectral line.
 LINE_ORDINATES = 40
@@ -141,8 +144,9 @@ def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, .
     low, high = fit.data.bins.limits(fit.data.rate)
     inside = (low >= worst[0] * (1 - 1e-9)) & (high <= worst[1] * (1 + 1e-9))
     ratio = (fit.solution.power / fit.solution.spectrum)[inside]
-    top = float(ratio[np.abs(fit.z[inside]).argmax()])
-    text = f"{number(top, 3)} × the model"
+    peak = np.abs(fit.z[inside]).argmax()
+    at = 0.5 * float((low + high)[inside][peak])
+    text = f"{number(float(ratio[peak]), 3)} × the model at {number(at, 3)} Hz"
     return (Span(*worst, "fail", "where the model fails", text),)
 
 
@@ -240,9 +244,24 @@ def ordinates_between(
     )
 
 
-def _singles(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
-    """Lines of single ordinates around failing ranges, possibly missing spectral lines, and lines of the model."""
+def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
+    """Frequency ranges in Hz around the bands of the model that are narrower than a bin."""
+    if not has_all_ordinates(fit.data):
+        return []
+    aside = LINE_ORDINATES * fit.data.rate / (2.0 * fit.data.n)
     out = []
+    for low, high in (band for e in fit.model if is_narrow(e) for band in e.peaks):
+        margin = MARGIN_WIDTHS * (high - low) + aside
+        out.append((low - margin, high + margin))
+    return out
+
+
+def _singles(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
+    """Lines of single ordinates around failing ranges, missing spectral lines, and lines and narrow bands of the model."""
+    out = [
+        Line(*ordinates_between(fit, *near), "raw", SINGLE, 1.0)
+        for near in _around_narrow_bands(fit)
+    ]
     for span in spans:
         aside = MARGIN_WIDTHS * (span.high - span.low)
         f, power = ordinates_between(fit, span.low - aside, span.high + aside)
@@ -301,11 +320,20 @@ def spectrum_panels(
             "expected scatter (95 %) if the model is true",
         )
     )
+    at, place, near = _line_frequencies(fit, frequency)
+
+    def along(power: Array, terms: tuple[Term, ...], theta: float) -> Array:
+        """Density at `at`: means of the bin power, and near narrow bands the density at single ordinates."""
+        own = theta * density(terms, near, bins.n) / rate if near.size else np.zeros(0)
+        return np.concatenate([mean(power), own])[place]
+
     for part in parts(fit):
         own = solution.effects[part.place]
         if isinstance(own, Process):
-            power = mean(own.power if part.limit is None else _at_limit(fit, part, own))
-            marks.append(Line(frequency, power, part.color, part.label, 1.2, part.dash))
+            theta = own.theta if part.limit is None else _theta_at_limit(fit, part, own)
+            terms = fit.data.unit_terms(fit.model, own.effect)
+            power = along(own.column * theta, terms, theta)
+            marks.append(Line(at, power, part.color, part.label, 1.2, part.dash))
         elif part.frequency is not None:
             marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
     if fit.model.deterministic:
@@ -316,7 +344,8 @@ def spectrum_panels(
             marks.append(
                 Points(frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True)
             )
-    marks.append(Line(frequency, model, "model", "model", 2.2))
+    drawn = along(solution.spectrum, fit.data.terms(fit.model), 1.0)
+    marks.append(Line(at, drawn, "model", "model", 2.2))
     marks.append(
         Points(
             frequency,
@@ -334,7 +363,7 @@ def spectrum_panels(
     y = log_axis(
         label,
         measured,
-        model,
+        drawn,
         (measured * high)[sure],
         (measured * low)[sure],
         (model / low)[sure],
@@ -350,13 +379,33 @@ def spectrum_panels(
     return panel, _strip(x, frequency, z, column, spans)
 
 
-def _at_limit(fit: Fit, part: Part, own: Process) -> Array:
-    """Power per bin of an undetected effect at the 95 % limit of its coefficient."""
+def _theta_at_limit(fit: Fit, part: Part, own: Process) -> float:
+    """Squared coefficient of an undetected effect at its 95 % limit."""
     assert part.limit is not None
     if np.isfinite(part.limit):
-        return own.power * part.limit**2
-    top = fit.estimates[part.place][own.effect.coefficient].interval[1]
-    return np.asarray(own.column * top**2)
+        return own.theta * part.limit**2
+    top: float = fit.estimates[part.place][own.effect.coefficient].interval[1]
+    return top**2
+
+
+def _line_frequencies(fit: Fit, frequency: Array) -> tuple[Array, NDArray[np.intp], Ordinates]:
+    """Frequencies in Hz at which the lines of the spectrum are drawn: (frequencies, order, ordinates).
+
+    The lines join the points at `frequency`. Near narrow bands, which are narrower than the distance of these points,
+    the lines follow single `ordinates` instead. `order` sorts the points followed by the ordinates, without the points
+    that the ordinates replace.
+    """
+    step = fit.data.rate / (2.0 * fit.data.n)
+    near, kept = [np.zeros(0, dtype=np.int64)], np.ones(frequency.size, dtype=bool)
+    for low, high in _around_narrow_bands(fit):
+        f, _ = ordinates_between(fit, low, high)
+        near.append(np.round(f / step).astype(np.int64))
+        kept &= (frequency < low) | (frequency > high)
+    ordinates = np.unique(np.concatenate(near))
+    joined = np.concatenate([frequency, ordinates * step])
+    order = np.argsort(joined, kind="stable")
+    order = order[np.append(kept, np.ones(ordinates.size, dtype=bool))[order]]
+    return joined[order], order, ordinates
 
 
 def _shown(marks: list[Mark]) -> list[Array]:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.numbers import time_scale
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.time import time_scale
 from allanite.plots.words import duration_text, in_unit
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.numbers import time_scale
 from allanite.plots.axes import linear_axis
 from allanite.plots.spec import Band, Figure, Line, Mark, Panel
-from allanite.plots.time import time_scale
 from allanite.plots.words import in_unit, recording_text
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import time_scale
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.spec import Axis, Figure, HeatMap, Mark, Note, Panel, Rule
@@ -25,7 +26,6 @@ MIN_FRAMED_Z = 4.3
 CLOSE_ROWS, MAX_CLOSE_COLUMNS = 24, 60
 #: Fewest columns of a close-up that show a drift.
 MIN_CLOSE_COLUMNS = 4
-UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60.0, "min"))
 
 
 def plot_time(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
@@ -50,7 +50,7 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
         "record too short for a map"
         if not check.where.time
         else (
-            f"{marked} significant cell{'s' if marked != 1 else ''}"
+            f"{marked} significant cell{'s' if marked != 1 else ''}, framed"
             if marked
             else "no significant cell"
         )
@@ -62,11 +62,6 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
         kind="time",
     )
     return figure.saved(path, theme)
-
-
-def time_scale(span: float) -> tuple[float, str]:
-    """Unit for the time axis of a record of `span` seconds: its size in s and its name."""
-    return next(((s, n) for above, s, n in UNITS if span >= above), (1.0, "s"))
 
 
 def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:

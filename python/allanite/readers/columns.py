@@ -674,7 +674,7 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
             "warning" if loud else "info",
             f"not used: {listed}" + both,
             values={"count": sum(map(len, groups.values()))},
-            remedy="" if both else "; {column} reads a column",
+            remedy="" if both else "; to use one, select it with {column}",
         )
     ]
 

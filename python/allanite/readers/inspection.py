@@ -165,7 +165,7 @@ class Inspection:
             for row in (head, *rows)
         ]
         if any(not c.used for c in self.columns):
-            lines.append(worded("– not used; {column} reads a column", words))
+            lines.append(worded("– not used; to use one, select it with {column}", words))
         open_ = [c.name for c in self.columns if UNITLESS in c.doubts]
         if open_:
             give = worded(f": {remedy_of(open_)}; or write the unit into the header", words)

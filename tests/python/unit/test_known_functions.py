@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from scipy.fft import dct
 
 import allanite as al
 from allanite import _kernels
@@ -13,7 +14,8 @@ from allanite.effects import Deterministic, Parameter, Periodic
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
-from allanite.fit.shapes.deterministic import design_of, regress
+from allanite.fit.likelihood.data import prepare
+from allanite.fit.shapes.deterministic import design_of, line_ordinates, regress
 from allanite.fit.shapes.matched import matched_gains
 from generators import sinusoid, white
 
@@ -132,3 +134,22 @@ def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
         again, unit = matched_gains([effect], fit.solution.ordinates, noise, data, known)
         assert not again.any()
         assert not unit.any()
+
+
+@pytest.mark.parametrize("n", [1001, 40_000])
+def test_the_ordinates_of_a_line_are_the_cosine_transform_of_its_samples(n):
+    rate = 50.0
+    data = prepare(al.Recording(np.random.default_rng(1).standard_normal(n), rate))
+    step = rate / (2 * n)
+    j = np.arange(1, n, dtype=np.int64)
+    # On an ordinate, next to it, between two, and near both ends of the spectrum.
+    middle = n // 3
+    places = np.array([middle, middle + 1e-9, middle + 1e-3, middle + 0.5, 1.3, n - 1.0])
+    t = data.start + np.arange(n) / rate
+    found = line_ordinates(places * step, j, data)
+    for one, f in zip(found, places * step, strict=True):
+        for column, wave in enumerate((np.sin(2 * np.pi * f * t), np.cos(2 * np.pi * f * t))):
+            expected = dct(wave, norm="ortho")[1:]
+            # The phase nω/2 has a rounding error of n·ε; the largest ordinate is √(n/2).
+            error = 4.0 * n * np.finfo(float).eps * np.sqrt(0.5 * n)
+            np.testing.assert_allclose(one[:, column], expected, rtol=0, atol=error)

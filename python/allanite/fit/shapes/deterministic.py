@@ -88,25 +88,44 @@ def line_ordinates(
 ) -> NDArray[np.float64]:
     """Cosine transform of sin 2πft and cos 2πft at ordinates j, in closed form, shape (…, k, 2).
 
-    Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n; `frequency` has shape (…).
+    Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n; `frequency` has shape (…). The product of the
+    first two factors depends on j only through its parity, and is the same for both signs.
     """
     n = data.n
     w = 2.0 * np.pi * np.asarray(frequency)[..., None] / data.rate
     a = np.pi * j / n
     first = 2.0 * np.pi * np.asarray(frequency)[..., None] * data.start - w / 2.0  # phase at k = −½
-
-    def total(theta: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sums Σ_k sin and Σ_k cos of θ(k+½) plus the phase at k = −½."""
-        half = theta / 2.0
-        below = np.sin(half)
-        small = np.abs(below) < 1e-12
-        whole = n * half
-        ratio = np.where(small, n, np.sin(whole) / np.where(small, 1.0, below))
-        return ratio * np.sin(whole + first), ratio * np.cos(whole + first)
-
+    whole, odd = n * w / 2.0, j % 2 == 1
+    sine, cosine = np.sin(whole), np.cos(whole)
+    phase = whole + first
+    across, along = np.sin(w / 2.0) * np.cos(a / 2.0), np.cos(w / 2.0) * np.sin(a / 2.0)
+    up, down = across + along, across - along
+    # Closer to the line than this, the quotient is a limit in which rounding errors do not cancel.
+    near = np.nonzero((np.abs(up) * n < 1.0) | (np.abs(down) * n < 1.0))
+    up[near] = down[near] = 1.0
     scale = data.attenuated(np.full(j.size, np.sqrt(0.5 / n)), j)
-    up, down = total(w + a), total(w - a)
-    return np.stack([scale * (up[i] + down[i]) for i in range(2)], axis=-1)
+    both = scale * (1.0 / up + 1.0 / down)
+    out = np.empty((*both.shape, 2))
+    out[..., 0] = both * np.where(odd, cosine * np.cos(phase), sine * np.sin(phase))
+    out[..., 1] = both * np.where(odd, -cosine * np.sin(phase), sine * np.cos(phase))
+    at = near[-1]
+    w, first = w[near[:-1]].ravel(), first[near[:-1]].ravel()
+    out[near] = scale[at, None] * (
+        _line_sums(w + a[at], first, n) + _line_sums(w - a[at], first, n)
+    )
+    return out
+
+
+def _line_sums(
+    theta: NDArray[np.float64], phase: NDArray[np.float64], n: int
+) -> NDArray[np.float64]:
+    """Sums over k < n of the sine and the cosine of θ(k+½) + phase, shape (θ, 2)."""
+    half = theta / 2.0
+    below = np.sin(half)
+    small = np.abs(below) < 1e-12
+    whole = n * half
+    ratio = np.where(small, n, np.sin(whole) / np.where(small, 1.0, below))
+    return ratio[:, None] * np.stack([np.sin(whole + phase), np.cos(whole + phase)], axis=-1)
 
 
 def comb_ordinates(

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
 MAX_ZOOMED = 1500
 #: Maximum number of filtered samples; of a longer record only the first ones are used.
 MAX_FILTERED = 1_000_000
+#: Innovations with a smaller p-value of whiteness are called correlated: the false-alarm probability of `chance_outside`.
+MIN_WHITENESS = 0.01
 
 
 def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
@@ -148,7 +150,7 @@ def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
     octaves = replace(figure.panels[0], x=close.x, show_x=False)
     panels = (octaves, replace(close, row=1))
     low, high = close.y.low, close.y.high
-    told = f"{figure.subtitle}; below, around {0.5 * (low + high):.3g} Hz"
+    told = f"{figure.subtitle}; the lower map shows the range around {0.5 * (low + high):.3g} Hz"
     return replace(figure, panels=panels, heights=(1.0, 1.0), subtitle=told)
 
 
@@ -374,7 +376,8 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
         f"{first}{many(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
         f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {found.whiteness:.2g}"
     )
-    told = f"{_consistency(by_tau.tau, by_tau.nis, by_tau.low, by_tau.high)}\n{told}"
+    verdict = _consistency(by_tau.tau, by_tau.nis, by_tau.low, by_tau.high, found.whiteness)
+    told = f"{verdict}\n{told}"
     panel = Panel(x, y, marks, title="NIS")
     return Figure("Normalized innovation squared (NIS)", told, (panel,), kind="nis")
 
@@ -384,11 +387,20 @@ def _consistency(
     nis: NDArray[np.float64],
     low: NDArray[np.float64],
     high: NDArray[np.float64],
+    whiteness: float,
 ) -> str:
-    """Sentence on whether the errors of a filter are as large as the filter expects."""
+    """Sentence on whether the errors of a filter are as large as the filter expects, and uncorrelated.
+
+    `whiteness` is the p-value of the innovations under the hypothesis of no correlation.
+    """
     over, under = nis > high, nis < low
     count, points = int(np.count_nonzero(over | under)), nis.size
     outside = f"{count} of {points} points lie outside the 95 % interval"
+    if count <= chance_outside(points) and whiteness < MIN_WHITENESS:
+        return (
+            f"the errors are as large as the filter expects ({outside}), but they are correlated:"
+            f" p = {number(whiteness, 2)}"
+        )
     if count <= chance_outside(points):
         return f"the filter is consistent with the record: {outside}"
     kind, which = (

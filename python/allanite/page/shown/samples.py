@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.numbers import time_scale
 from allanite.plots.axes import linear_axis
 from allanite.plots.recording import samples_panel
 from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Points, Rule, Span
-from allanite.plots.time import time_scale
 from allanite.report.words import many
 
 if TYPE_CHECKING:

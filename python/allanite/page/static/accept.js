@@ -3,6 +3,13 @@ import { $, S, act, capital, el, refill, speak } from "./core.js";
 import { done } from "./axes.js";
 
 // The verdict of the chosen file is shown above the export button.
+// A data sheet in TOML.
+const EXAMPLE = `[gyroscope]
+angle_random_walk = "0.3 deg/sqrt(h)"
+in_run_bias_stability = "12 deg/h"
+
+[accelerometer]
+noise_density = "240 ug/sqrt(Hz)"`;
 let asked = 0;
 export async function sayVerdict() {
   const mine = ++asked, name = $("target").value, there = S.state.recording && S.state.ladder.length;
@@ -29,7 +36,7 @@ async function fetchInto(node) {
   const sheet = el("button", { class: "main", onclick: () => S.hooks.pick("sheet") }, S.state.sheet ? "Another data sheet …" : "Open a data sheet …");
   let found;
   try { found = await speak(`tabs/${S.tab}/part/acceptance`); } catch (error) { node.replaceChildren(el("p", {}, error.message), sheet); return; }
-  if (!found) { node.replaceChildren(el("p", {}, "Does each axis meet its data sheet? Open a TOML or JSON file with the data sheet's values."), sheet); return; }
+  if (!found) { node.replaceChildren(el("p", {}, "Does each axis meet its data sheet? Open a TOML or JSON file with the values of the data sheet, for example:"), el("pre", {}, EXAMPLE), sheet); return; }
   const kind = { meets: "adequate", "does not meet": "fails", undecided: "" }, sign = { meets: "✓", "does not meet": "✗", undecided: "?" };
   const word = v => `${sign[v]} ${capital(v)}`;
   node.replaceChildren(el("table", {}, el("caption", {}, `Acceptance test: ${found.sheet}`),

@@ -10,6 +10,7 @@ from allanite.plots.spec import Band, Line, Points, Rule, label_of
 from allanite.plots.themes import COMPONENTS
 from allanite.plots.words import values_text
 from allanite.spectrum.spectrum import cells_of
+from generators import resonance, white
 
 
 def marks(panel, kind, color=None):
@@ -96,6 +97,34 @@ def test_a_line_is_marked_at_its_frequency_and_shown_before_it_was_taken_out(fit
     (raw,) = marks(spectrum, Points, "raw")
     assert np.any(np.abs(np.log(raw.x / 3.0)) < 0.1)
     assert spectrum.y.high > raw.y.max()
+
+
+def test_a_band_narrower_than_a_bin_is_drawn_on_single_ordinates():
+    rate, n, f, damping, rms = 100.0, 40_000, 38.0, 1e-4, 0.02
+    rng = np.random.default_rng(3)
+    samples = white(rng, n, rate, 0.01) + resonance(rng, n, rate, f, damping, rms)
+    log = al.Recording(samples, rate, unit="deg/s")
+    fit = al.fit_model(log, f"N+RES(frequency={f}, damping={damping})")
+    spectrum = plot_fit(fit).panels[2]
+    (model,) = marks(spectrum, Line, "model")
+    floor, band = [m for m in spectrum.find(Line) if m.color in COMPONENTS]
+    np.testing.assert_allclose(floor.y + band.y, model.y, rtol=1e-9)
+    # Two-sided density at the center of a narrow band: rms² / (2π f damping), here a hundred times the floor.
+    own = {name: fit[f"RES.{name}"].value for name in ("rms", "frequency", "damping")}
+    top = own["rms"] ** 2 / (2 * np.pi * own["frequency"] * own["damping"])
+    # A record of L correlation times 1/(2π f damping) resolves the center to 1/L, and an ordinate is at most π/2L
+    # half-widths away from it.
+    lengths = n / rate * 2 * np.pi * own["frequency"] * own["damping"]
+    least = (1.0 - 1.0 / lengths) * (1.0 - (0.5 * np.pi / lengths) ** 2)
+    assert least * top < band.y.max() < top
+    assert model.x[model.y.argmax()] == pytest.approx(f, abs=0.01)
+    assert np.all(np.diff(model.x) > 0.0)
+    # The single ordinates scatter about this line: their sum is that of the density to 4 standard deviations.
+    (single,) = marks(spectrum, Line, "raw")
+    drawn = np.interp(single.x, model.x, model.y)
+    scatter = np.sqrt(2.0 * np.sum(drawn**2))
+    assert np.sum(single.y) == pytest.approx(np.sum(drawn), abs=4.0 * scatter)
+    assert spectrum.y.high > single.y.max()
 
 
 def test_legend_gives_the_values_that_say_most():
