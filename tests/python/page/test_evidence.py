@@ -12,7 +12,7 @@ from allanite.fit import fit_model
 from allanite.fit.rivals.undecided import Undecided
 from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.sessions import Sessions
-from allanite.page.shown.cards import failures
+from allanite.page.shown.cards import cards, failures
 from allanite.page.source import Source
 from allanite.page.state import state
 from allanite.page.tab import Tab
@@ -188,3 +188,14 @@ def test_a_line_that_drifts_is_followed_in_the_map():
     # Within a row, and the drift within a column.
     column = 4.0 * np.diff(heat.x_edges)[0] / panel.x.high
     assert np.max(np.abs(found - (18.0 + 4.0 * middle))) < height + column
+
+
+def test_the_card_of_a_drifting_line_names_the_frequencies_that_the_line_has():
+    rng = np.random.default_rng(5)
+    t = np.arange(N) / RATE
+    x = white(rng, N, RATE, 0.01) + 0.02 * np.sin(2 * np.pi * (10.0 * t + 0.5 * 0.005 * t**2))
+    check = check_fit(fit_model(Recording(x, RATE, unit="deg/s"), "N"))
+    card = next(c for c in cards(check) if c["kind"] == "drifting_line")
+    # From 10 Hz to 10 Hz + 0.005 Hz/s · 400 s; the page shows 12 % more on each side.
+    assert card["acts"]["frequency"] == pytest.approx([10.0 / 1.12, 12.0 * 1.12], rel=1e-3)
+    assert card["size_text"].endswith("between 10 and 12 Hz")

@@ -135,8 +135,8 @@ def comb_ordinates(
     data: Data,
 ) -> NDArray[np.float64]:
     """Cosine transform of the sines and cosines of a line and its harmonics at ordinates j, shape (…, k, 2·lines)."""
-    parts = [line_ordinates(m * np.asarray(frequency), j, data) for m in multiples]
-    return np.concatenate(parts, axis=-1)
+    lines = line_ordinates(np.multiply.outer(frequency, multiples), j, data)
+    return np.moveaxis(lines, -3, -2).reshape(*np.shape(frequency), j.size, -1)
 
 
 def comb_gains(

@@ -9,7 +9,7 @@ import numpy as np
 from allanite.common.numbers import number, tidy
 from allanite.common.parameters import Estimate
 from allanite.criticism import over_frequency, over_time
-from allanite.effects import Effect, Periodic, find, limitable
+from allanite.effects import Deterministic, Effect, Periodic, find, limitable
 from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
@@ -210,6 +210,7 @@ def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
     chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
     name, acts = fit.display_name(s.effect), _acts(fit, s)
     values, sentence = _parted(name, _sentence(s))
+    between = _between(_line_range(fit, s.effect) or acts["frequency"])
     return {
         "number": place,
         "kind": s.kind,
@@ -222,7 +223,7 @@ def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
         "rivals": rivals,
         "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
         "size": s.removes_percent / 100.0,
-        "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{_between(acts)}",
+        "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{between}",
         "acts": acts,
         **_shown_at(s.effect, acts),
     }
@@ -245,9 +246,15 @@ def _parted(name: str, sentence: str) -> tuple[str, str]:
     return "", sentence
 
 
-def _between(acts: dict[str, list[float] | None]) -> str:
+def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
+    """Lowest and highest frequency of a spectral line in the record, Hz; None for other effects."""
+    if not isinstance(effect, Deterministic):
+        return None
+    return effect.seen_between(*fit.data.span) or effect.occupies
+
+
+def _between(ends: Sequence[float] | None) -> str:
     """Text of the frequency range in which an effect acts; empty if it has none."""
-    ends = acts["frequency"]
     if ends is None:
         return ""
     low, high = (number(f, 2) for f in ends)
@@ -276,10 +283,10 @@ def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
     """Ranges of τ (s), frequency (Hz) and time (s) in which an effect acts; None where it has no range."""
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
-    if isinstance(s.effect, Periodic) and s.effect.frequency is not None:
-        f = s.effect.frequency
-        out["frequency"] = [f / 1.12, f * 1.12]
-        out["tau"] = [max(1.0 / rate, 0.15 / f), 1.2 / f]
+    if (ends := _line_range(fit, s.effect)) is not None:
+        low, high = ends
+        out["frequency"] = [low / 1.12, high * 1.12]
+        out["tau"] = [max(1.0 / rate, 0.15 / high), 1.2 / low]
         return out
     if s.effect.when is not None:
         start, end = s.effect.when

@@ -17,7 +17,7 @@ export async function show(view) {
 export async function paint(node, view) {
   const layout = structuredClone(view.layout);
   narrow(layout, view, node);
-  await Plotly.react(node, view.data, layout, options);
+  await Plotly.react(node, node.clientWidth > NARROW ? view.data : view.data.map(untitled), layout, options);
   // Elements above may have changed their height; correct the size now instead of waiting for the observer.
   const { width, height } = node._fullLayout;
   if (width !== node.clientWidth || height !== node.clientHeight) await Plotly.relayout(node, { autosize: true });
@@ -33,13 +33,16 @@ function narrow(layout, view, node) {
   if (node.clientWidth > NARROW) return;
   layout.margin = { ...layout.margin, l: 58, r: 8 };
   layout.font = { ...layout.font, size: 11 };
-  layout.annotations = (layout.annotations || []).filter(a => a.name !== "span");
+  // Only a single shaded range has space for its label.
+  if (layout.annotations.filter(a => a.name === "span").length > 1) layout.annotations = layout.annotations.filter(a => a.name !== "span");
   // Show only the letter of a reading; its value is listed below.
   if (view.name === "allan") for (const a of layout.annotations) if (a.xref === "x") a.text = a.text.split(" ")[0];
   for (const [key, axis] of Object.entries(layout)) if (/^[xy]axis/.test(key) && axis.title) axis.title.standoff = 4;
   const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
   if (across.length && view.name === "error") stack(layout);
 }
+// A trace without the title of its color bar, which the text below the figure names.
+const untitled = trace => trace.colorbar ? { ...trace, colorbar: { ...trace.colorbar, title: { text: "" } } } : trace;
 // Keeps every second, third … label of an axis, so that at most `most` remain.
 function thin(axis, most) {
   const step = Math.ceil((axis.tickvals || []).length / most), kept = (_, i) => i % step === 0;
