@@ -233,6 +233,17 @@ def test_a_level_does_not_change_samples_that_are_excluded(quiet_start, level):
     assert power.mean() == pytest.approx(1.0, abs=5.0 * np.sqrt(2.0 / power.size))
 
 
+def test_normal_scores_of_a_rounded_record_change_sign_with_it(quiet_start):
+    samples = np.round(quiet_start.samples.ravel() / 0.5) * 0.5
+    scores = []
+    for signed in (samples, -samples):
+        fit = al.fit_model(al.Recording(signed, rate=1.0, unit="deg/s"), "N")
+        whitened = whiten(fit.solution, fit.data)
+        assert whitened.step > 0.0
+        scores.append(whitened.normalized.samples)
+    np.testing.assert_allclose(scores[1], -scores[0], rtol=1e-9)
+
+
 def test_a_level_leaves_with_the_segment_that_has_its_changes(quiet_start):
     base = al.fit_model(quiet_start, "N")
     for quiet, leaves in (((0, 299), True), ((299, 4400), True), ((100, 2000), False)):

@@ -213,8 +213,9 @@ def _normalized(whitened: Whitened) -> Whitened:
         return whitened.without_single
     if whitened.step > 0.0:
         # Break ties of rounded values at random; their given order would carry slow drifts below a step as loud as noise.
+        # With the sign of the sample, the scores of a negated record are the negative ones.
         spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
-        samples = samples + whitened.step * spread
+        samples = samples + whitened.step * spread * np.sign(samples)
     # The sort cannot be interrupted; a separate thread lets the main thread handle interrupts.
     [order] = results_or_raise(side_by_side([lambda: _kernels.order(samples)]))
     scores = np.empty(samples.size)
