@@ -11,13 +11,14 @@ import errno
 import os
 import queue
 import signal
+import stat
 import sys
 import threading
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import click
 import numpy as np
@@ -319,12 +320,7 @@ def _of_file(
     path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
 ) -> Iterator[_Block]:
     """Yield blocks of a file; begins anew if the file is truncated or replaced."""
-    if not path.is_file():
-        found = (
-            "not a regular file: pipe it to allanite watch -" if path.exists() else "no such file"
-        )
-        raise InputError(f"{path}: {found}")
-    file = path.open("rb")
+    file = _opened(path)
     try:
         at, tail = 0, b""
         if position is not None:
@@ -353,7 +349,7 @@ def _of_file(
                 while data := file.read(BLOCK):
                     yield _Block(data)
                 file.close()
-                file = path.open("rb")
+                file = _opened(path)
                 _notice(
                     f"{path}: replaced by another file; reading the new file from the first row"
                 )
@@ -366,6 +362,28 @@ def _of_file(
                 yield _Block(b"", 0, follows=False)
     finally:
         file.close()
+
+
+def _opened(path: Path) -> BinaryIO:
+    """The file, opened for reading.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is a folder, a pipe or a device.
+    """
+    # The opening of a pipe would wait for a writer.
+    flags = getattr(os, "O_NONBLOCK", 0)
+    try:
+        file = open(path, "rb", opener=lambda name, mode: os.open(name, mode | flags))  # noqa: SIM115
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: a folder, not a file") from None
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise InputError(f"{path}: not a regular file: pipe it to allanite watch -")
+    return file
 
 
 def _is_continued(descriptor: int, at: int, tail: bytes) -> bool:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 DEFAULT_MODEL = SENSOR_START
 #: Minimum number of samples of a recording, for every command. Chosen by judgment; not measured.
 MIN_SAMPLES = 16
+#: Most digits of a number of points per decade. No log has 10⁹ averaging times.
+MAX_DIGITS = 9
 
 model_option = click.option(
     "--model",
@@ -306,7 +308,8 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def is_points_per_decade(taus: str) -> bool:
     """True if the value of --taus is a whole number of points per decade."""
-    return taus.isascii() and taus.isdigit()  # "²".isdigit() is true
+    # "²".isdigit() is true, and int() refuses thousands of digits.
+    return taus.isascii() and taus.isdigit() and len(taus) <= MAX_DIGITS
 
 
 def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[Recording]:

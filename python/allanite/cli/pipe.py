@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import shutil
 import sys
-import tempfile
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory, gettempdir
+from typing import IO, TYPE_CHECKING
 
 from allanite.common.errors import InputError, about
+from allanite.common.memory import shown_bytes
 from allanite.readers import FORMATS
 
 if TYPE_CHECKING:
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
 
 PIPE = "-"
 NAME = "standard input"
+#: Bytes that are copied at a time.
+BLOCK = 1 << 20
+#: Largest part of the free space of the temporary folder that a copy may take: a pipe may have no end. Chosen by judgment;
+#: not measured.
+MAX_SPACE_SHARE = 0.5
 
 
 @contextmanager
@@ -31,12 +37,37 @@ def log_file(path: str) -> Iterator[Path]:
     # A pipe that begins with no signature of a format is text.
     head = stream.read(max(map(len, FORMATS.magic)))
     suffix = next((s for magic, s in FORMATS.magic.items() if head.startswith(magic)), ".csv")
-    with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
+    with TemporaryDirectory(prefix="allanite-") as folder:
         spool = Path(folder) / f"{NAME}{suffix}"
-        with spool.open("wb") as file:
-            file.write(head)
-            shutil.copyfileobj(stream, file)
+        _copy(head, stream, spool)
         yield spool
+
+
+def _copy(head: bytes, stream: IO[bytes], spool: Path) -> None:
+    """Write `head` and all that follows in `stream` to the file `spool`.
+
+    Raises
+    ------
+    InputError
+        The pipe has no end, or the file cannot be written.
+    """
+    folder = gettempdir()
+    try:
+        most = MAX_SPACE_SHARE * shutil.disk_usage(folder).free
+        with spool.open("wb") as file:
+            block = head
+            while block:
+                file.write(block)
+                if file.tell() > most:
+                    raise InputError(
+                        f"{NAME} is longer than {shown_bytes(most)}, half of the free space of {folder}: give the name of"
+                        " a file"
+                    )
+                block = stream.read(BLOCK)
+    except OSError as error:
+        raise InputError(
+            f"{NAME} cannot be copied to {folder} ({error.strerror or error}): give the name of a file"
+        ) from None
 
 
 @contextmanager

@@ -58,8 +58,9 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         The folder does not exist, or the file cannot be written.
     """
     check_target(path)
-    # A link is resolved, so that its target is written. A device or a pipe is written directly.
-    target = Path(path).resolve()
+    # A link is resolved, so that its target is written. A device or a pipe is written directly. `Path.resolve` fails for a
+    # loop of links.
+    target = Path(os.path.realpath(path))
     replaced = target.is_file() or not target.exists()
     draft = target
     try:

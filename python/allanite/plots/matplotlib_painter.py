@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import io
 import itertools
+import sys
 import textwrap
 import warnings
+from contextlib import chdir, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.files import check_target, whole_file
+from allanite.common.files import check_target, exists, whole_file
 from allanite.plots.spec import (
     Axis,
     Band,
@@ -30,6 +32,9 @@ from allanite.plots.spec import (
     label_of,
 )
 from allanite.plots.themes import Theme, theme_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
@@ -152,7 +157,8 @@ def draw(
     rows = len(figure.below.splitlines())
     size = size or (form.width, form.height + (0.0 if form.column else ROW * rows))
     try:
-        from matplotlib.figure import Figure as Canvas
+        with _working_folder_without_settings():
+            from matplotlib.figure import Figure as Canvas
         from matplotlib.layout_engine import ConstrainedLayoutEngine
     except ImportError:
         raise InputError(
@@ -174,6 +180,19 @@ def draw(
     _resize(canvas, form)
     layout.set(rect=(0.0, bottom, 1.0, top - bottom))
     return canvas
+
+
+@contextmanager
+def _working_folder_without_settings() -> Iterator[None]:
+    """Context in which matplotlib is imported without a ``matplotlibrc`` of the working folder.
+
+    Such a file may come with a log, and could start LaTeX on the texts of a figure.
+    """
+    if "matplotlib" in sys.modules or not exists("matplotlibrc"):
+        yield
+        return
+    with chdir(Path(__file__).parent):
+        yield
 
 
 def _in_one_column(figure: Figure) -> Figure:

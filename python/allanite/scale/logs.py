@@ -297,8 +297,9 @@ def run_fleet(
 
 def _without_table(logs: list[Path], target: Path) -> list[Path]:
     """Logs without the table that is written, under any name. Raises an error if the table would replace a log."""
-    own = {place.resolve() for place in (target, _journal_of(target))}
-    found = [path for path in logs if path.resolve() not in own]
+    # `Path.resolve` fails for a loop of links.
+    own = {os.path.realpath(place) for place in (target, _journal_of(target))}
+    found = [path for path in logs if os.path.realpath(path) not in own]
     if len(found) < len(logs) and target.exists() and not _journal_of(target).exists():
         raise InputError(f"{target} is among the logs: give the table another name")
     if not found:

@@ -16,6 +16,7 @@ from allanite.cli.options import (
 )
 from allanite.cli.pipe import PIPE
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 from allanite.deviation import ESTIMATORS
 
 if TYPE_CHECKING:
@@ -77,8 +78,8 @@ def command(
     output.check_targets(plot)
     if not (is_points_per_decade(taus) or taus in GRIDS):
         raise InputError(
-            f"--taus {taus}: write {', '.join(GRIDS)} or a number of points per decade; for single averaging times in"
-            " seconds use Python: al.oadev(…, taus=[1, 10])"
+            f"--taus {plain(taus, 40)}: write {', '.join(GRIDS)} or a number of points per decade; for single averaging"
+            " times in seconds use Python: al.oadev(…, taus=[1, 10])"
         )
     kinds = kind or ("oadev",)
     in_chunks = kinds == ("oadev",) and _is_read_in_chunks(log, taus, options)

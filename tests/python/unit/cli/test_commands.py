@@ -237,6 +237,7 @@ def test_the_table_makes_the_functions_and_the_choice():
 def test_a_digit_that_is_no_number_is_refused(run, log):
     refused(run("adev", log, "--taus", "²"), 2, "²", "octave")
     refused(run("adev", log, "--taus", "-1"), 2, "-1", "octave")
+    refused(run("adev", log, "--taus", "9" * 5000), 2, "999", "octave")
     refused(run("adev", log, "--taus", "0"), 2, "0 averaging times")
 
 

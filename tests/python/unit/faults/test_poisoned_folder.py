@@ -101,6 +101,25 @@ def test_a_command(poisoned, name):
     assert done.returncode in ((0, 1, 3) if name == "accept" else (0,)), done.stderr
 
 
+@pytest.mark.skipif(os.name != "posix", reason="a pipe of POSIX")
+@pytest.mark.parametrize(
+    "content", ["text.usetex: True\nfigure.dpi: x\n", None], ids=["LaTeX", "pipe"]
+)
+def test_settings_of_figures_beside_a_log_are_not_read(tmp_path, content):
+    """They once started LaTeX on the texts of a log."""
+    pytest.importorskip("matplotlib")
+    write_logs(tmp_path)
+    settings = tmp_path / "matplotlibrc"
+    os.mkfifo(settings) if content is None else settings.write_text(content)
+    code = "from allanite.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "adev", "log.csv", "--plot", "x.svg"],
+        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "x.svg").read_text().startswith("<?xml")
+
+
 def test_watch(poisoned):
     poisoned.run("fit", *LOG, "--save", "{out}/model.json")
     words, options = poisoned.command("watch", "log.csv", "--follow", "--model", "{out}/model.json")

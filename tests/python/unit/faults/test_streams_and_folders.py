@@ -186,3 +186,40 @@ def test_a_core_that_is_missing_is_one_line():
     report = Path(got[2].split("attach ")[1].split(",")[0])
     assert report.read_text().startswith("allanite without its compiled core, Python 3.")
     report.unlink()
+
+
+def test_a_pipe_without_end_does_not_fill_the_disk(run, monkeypatch):
+    from types import SimpleNamespace
+
+    with Path("/dev/zero").open("rb") as zeros:
+        monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=zeros))
+        monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=10_000_000))
+        found = run("fit", "-", "--rate", 1, "--model", "N")
+        one_line(found, 2, "standard input is longer than 5 MB", "half of the free space")
+
+
+def test_a_pipe_that_cannot_be_copied_names_itself(run, monkeypatch):
+    import resource
+    from types import SimpleNamespace
+
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    with Path("/dev/zero").open("rb") as zeros:
+        monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=zeros))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, hard))
+        try:
+            found = run("fit", "-", "--rate", 1, "--model", "N")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+    one_line(found, 2, "standard input cannot be copied", "too large")
+
+
+def test_a_loop_of_links_is_a_log_that_cannot_be_read_and_a_name_that_can_be_written(log, tmp_path):
+    from allanite.common.files import whole_file
+    from allanite.scale.logs import _without_table, logs_of
+
+    loop = tmp_path / "loop.csv"
+    loop.symlink_to("loop.csv")
+    assert _without_table(logs_of(tmp_path), tmp_path / "table.csv") == [loop, log]
+    with whole_file(loop) as draft:
+        draft.write_text("1")
+    assert loop.read_text() == "1"

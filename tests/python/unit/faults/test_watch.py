@@ -118,6 +118,22 @@ def test_an_address_in_use_is_said(run):
         refused(run("watch", address, *MODEL), 2, address, "in use", "another port")
 
 
+@posix
+def test_files_that_cannot_be_written_are_refused_before_the_first_row(run, tmp_path):
+    """The state was once missed after a minute of samples, and a pipe was waited for."""
+    os.mkfifo(tmp_path / "pipe")
+    for option in ("--state", "--prometheus"):
+        path = tmp_path / "nowhere" / "file"
+        refused(run("watch", "-", *MODEL, option, path), 2, "does not exist")
+        refused(run("watch", "-", *MODEL, option, tmp_path), 2, "is a folder")
+    refused(run("watch", "-", *MODEL, "--state", tmp_path / "pipe"), 2, "not a file")
+
+
+@pytest.mark.parametrize("every", ["0", "-1", "nan", "inf"])
+def test_the_time_between_lines_is_a_positive_number(run, every):
+    refused(run("watch", "-", *MODEL, "--every", every), 2, "--every", "positive number of seconds")
+
+
 # -- signals ---------------------------------------------------------------------------------------
 
 ENDS = {signal.SIGTERM: 143, signal.SIGINT: 130}
@@ -226,6 +242,25 @@ def test_a_rotated_file_loses_no_row(tmp_path, capsys):
     assert samples == list(range(50, 70))
     assert all(some.follows for some in rows)
     assert "replaced" in capsys.readouterr().err
+
+
+@posix
+@pytest.mark.parametrize("kind", ["pipe", "folder", "device"])
+def test_a_log_replaced_by_something_that_never_ends_is_refused(tmp_path, kind):
+    """The opening of a pipe once waited for a writer, and no signal ended the watch."""
+    log = tmp_path / "log.csv"
+    log.write_text("gx\n" + text(range(50)))
+    follower = Following(log)
+    follower.until_samples(50)
+    with log.open("a") as old:
+        old.write(text(range(50, 60)))
+    log.rename(tmp_path / "log.csv.1")
+    {"pipe": os.mkfifo, "folder": os.mkdir, "device": lambda p: p.symlink_to("/dev/zero")}[kind](
+        log
+    )
+    assert follower.until_samples(10)[0] == list(range(50, 60))
+    with pytest.raises(al.InputError, match=r"log.csv: (not a regular|a folder, not a) file"):
+        next(follower.rows)
 
 
 @pytest.mark.parametrize("change", ["none", "rotated", "truncated"])

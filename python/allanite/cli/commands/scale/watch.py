@@ -85,16 +85,20 @@ def command(
     With --state, rows that an earlier run has read are skipped. A file that is truncated or replaced is read from its
     first row.
     """
-    from pathlib import Path
-
     from allanite.cli.first_rows import WatchedColumn, watched_column
     from allanite.cli.live_source import Stop, is_file, rows_of
     from allanite.cli.models import models_of
     from allanite.cli.pipe import NAME, PIPE
     from allanite.common.errors import InputError, about
+    from allanite.common.files import check_target, exists
     from allanite.common.units import rate_unit
+    from allanite.common.validation import positive
     from allanite.scale import Watch
 
+    every = positive(every, "--every", "s", "write a positive number of seconds")
+    for path in (state, prometheus):
+        if path is not None:
+            check_target(path)
     models = models_of(model)
     known = [one for one in models if one.column == column] or models
     if len(known) > 1:
@@ -109,7 +113,7 @@ def command(
     # The unit in a model file is that of the rate, whatever --quantity is. The samples are converted to it.
     own = chosen.unit or given or "1"
     watch = Watch(chosen.model, rate, own, quantity=quantity)
-    if state is not None and Path(state).is_file():
+    if state is not None and exists(state):
         watch.restore(state)
         if not is_file(source):
             # Samples that arrived since the state was saved are lost.
