@@ -25,8 +25,103 @@ if TYPE_CHECKING:
     from allanite.summary import Summary
 
 
+class Fitted:
+    """Methods that an effect, alone, has in common with a model."""
+
+    def _model(self) -> Model:
+        """The model, or a model with this effect only."""
+        raise NotImplementedError
+
+    def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
+        """Fit to one column; for `method` see `allanite.fit_model`."""
+        import allanite as al
+
+        return al.fit_model(recording, self._model(), method)
+
+    def simulate(
+        self,
+        *,
+        duration: float | None = None,
+        n: int | None = None,
+        rate: float,
+        seed: int = 0,
+        unit: str = "1",
+        covariates: Mapping[str, ArrayLike] | None = None,
+        axis: int = 0,
+        replicate: int = 0,
+    ) -> Recording:
+        """Simulated samples.
+
+        Parameters
+        ----------
+        duration, n : float, int
+            Duration in seconds, or number of samples; give one of them.
+        rate : float
+            Sampling rate, Hz.
+        seed : int
+            Seed from 0 to 2^64 − 1. The same seed gives identical samples for any number of threads.
+        unit : str
+            Unit U of the samples and of the values.
+        covariates : mapping of str to array_like, shape (n,), optional
+            Columns that effects follow.
+        axis, replicate : int
+            Numbers of independent records with the same seed.
+
+        Returns
+        -------
+        Recording
+
+        Raises
+        ------
+        InputError
+            See `allanite.simulate.simulate`.
+        """
+        import allanite as al
+
+        return al.simulate.simulate(
+            self._model(),
+            duration=duration,
+            n=n,
+            rate=rate,
+            seed=seed,
+            unit=unit,
+            covariates=covariates,
+            axis=axis,
+            replicate=replicate,
+        )
+
+    def simulate_chunks(
+        self,
+        *,
+        size: int = 2**20,
+        duration: float | None = None,
+        n: int | None = None,
+        rate: float,
+        seed: int = 0,
+        unit: str = "1",
+        covariates: Mapping[str, ArrayLike] | None = None,
+        axis: int = 0,
+        replicate: int = 0,
+    ) -> Iterator[Recording]:
+        """The samples of `simulate` in segments of `size` samples; for the parameters see `allanite.simulate.simulate`."""
+        import allanite as al
+
+        return al.simulate.simulate_chunks(
+            self._model(),
+            size=size,
+            duration=duration,
+            n=n,
+            rate=rate,
+            seed=seed,
+            unit=unit,
+            covariates=covariates,
+            axis=axis,
+            replicate=replicate,
+        )
+
+
 @dataclass(frozen=True)
-class Effect:
+class Effect(Fitted):
     """A physical effect with its values; None is a value to be fitted.
 
     Examples
@@ -334,60 +429,6 @@ class Effect:
         from allanite.effects.model import Model
 
         return Model((self,))
-
-    def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
-        """Fit this effect alone to one column; for `method` see `allanite.fit_model`."""
-        return self._model().fit(recording, method)
-
-    def simulate(
-        self,
-        *,
-        duration: float | None = None,
-        n: int | None = None,
-        rate: float,
-        seed: int = 0,
-        unit: str = "1",
-        covariates: Mapping[str, ArrayLike] | None = None,
-        axis: int = 0,
-        replicate: int = 0,
-    ) -> Recording:
-        """Simulated samples of this effect alone; for the parameters see `Model.simulate`."""
-        return self._model().simulate(
-            duration=duration,
-            n=n,
-            rate=rate,
-            seed=seed,
-            unit=unit,
-            covariates=covariates,
-            axis=axis,
-            replicate=replicate,
-        )
-
-    def simulate_chunks(
-        self,
-        *,
-        size: int = 2**20,
-        duration: float | None = None,
-        n: int | None = None,
-        rate: float,
-        seed: int = 0,
-        unit: str = "1",
-        covariates: Mapping[str, ArrayLike] | None = None,
-        axis: int = 0,
-        replicate: int = 0,
-    ) -> Iterator[Recording]:
-        """The samples of `simulate` in consecutive segments of `size` samples; for the parameters see `Model.simulate`."""
-        return self._model().simulate_chunks(
-            size=size,
-            duration=duration,
-            n=n,
-            rate=rate,
-            seed=seed,
-            unit=unit,
-            covariates=covariates,
-            axis=axis,
-            replicate=replicate,
-        )
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
         """Two-sided power spectral density, U²/Hz, at frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,18 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate, require_frequencies
-from allanite.effects._base import Effect, Stochastic
+from allanite.effects._base import Effect, Fitted, Stochastic
 from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
 if TYPE_CHECKING:
-    from allanite.fit import Fit
     from allanite.fit.several.columns import Fits
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
-    from allanite.summary import Summary
 
 #: Maximum number of effects of a model that is fitted or predicted. The time of a fit grows with the square of the number:
 #: for 10⁵ samples, 60 lines take 12 s of processor time, 100 take 23 s and 300 several minutes. `improve` adds at most 40.
@@ -32,7 +30,7 @@ MAX_EFFECTS = 64
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(Fitted):
     """An immutable sum of effects; ``+`` adds effects.
 
     Attributes
@@ -277,98 +275,14 @@ class Model:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)
 
-    def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
-        """Fit the model to one column; for `method` see `allanite.fit_model`."""
-        import allanite as al
-
-        return al.fit_model(recording, self, method)
+    def _model(self) -> Model:
+        return self
 
     def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
         """Fit the model to every column; for `method` see `allanite.fit_model`."""
         import allanite as al
 
         return al.fit_columns(recording, self, method)
-
-    def simulate(
-        self,
-        *,
-        duration: float | None = None,
-        n: int | None = None,
-        rate: float,
-        seed: int = 0,
-        unit: str = "1",
-        covariates: Mapping[str, ArrayLike] | None = None,
-        axis: int = 0,
-        replicate: int = 0,
-    ) -> Recording:
-        """Simulated samples of the model.
-
-        Parameters
-        ----------
-        duration, n : float, int
-            Duration in seconds, or number of samples; give one of them.
-        rate : float
-            Sampling rate, Hz.
-        seed : int
-            Seed from 0 to 2^64 − 1. The same seed gives identical samples for any number of threads.
-        unit : str
-            Unit U of the samples and of the model's values.
-        covariates : mapping of str to array_like, shape (n,), optional
-            Columns that effects of the model follow.
-        axis, replicate : int
-            Numbers of independent records with the same seed.
-
-        Returns
-        -------
-        Recording
-
-        Raises
-        ------
-        InputError
-            See `allanite.simulate.simulate`.
-        """
-        import allanite as al
-
-        return al.simulate.simulate(
-            self,
-            duration=duration,
-            n=n,
-            rate=rate,
-            seed=seed,
-            unit=unit,
-            covariates=covariates,
-            axis=axis,
-            replicate=replicate,
-        )
-
-    def simulate_chunks(
-        self,
-        *,
-        size: int = 2**20,
-        duration: float | None = None,
-        n: int | None = None,
-        rate: float,
-        seed: int = 0,
-        unit: str = "1",
-        covariates: Mapping[str, ArrayLike] | None = None,
-        axis: int = 0,
-        replicate: int = 0,
-    ) -> Iterator[Recording]:
-        """The samples of `simulate` in consecutive segments of `size` samples; for the parameters see `Model.simulate`."""
-        import allanite as al
-
-        return al.simulate.simulate_chunks(
-            self,
-            size=size,
-            duration=duration,
-            n=n,
-            rate=rate,
-            seed=seed,
-            unit=unit,
-            covariates=covariates,
-            axis=axis,
-            replicate=replicate,
-        )
 
     def state_space(
         self, rate: float, *, states: int | None = None, duration: float | None = None

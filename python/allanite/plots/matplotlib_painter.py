@@ -30,6 +30,7 @@ from allanite.plots.spec import (
     Rule,
     Span,
     label_of,
+    side_of_text,
 )
 from allanite.plots.themes import Theme, theme_of
 
@@ -49,8 +50,6 @@ FONT = "DejaVu Sans"  # included in matplotlib; contains all characters that are
 #: Texts are literal: a dollar sign does not start a formula.
 TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
-#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
-ALIGNED_TEXT_FRACTION = 0.15
 # Drawing order.
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
 
@@ -448,11 +447,7 @@ def _span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -> Non
         (0.0, -14.0 * line),
         xycoords="axes fraction",
         textcoords="offset points",
-        ha="left"
-        if place < ALIGNED_TEXT_FRACTION
-        else "right"
-        if place > 1.0 - ALIGNED_TEXT_FRACTION
-        else "center",
+        ha=side_of_text(place),
         va="top",
         fontsize=9.5,
         weight="bold",

@@ -22,6 +22,7 @@ from allanite.plots.spec import (
     Points,
     Rule,
     Span,
+    side_of_text,
 )
 from allanite.plots.themes import Theme, theme_of
 
@@ -31,8 +32,6 @@ DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 GAP_X, GAP_Y = 0.075, 0.03
 #: Gap below rows that have tick texts and an axis label.
 GAP_BELOW_LABEL = 0.17
-#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
-ALIGNED_TEXT_FRACTION = 0.15
 
 
 def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
@@ -265,11 +264,7 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
         "y": 1.0,
         "xref": f"x{suffix}",
         "yref": f"y{suffix} domain",
-        "xanchor": "left"
-        if place < ALIGNED_TEXT_FRACTION
-        else "right"
-        if place > 1.0 - ALIGNED_TEXT_FRACTION
-        else "center",
+        "xanchor": side_of_text(place),
         "yanchor": "top",
         "yshift": -18 * len(before),
         "showarrow": False,

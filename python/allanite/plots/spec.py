@@ -16,6 +16,17 @@ from allanite.common.showing import brief
 Array = NDArray[np.float64]
 
 
+#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side. Chosen by judgment.
+ALIGNED_TEXT_FRACTION = 0.15
+
+
+def side_of_text(place: float) -> str:
+    """Alignment of the text of a shaded range at a `place` from 0 to 1 along the axis: left, center or right."""
+    if place < ALIGNED_TEXT_FRACTION:
+        return "left"
+    return "right" if place > 1.0 - ALIGNED_TEXT_FRACTION else "center"
+
+
 def _fix(thing: object, *names: str) -> None:
     """Convert the named fields of an object to read-only float arrays; raise an error unless they have equal lengths.
 

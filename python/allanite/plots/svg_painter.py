@@ -25,6 +25,7 @@ from allanite.plots.spec import (
     Rule,
     Span,
     label_of,
+    side_of_text,
 )
 from allanite.plots.themes import theme_of
 
@@ -44,8 +45,8 @@ DASHES = {"solid": "", "dash": ' stroke-dasharray="6 4"', "dot": ' stroke-dashar
 FLAT = 0.2
 #: Number of shades in each half of the color scale of a map.
 SHADES = 12
-#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side.
-ALIGNED_TEXT_FRACTION = 0.15
+#: Value of text-anchor by the alignment of a text.
+ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
 
 def colors() -> str:
@@ -340,14 +341,7 @@ def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
     if not mark.text:
         return out
     middle = 0.5 * (max(low, 0.0) + min(high, width))
-    place = middle / width
-    anchor = (
-        "start"
-        if place < ALIGNED_TEXT_FRACTION
-        else "end"
-        if place > 1 - ALIGNED_TEXT_FRACTION
-        else "middle"
-    )
+    anchor = ANCHORS[side_of_text(middle / width)]
     return out + _text(middle, 13, mark.text, anchor, ' font-weight="600"')
 
 

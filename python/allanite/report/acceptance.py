@@ -16,6 +16,7 @@ from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
 from allanite.planning.duration import duration_text
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.html import blocks_html, skeleton
+from allanite.report.summary import temperature_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -115,7 +116,7 @@ def _about(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[st
         ("date", date or "not given"),
         ("log", Path(recording.path).name if recording.path else "recording"),
         ("record", f"{duration_text(recording.duration)} at {recording.rate:.6g} Hz"),
-        ("temperature", _temperature(first)),
+        ("temperature", temperature_text(recording)),
     ]
     if first.sheet.temperature:
         rows.append(("temperature of the data sheet", first.sheet.temperature))
@@ -123,17 +124,6 @@ def _about(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[st
         rows.append(("margin", f"{100 * first.margin:g} % added to the data sheet's values"))
     warnings = [tidy(str(f.message)) for f in recording.audit if f.severity == "warning"]
     return [(name, plain(text)) for name, text in rows] + [("note", w) for w in warnings[:2]]
-
-
-def _temperature(found: Acceptance) -> str:
-    """Range of the logged temperature, or "not logged"."""
-    recording = found.recording
-    for name, values in recording.covariates.items():
-        if "temp" in name.lower():
-            low, high = np.nanmin(values), np.nanmax(values)
-            unit = recording.covariate_units.get(name) or ""
-            return f"{low:.1f} to {high:.1f} {unit}".strip()
-    return "not logged"
 
 
 def _interval(figure: FigureVerdict) -> str:

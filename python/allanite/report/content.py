@@ -31,6 +31,7 @@ from allanite.report.words import (
     parameter_cells,
     parameter_text,
     seconds,
+    sentence,
     verdict,
     with_unit,
 )
@@ -265,13 +266,8 @@ def _title(check: Any) -> str:
 
 def _where(check: Any) -> list[Block]:
     """Bulleted sentences on the averaging times, frequencies and times at which a model fails, or one sentence if none."""
-    sentences = tuple(_sentence(s) for s in check.left)
-    return [Bullets(sentences)] if sentences else [Paragraph(_sentence(check.nowhere))]
-
-
-def _sentence(words: str) -> str:
-    """The words as a sentence: with a capital letter and a full stop."""
-    return tidy(words[0].upper() + words[1:]) + "."
+    sentences = tuple(sentence(s) for s in check.left)
+    return [Bullets(sentences)] if sentences else [Paragraph(sentence(check.nowhere))]
 
 
 def _cards(check: Any, place: str) -> list[Block]:
@@ -281,7 +277,7 @@ def _cards(check: Any, place: str) -> list[Block]:
     left = MAX_CARDS
     for title, group in check.grouped:
         if left > 0 and cards:
-            cards.append(Paragraph(f"{_sentence(title)[:-1]}:", "quiet"))
+            cards.append(Paragraph(f"{sentence(title)[:-1]}:", "quiet"))
         for rank, suggestion in group:
             if left > 0:
                 at = rank - 1
@@ -395,11 +391,8 @@ def _left(entry: Entry, at: str) -> list[Block]:
     study, check = entry.study, entry.study.check
     out: list[Block] = []
     if study.undecided is not None:
-        sentence = tidy(undecided_sentence(study.fit, study.undecided))
-        out = [
-            Heading("Undecided alternatives"),
-            Paragraph(f"{sentence[0].upper()}{sentence[1:]}."),
-        ]
+        undecided = undecided_sentence(study.fit, study.undecided)
+        out = [Heading("Undecided alternatives"), Paragraph(sentence(undecided))]
     out.append(Heading("Unexplained misfit"))
     if study.adequate:
         out.append(

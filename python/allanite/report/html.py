@@ -7,6 +7,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
+from allanite.plots.svg_painter import colors, inline
 from allanite.report.blocks import (
     Block,
     Bullets,
@@ -23,7 +24,6 @@ from allanite.report.ending import column_blocks, computed
 from allanite.report.interactive import PlotlyFigures
 from allanite.report.overview import overview
 from allanite.report.summary import summary
-from allanite.report.svg import colors, inline
 from allanite.report.words import many
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.axes.rows import convention, legend, rows
 from allanite.axes.words import in_common, remarks, seen_by_several
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
-from allanite.report.words import COMPLETED
+from allanite.report.words import COMPLETED, sentence
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
@@ -25,7 +25,7 @@ def overview(found: Characterization) -> list[Block]:
             Table(("", *sensor.columns), body),
             Paragraph(legend(studies), "quiet"),
         ]
-        shared = tuple(_sentence(text) for text in in_common(sensor))
+        shared = tuple(sentence(text) for text in in_common(sensor))
         if shared:
             out.append(Bullets(shared))
     stated = convention(study.fit for study in found.studies.values())
@@ -40,12 +40,7 @@ def overview(found: Characterization) -> list[Block]:
     if any(study.fit.data.missing is not None for study in found.studies.values()):
         caption += f" {COMPLETED}"
     out.append(Picture(figure, caption, "axes", 5.4))
-    doubts = tuple(_sentence(text) for text in remarks(found))
+    doubts = tuple(sentence(text) for text in remarks(found))
     if doubts:
         out.append(Bullets(doubts, "bad"))
     return out
-
-
-def _sentence(text: str) -> str:
-    """The text as a sentence: with a capital letter and a full stop."""
-    return text[0].upper() + text[1:] + ("" if text.endswith(".") else ".")

@@ -13,7 +13,7 @@ from allanite.common.printing import in_sheet
 from allanite.effects import standard
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Table
-from allanite.report.words import seconds
+from allanite.report.words import seconds, sentence
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
@@ -34,7 +34,7 @@ def summary(report: Report) -> list[Block]:
         (name, report.options.get(name, "not stated")) for name in GIVEN
     ]
     rows += [
-        ("temperature", _temperature(first)),
+        ("temperature", temperature_text(first)),
         ("duration", f"{seconds(first.duration)} at {first.rate:.6g} Hz"),
     ]
     entries = [_axis(entry) for entry in report.entries]
@@ -50,7 +50,7 @@ def summary(report: Report) -> list[Block]:
     ]
 
 
-def _temperature(recording: Recording) -> str:
+def temperature_text(recording: Recording) -> str:
     """Mean and range of the logged temperature as text, or "not logged"."""
     for name, column in recording.covariates.items():
         unit = recording.covariate_units.get(name, "")
@@ -92,7 +92,7 @@ def _next(report: Report) -> tuple[str, ...]:
         if study.check.significant:
             s = study.check.significant[0]
             out.append(
-                f"{name}: {study.fit.display_name(s.effect)} may be missing. {_sentence(s.check_by)}"
+                f"{name}: {study.fit.display_name(s.effect)} may be missing. {sentence(s.check_by)}"
             )
         else:
             left = study.left[0] if study.left else "the cause of the misfit is unknown"
@@ -106,8 +106,3 @@ def _next(report: Report) -> tuple[str, ...]:
             f"Use the values of {which}: allanite characterize {log} writes a filter configuration file."
         )
     return tuple(out)
-
-
-def _sentence(text: str) -> str:
-    """The text as a sentence: with a capital letter and a full stop."""
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}."

@@ -24,11 +24,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.deviation import Deviation
+    from allanite.deviation.accumulator import Accumulator
     from allanite.summary.stretch import Extremes, Stretch
 
 #: Kurtosis of the sample-to-sample steps over that of normal noise, from which the audit warns of outliers. Chosen by
 #: judgment; not measured.
 MIN_KURTOSIS_RATIO = 1.5
+#: Missing samples that are added to a curve at a time; limits the memory.
+MISSING_AT_ONCE = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,10 +237,8 @@ class Summary(Record):
         TooShortError
             Fewer than 3 samples.
         """
-        from allanite.summary.curve import curve_of
-
         self._require_one_column()
-        return curve_of([one.curves[0] for one in self.stretches])
+        return _curve_of([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
         """Spectral lines of the only column in the octaves of which no samples are kept. Fits leave these lines out."""
@@ -331,3 +332,21 @@ class Summary(Record):
         return f"Summary({', '.join(self.columns)}: {what}{extra}{parts})"
 
     __repr__ = __str__
+
+
+def _curve_of(curves: list[Accumulator]) -> Deviation:
+    """Allan deviation of a whole stream from the accumulators of its segments in time order.
+
+    Samples between segments are missing.
+    """
+    if len(curves) == 1:
+        return curves[0].oadev()
+    whole = curves[0].__copy__()
+    for following in curves[1:]:
+        end = whole.start + whole.n
+        while end < following.start:
+            size = min(MISSING_AT_ONCE, following.start - end)
+            whole.update(np.full(size, np.nan))
+            end += size
+        whole.merge(following)
+    return whole.oadev()

@@ -15,8 +15,8 @@ import pytest
 import allanite as al
 from allanite.cli import main
 from allanite.common.numbers import tidy, with_interval
+from allanite.plots.svg_painter import _path, inline
 from allanite.report import make_report
-from allanite.report.svg import _path, inline
 from allanite.report.words import COMPLETED, data_sheet_value, resolved
 
 pytestmark = pytest.mark.slow
