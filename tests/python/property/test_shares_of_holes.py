@@ -82,3 +82,14 @@ def test_the_lowest_ordinates_of_a_long_record_ask_the_means_of_cells(name, leng
     np.testing.assert_allclose(
         1.0 - found, 1.0 - exact, rtol=0.035 if length == "every second" else 0.015
     )
+
+
+@pytest.mark.parametrize("exponent", [3.0, 4.0, 5.0, 7.0])
+def test_a_steep_spectrum_has_shares(exponent):
+    """Its highest ordinates have less power than the rounding errors of the lowest."""
+    missing = np.zeros(86_400, dtype=bool)
+    missing[20_000:20_120] = True
+    found, empty = unknown_share_of_lowest(missing, np.arange(1.0, 86_401.0) ** -exponent)
+    assert empty == 0.0
+    # A gap of 1/720 of the record hides less than that of the lowest ordinates; interpolation finds the rest.
+    assert np.abs(found).max() < 120 / 86_400
