@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+import generators as g
 from allanite.common.parameters import Estimate
 from allanite.fit import engine
 from allanite.fit.engine import solve
@@ -122,3 +123,20 @@ def test_what_a_faint_line_leaves_beside_its_window_is_not_noticed(recording, mo
     # A hundredth of a nat, and of a standard error (1/size of the amplitude).
     assert near[0] == pytest.approx(whole[0], abs=0.03)
     assert near[1:] == pytest.approx(whole[1:], abs=0.03 * amplitude / size)
+
+
+def two_lags(seed):
+    """White noise and two Gauss-Markov processes, 2000 s at 10 Hz."""
+    rng, n, rate = np.random.default_rng([seed, 9]), 20_000, 10.0
+    x = g.gauss_markov(rng, n, rate, 1.5e-2, 1.0) + g.gauss_markov(rng, n, rate, 5e-3, 30.0)
+    return al.Recording(x + g.white(rng, n, rate, 0.01), rate=rate, unit="deg/s")
+
+
+@pytest.mark.parametrize("start", [(10.0, 0.5), (15.5, 0.76), (60.0, 3.0), (5.0, 0.2)])
+def test_a_fit_reaches_the_maximum_from_other_start_values(start):
+    """The grid search and any start near the two time constants end at one maximum."""
+    log = two_lags(3)
+    best = al.fit_model(log, "N+GM+GM").solution.log_likelihood
+    slow, fast = start
+    found = al.fit_model(log, f"N+GM(correlation_time={slow})+GM(correlation_time={fast})")
+    assert found.solution.log_likelihood == pytest.approx(best, abs=0.01)

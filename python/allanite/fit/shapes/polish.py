@@ -251,10 +251,19 @@ def _step(
     start = np.concatenate([theta[linear.free] / units, np.ones(point.size)])
     target = target + matrix @ start
     size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    solution = nnls(matrix / size, target)[0] / size
+    # Nonnegative least squares has no upper limits. Shapes beyond theirs, v = 2, are fixed there and the rest is solved
+    # again, so that the coefficients fit the shapes of the step.
+    solution = np.full(start.size, 2.0)
+    solved = np.ones(start.size, dtype=bool)
+    while solved.any():
+        left = target - matrix[:, ~solved] @ solution[~solved]
+        solution[solved] = nnls(matrix[:, solved] / size[solved], left)[0] / size[solved]
+        beyond = solved & (np.arange(start.size) >= free.shape[1]) & (solution > 2.0)
+        if not beyond.any():
+            break
+        solution[beyond] = 2.0
+        solved &= ~beyond
     out = linear.fixed.copy()
     out[linear.free] = solution[: free.shape[1]] * units
-    change = np.where(
-        np.abs(slopes).max(axis=0) > 0.0, np.clip(solution[free.shape[1] :] - 1.0, -1.0, 1.0), 0.0
-    )
+    change = np.where(np.abs(slopes).max(axis=0) > 0.0, solution[free.shape[1] :] - 1.0, 0.0)
     return out, point + change * trust
