@@ -225,6 +225,13 @@ class Fit:
         """Cache of `alternatives` by index of the effect."""
         return {}
 
+    @cached_property
+    def instead_of_two(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
+        """Models in which other processes replace two wandering ones: ln evidence over this fit, places, solution."""
+        from allanite.fit.rivals.together import instead_of_two
+
+        return instead_of_two(self)
+
     def together(self, place: int) -> tuple[Pair, ...]:
         """Pairs of effects that may replace the effect at index `place` of the model; computed once."""
         from allanite.fit.rivals.together import together

@@ -13,7 +13,7 @@ import numpy as np
 from allanite.effects import Deterministic
 from allanite.fit import removes
 from allanite.fit.prediction import compare, predicts_worse
-from allanite.fit.rivals.evidence import evidence_gain
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.suggestion.constants import (
     MAX_ALLAN_ERROR_SCATTERS,
     MAX_EVENT_LOG10_P,
@@ -29,9 +29,13 @@ if TYPE_CHECKING:
 
 
 def gain(before: Fit, after: Fit) -> float:
-    """Score of one model over another, nats: the change of the log evidence and of the priors of the effects."""
-    priors = [sum(map(prior, fit.model)) for fit in (before, after)]
-    return evidence_gain(after.solution, before.solution, before.data) + priors[1] - priors[0]
+    """Score of one model over another, nats: the change of the log evidence and of the priors of the effects.
+
+    The priors of several effects count as that of one, so that they do not favor the model with more effects.
+    """
+    change = sum(map(prior, after.model)) - sum(map(prior, before.model))
+    change = min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
+    return evidence_gain(after.solution, before.solution, before.data) + change
 
 
 def allan_error_rises(before: Fit, after: Fit) -> bool:

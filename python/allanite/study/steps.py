@@ -12,7 +12,7 @@ from allanite.common.errors import TooShortError
 from allanite.effects import Away, Model, Modifier
 from allanite.fit import refitted, removes
 from allanite.fit.rivals.alternatives import is_detected
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.study.judgement import (
     allan_error_rises,
     changed_bins,
@@ -94,16 +94,22 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     if shape is not None:
         return rung_of(before, without_needless(before, shape, kinds_added_again(ladder)) or shape)
     fit = before.fit
+
+    def lead(other: Fit) -> float:
+        """Ln evidence of another model over that of the last model."""
+        return evidence_gain(other.solution, fit.solution, fit.data)
+
+    # No model may be shown that another model of the search leads by more.
+    least = max(lead(rung.fit) for rung in ladder if rung.fit.data is fit.data)
+    least -= MAX_RIVAL_LOG_EVIDENCE
     changes = (*replacements(fit), *splits(fit))
     for promised, places, model in sorted(changes, key=lambda change: -change[0]):
         if promised <= MIN_SCORE_GAIN:
             break
         after = _with_detected(before, before.after(refitted(fit, model), places))
-        if (
-            after is not None
-            and gain(fit, after.fit) > MIN_SCORE_GAIN
-            and no_error_rises(fit, after.fit)
-        ):
+        if after is None or lead(after.fit) < least or not no_error_rises(fit, after.fit):
+            continue
+        if gain(fit, after.fit) > MIN_SCORE_GAIN or lead(after.fit) > MAX_RIVAL_LOG_EVIDENCE:
             return rung_of(before, after)
     return None
 

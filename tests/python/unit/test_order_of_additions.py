@@ -143,3 +143,32 @@ def test_a_change_of_level_with_by_far_the_most_evidence_does_not_wait():
         s.score for s in check.significant if s.kind == "resonance"
     )
     assert kinds[0] in {"noise_level_change", "noise_levels"}, kinds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_two_lags_end_alike_from_both_starts(seed):
+    """Flicker and a random walk together can stand for two lags, so that changing one of them does not help."""
+    rng, n, rate = np.random.default_rng([seed, 9]), 20_000, 10.0
+    x = g.gauss_markov(rng, n, rate, 1.5e-2, 1.0) + g.gauss_markov(rng, n, rate, 5e-3, 30.0)
+    log = al.Recording(x + g.white(rng, n, rate, 0.01), rate=rate, unit="deg/s")
+    studies = [al.improve(log, start) for start in ("N", "N+B+K")]
+    ends = [sorted(e.kind for e in study.fit.model) for study in studies]
+    assert ends[0] == ends[1]
+    undecided = studies[1].undecided
+    assert "N+GM+GM" in dict(undecided.models)
+    low, high = undecided.intervals[0]["N"]
+    assert low < 0.01 < high
+
+
+@pytest.mark.slow
+def test_an_added_effect_that_is_not_detected_leaves():
+    """Burst noise is found first, and nothing is left of it beside the excursions."""
+    rng, n, rate = np.random.default_rng(0), 20_000, 10.0
+    t = np.arange(n) / rate
+    x = g.white(rng, n, rate, 0.01) + 0.004 * np.sin(2 * np.pi * 1.7 * t)
+    for left in (300.0, 800.0, 1500.0):
+        x += 0.02 * ((t > left) & (t < left + 60.0))
+    study = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N")
+    for values in study.fit.estimates:
+        assert all(getattr(value, "detected", True) for value in values.values()), study

@@ -47,3 +47,13 @@ def test_random_places_are_not_evenly_spaced(seed):
 
 def test_harmonics_are_left_to_their_fundamental():
     assert evenly_spaced([500 * k for k in range(1, 9)]) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 3])
+def test_twelve_harmonics_are_one_effect_whichever_is_strongest(seed):
+    """The strongest of equal harmonics is any of the twelve."""
+    frequencies = [2.0 * m for m in range(1, 13)]
+    study = al.improve(_lines(frequencies, 0.012, seed), "N")
+    (comb,) = (e for e in study.fit.model if e.kind == "sinusoid")
+    assert [m * comb.frequency for m, _, _ in comb.lines] == pytest.approx(frequencies, abs=1e-3)

@@ -18,7 +18,12 @@ from allanite.fit.rivals.alternatives import (
     is_removable,
     slow_scans,
 )
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence, parameter_cost
+from allanite.fit.rivals.evidence import (
+    MAX_RIVAL_LOG_EVIDENCE,
+    evidence,
+    evidence_gain,
+    parameter_cost,
+)
 from allanite.fit.shapes.matched import filter_ordinates
 
 if TYPE_CHECKING:
@@ -79,6 +84,53 @@ def is_broad(effect: Effect) -> bool:
         return False
     low, high = effect.occupies
     return high - low > 2.0 * MAX_MODE_DAMPING * 0.5 * (low + high)
+
+
+def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
+    """Models in which one or two other wandering processes replace two of them, without clearly worse models.
+
+    Each entry holds the ln evidence over that of the fit, the places of the two processes that leave, and the solution. A
+    search that changes one process at a time can miss these models: two processes may stand for two others together.
+    """
+    effects = fit.model.effects
+    wandering = [
+        place
+        for place, effect in enumerate(effects)
+        if isinstance(effect, Stochastic) and effect.wanders and is_removable(effect)
+    ]
+    found = []
+    for out in combinations(wandering, 2):
+        less = Model(tuple(e for place, e in enumerate(effects) if place not in out))
+        if not len(less):
+            continue
+        kinds = [
+            cls
+            for cls in CATALOGUE
+            if issubclass(cls, Stochastic)
+            and cls.screened == "spectral"
+            and cls().wanders
+            and all(cls.kind != effects[place].kind for place in out)
+        ]
+        base = solve(fit.data, less, like=fit.solution, polish=False)
+        ones = [one for cls in kinds if (one := _with_process(cls, base, fit.data)) is not None]
+        twos = [
+            two
+            for one in ones
+            for cls in kinds
+            if not (one.model.effects[-1].last_resort or cls().last_resort)
+            and (two := _with_process(cls, one, fit.data)) is not None
+        ]
+        for rough in (*ones, *twos):
+            solution = solve(fit.data, rough.model, like=fit.solution)
+            lead = evidence_gain(solution, fit.solution, fit.data)
+            if lead > -MAX_RIVAL_LOG_EVIDENCE:
+                found.append((lead, out, solution))
+    return tuple(found)
+
+
+def _with_process(cls: type[Effect], base: Solution, data: Data) -> Solution | None:
+    """Fit of a base model plus a process of kind `cls`; None if the kind cannot be added."""
+    return fit_replacement(cls, base, RandomPart(data, base.power, base.count), -np.inf)
 
 
 def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:

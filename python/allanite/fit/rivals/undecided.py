@@ -149,11 +149,14 @@ def _kinds(model: Model) -> tuple[str, ...]:
 
 
 def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Other models within `MAX_RIVAL_LOG_EVIDENCE` of the fit's ln evidence, with one effect replaced by one or two others.
+    """Other models within `MAX_RIVAL_LOG_EVIDENCE` of the fit's ln evidence: one or two effects are replaced.
 
     Yields the ln evidence of the other model minus that of the fit, and the fitted other model. One-time events are
     excluded, since their evidence does not pay for the many times that were tried.
     """
+    for lead, places, solution in fit.instead_of_two:
+        if all(is_detected(fit, place) for place in places):
+            yield lead, solution
     for place in range(len(fit.model)):
         if not is_detected(fit, place):
             continue

@@ -61,7 +61,7 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     """Fit without an effect, if that loses less than `least` of logL; else None."""
     effects = fit.model.effects
     less = Model(effects[:place] + effects[place + 1 :])
-    if effects[place].screened not in {"spectral", "slow", "line"}:
+    if effects[place].screened not in {"spectral", "slow", "line"} and is_detected(fit, place):
         return None  # the evidence of events in time is not in the mean spectrum
     # With fixed shapes the loss is an upper bound. If it is far above the limit, the full fit is not needed.
     rough = (

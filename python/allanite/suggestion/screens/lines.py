@@ -278,19 +278,15 @@ def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[i
         base = round(top / divisor)
         if base < 4 * MIN_PERIODS + 2 * width:
             break
-        highest = (ratio.size - 2) // base
-        if divisor <= MAX_FUNDAMENTAL_DIVISOR:
-            multiples = _harmonics_found(
-                ratio, top, divisor, width, min(MAX_LINE_HARMONIC, highest)
-            )
-            if multiples[:1] == [1] and len(multiples) > len(best[1]):
-                best = (base, multiples)
-        if highest > MAX_LINE_HARMONIC:
-            places = min(MAX_PULSE_HARMONIC, highest)
-            multiples = _harmonics_found(ratio, top, divisor, width, places)
-            many = len(multiples) > max(MAX_LINE_HARMONIC, MIN_COMB_FRACTION * places, len(best[1]))
-            if multiples[:1] == [1] and many:
-                best = (base, multiples)
+        highest = min(MAX_PULSE_HARMONIC, (ratio.size - 2) // base)
+        multiples = _harmonics_found(ratio, top, divisor, width, highest)
+        if multiples[:1] != [1]:
+            continue
+        # Unrelated lines lie at a few multiples by chance, but not at most of the lowest ones.
+        dense = max(k for k, m in enumerate(multiples, 1) if k >= MIN_COMB_FRACTION * m)
+        few = sum(m <= MAX_LINE_HARMONIC for m in multiples) * (divisor <= MAX_FUNDAMENTAL_DIVISOR)
+        if max(dense, few) > len(best[1]):
+            best = (base, multiples[: max(dense, few)])
     return best
 
 
