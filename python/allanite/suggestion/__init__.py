@@ -1,7 +1,7 @@
 """Suggest effects that a fitted model lacks: screens find candidates, p-values judge them, a score ranks them.
 
 Input: a fit. Output: a `Check` with suggestions, best first. Add a search for one kind of effect as a module in
-`screens/`, and call this search in `suggest.py`.
+`screens/` that declares `SCREEN`.
 """
 
 from allanite.suggestion.check import Check, check_fit

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.extensions import declared_in
 from allanite.common.threads import Pool
 from allanite.effects import Modifier, Moving, Stochastic
 from allanite.fit.likelihood.random_part import RandomPart
@@ -26,11 +27,10 @@ from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import Family, line_trials, log_p_value
 from allanite.suggestion.ranking import in_order, prior
+from allanite.suggestion.screens._screen import OwnScreen, View
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
-from allanite.suggestion.screens.burst_noise import screen_burst_noise
 from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
 from allanite.suggestion.screens.drifting_lines import bands_with_excess, screen_drifting_lines
-from allanite.suggestion.screens.exclusions import screen_disturbance
 from allanite.suggestion.screens.level_changes import (
     count_of_level_forms,
     overdispersion_without,
@@ -43,6 +43,8 @@ from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
 
 #: Searches at a time beside that of the spectrum; a large record gets one, since each search holds copies of it.
 WORKERS = 2
+#: Screens that need no other screen than that of the spectrum.
+OWN_SCREENS: tuple[OwnScreen, ...] = tuple(declared_in("SCREEN", "allanite.suggestion.screens"))
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -267,9 +269,9 @@ def suggest(
             name: pool.submit(screen_slow, blanks, base, data, rival, lambda: whitened)
             for name, blanks in sorted(slow.items())
         }
-        bursts = pool.submit(screen_burst_noise, spectral.candidates, data)
         moments = pool.submit(screen_outliers_and_levels, base, data, whitened)
-        disturbed = pool.submit(screen_disturbance, base, data, whitened)
+        view = View(base, data, whitened, spectral.candidates)
+        alone = [pool.submit(screen.look, view) for screen in OWN_SCREENS]
         swelling = pool.submit(screen_band_level, base, data, whitened)
         steady = lines_found.result()
         bands = bands_with_excess(spectral.candidates, base, data, white)
@@ -280,7 +282,7 @@ def suggest(
         progress()
         outliers, levels = moments.result()
         levels = best_levels((*levels, swelling.result()), data.n)
-        single = (outliers, disturbed.result(), *levels, bursts.result())
+        own = [candidate for one in alone for candidate in one.result()]
         progress()
         screens = judged_beside_best({name: f.result() for name, f in found.items()}, data)
         progress()
@@ -292,7 +294,8 @@ def suggest(
         *lines,
         *moving,
         *(c for screen in screens.values() for c in screen.candidates),
-        *(c for c in single if c is not None),
+        *(c for c in (outliers, *levels) if c is not None),
+        *own,
     )
     overdispersion, loudness = overdispersion_without(base, data, levels, searches)
     with Pool(WORKERS) as pool:
@@ -318,7 +321,8 @@ def _families(
 ) -> dict[str, Family]:
     """Families of candidates that share their false alarms, by name; one for moving bands if any band was `followed`."""
     names = sorted({"spectral", *spectral.families})
-    families = {name: Family(name) for name in ("level", "stretch", "outlier")}
+    families = {name: Family(name) for name in ("level", "outlier")}
+    families |= {screen.family: Family(screen.family) for screen in OWN_SCREENS}
     families["line"] = Family("line", width=line_trials(n))
     for name in names:
         arcs = [a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name]

@@ -22,6 +22,7 @@ from allanite.suggestion.constants import (
     MIN_DELTA_LOGL_OVER_SIMPLER,
     REFUTED_BURST_NOISE_LOG_ODDS,
 )
+from allanite.suggestion.screens._screen import OwnScreen, View
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -38,38 +39,44 @@ MIN_BLOCKS, MAX_BLOCKS = 128, 1 << 18
 CHAIN_BLOCKS = 512
 
 
-def screen_burst_noise(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
-    """Candidate of burst noise if the samples may switch between two levels; None otherwise.
+def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
+    """Candidate of burst noise if the samples may switch between two levels; empty otherwise.
 
     It is built from a Gauss-Markov candidate, which has the same spectrum.
     """
+    candidates, data = view.spectral, view.data
     twins = [
         cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.screened == "two levels"
     ]
     pairs = ((c, cls.like(c.effect)) for cls in twins for c in candidates)
     found, effect = next(((c, twin) for c, twin in pairs if twin is not None), (None, None))
     if found is None or found.solution is None or found.gain < MIN_DELTA_LOGL_OVER_SIMPLER:
-        return None
+        return ()
     if max(c.gain for c in candidates) - found.gain > MIN_BURST_NOISE_LOG_ODDS:
         # The spectrum is not a lag's: its shape, not the levels, would refute the Gaussian law.
-        return None
+        return ()
     odds = _log_odds(found.solution, data)
     if odds < REFUTED_BURST_NOISE_LOG_ODDS:
-        return None
+        return ()
     assert effect is not None
     # Between the two limits the record does not decide, and burst noise ranks behind the Gauss-Markov process.
     gain = found.gain + (odds if odds > MIN_BURST_NOISE_LOG_ODDS else min(odds, 0.0))
     refitted = solve(
         data, Model((*found.solution.model.effects[:-1], effect)), polish=False, rounds=3
     )
-    return Candidate(
-        refitted.model.effects[-1],
-        gain,
-        found.family,
-        refitted,
-        found.parameters,
-        judged=found.gain,
+    return (
+        Candidate(
+            refitted.model.effects[-1],
+            gain,
+            found.family,
+            refitted,
+            found.parameters,
+            judged=found.gain,
+        ),
     )
+
+
+SCREEN = OwnScreen("spectral", screen_burst_noise)
 
 
 def _log_odds(solution: Solution, data: Data) -> float:

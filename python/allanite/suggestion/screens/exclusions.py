@@ -35,6 +35,7 @@ from allanite.suggestion.p_values import (
     refine,
     two_levels,
 )
+from allanite.suggestion.screens._screen import OwnScreen, View
 from allanite.suggestion.screens.disturbance_ends import without_ringing
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -209,7 +210,7 @@ def _exclusion(
     )
 
 
-def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
+def _disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
     """The disturbance with the lowest p-value, or a stuck value if the record has one; None if there is neither.
 
     A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment is at
@@ -266,6 +267,15 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
         2,
         chance,
     )
+
+
+def screen_disturbance(view: View) -> tuple[Candidate, ...]:
+    """The disturbance or stuck value of a record; empty if there is neither."""
+    found = _disturbance(view.solution, view.data, view.whitened)
+    return () if found is None else (found,)
+
+
+SCREEN = OwnScreen("stretch", screen_disturbance)
 
 
 def _segment_effect(start: float, end: float) -> Modifier | None:

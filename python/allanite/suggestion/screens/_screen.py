@@ -1,0 +1,41 @@
+"""Declaration of a screen that needs no other screen than that of the spectrum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
+    from allanite.fit.solution import Solution
+    from allanite.suggestion.screens.spectral import Candidate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What a screen looks at: the fit, its whitened residual, and the candidates of the spectrum."""
+
+    solution: Solution
+    data: Data
+    whitened: Whitened
+    spectral: tuple[Candidate, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class OwnScreen:
+    """A screen by itself. A module of this folder declares it as `SCREEN`.
+
+    Attributes
+    ----------
+    family : str
+        Family of its candidates, which share the false alarms of one search. Candidates of a family of its own have a
+        `log_p_value`.
+    look : callable
+        ``look(view)`` returns the candidates.
+    """
+
+    family: str
+    look: Callable[[View], Iterable[Candidate]]
