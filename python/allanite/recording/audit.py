@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import number
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import motion_findings
 from allanite.recording.coarse_column import coarse_step_of
@@ -467,11 +468,11 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
     m = max(found, key=lambda m: found[m].largest / found[m].total)
     share, time = found[m].largest / found[m].total, (found[m].end + 0.5) * m / c.rate
     low, high = min(found) / c.rate, max(found) / c.rate
-    span = f"{low:.3g} s" if low == high else f"{low:.3g}–{high:.3g} s"
+    span = f"{number(low)} s" if low == high else f"{number(low)}–{number(high)} s"
     yield c.finding(
         "dominated",
         "warning",
-        f"one event at about {time:.4g} s makes up to {share:.0%} of the Allan variance at τ = {span}",
+        f"one event at about {number(time, 4)} s makes up to {share:.0%} of the Allan variance at τ = {span}",
         share=share,
         time_s=time,
         tau_s=m / c.rate,

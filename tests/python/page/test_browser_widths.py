@@ -162,3 +162,22 @@ def test_a_unit_to_be_chosen_is_seen_at_once_and_said_in_the_words_of_the_page(c
     # A clock's nanoseconds are no row of zeros.
     assert "000000000" not in tab.inner_text("#form-columns")
     page.close()
+
+
+@pytest.mark.data
+@pytest.mark.long
+def test_a_card_with_many_alternatives_stays_in_its_column(context, data):
+    page = open_page([]).start()
+    tab = context.new_page()
+    tab.goto(page.url)
+    tab.get_by_role("button", name="Open a log …").first.click()
+    tab.set_input_files("#pick", data("logs/Gyroscope.csv"))
+    tab.wait_for_selector("#form[open]")
+    tab.locator("#form [value=no]").click()
+    tab.wait_for_selector(READY)
+    tab.wait_for_selector(".card summary:has-text('Alternative')")
+    for width, height in WIDTHS.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        tab.wait_for_timeout(400)
+        assert tab.evaluate(CUT) == []
+    page.close()

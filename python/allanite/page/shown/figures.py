@@ -374,7 +374,7 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
     states = f"{found.space.states} state" + ("s" if found.space.states != 1 else "")
     told = (
         f"{first}{many(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
-        f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {found.whiteness:.2g}"
+        f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {number(found.whiteness, 2)}"
     )
     verdict = _consistency(by_tau.tau, by_tau.nis, by_tau.low, by_tau.high, found.whiteness)
     told = f"{verdict}\n{told}"

@@ -50,7 +50,7 @@ export function axesTable() {
   const cell = (kind, text) => el(kind, {}, text ?? "–");
   return el("div", {},
     el("table", {}, el("caption", {}, "Axes of ", S.state.log),
-      el("thead", {}, el("tr", {}, ...["Axis", "State", "Model", ...symbols, "Allan error, rms (expected scatter)", "Missing effect"].map(t => cell("th", t)))),
+      el("thead", {}, el("tr", {}, ...["Axis", "State", "Model", ...symbols, "Allan error (expected)", "Missing effect"].map(t => cell("th", t)))),
       el("tbody", {}, ...axes.map((a, i) => el("tr", { "aria-current": i === recording.column ? "true" : null },
         el("th", { scope: "row" }, el("button", { class: "link", onclick: () => act({ do: "column", column: i }) }, a.name)),
         el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), el("td", { class: "model" }, ...(a.model ?? "–").split(/(?<=\+)/).flatMap(t => [t, el("wbr")])), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "None" : a.missing))))),
