@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from allanite.summary import Summary
 
 
-class Fitted:
+class AsModel:
     """Methods that an effect, alone, has in common with a model."""
 
     def _model(self) -> Model:
@@ -121,7 +121,7 @@ class Fitted:
 
 
 @dataclass(frozen=True)
-class Effect(Fitted):
+class Effect(AsModel):
     """A physical effect with its values; None is a value to be fitted.
 
     Examples

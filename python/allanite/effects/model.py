@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate, require_frequencies
-from allanite.effects._base import Effect, Fitted, Stochastic
+from allanite.effects._base import AsModel, Effect, Stochastic
 from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
@@ -30,7 +30,7 @@ MAX_EFFECTS = 64
 
 
 @dataclass(frozen=True)
-class Model(Fitted):
+class Model(AsModel):
     """An immutable sum of effects; ``+`` adds effects.
 
     Attributes
