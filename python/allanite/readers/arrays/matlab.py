@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -82,13 +83,15 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
     if not tall:
         raise InputError(f"no numeric array among {', '.join(found) or 'no variables'}")
     n = max(len(a) for a in tall.values())
+    last_parts = Counter(name.split(".")[-1] for name in tall)
     names: list[str] = []
     columns: list[NDArray[Any]] = []
     column_units: list[str | None] = []
     for name, a in tall.items():
         if len(a) != n:
             continue
-        short = name.split(".")[-1] if _unique(name, tall) else name
+        last = name.split(".")[-1]
+        short = last if last_parts[last] == 1 else name
         k = a.shape[1]
         suffixes = (
             [""] if k == 1 else [f"_{c}" for c in "xyz"] if k == 3 else [f"_{i}" for i in range(k)]
@@ -97,12 +100,6 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
         columns += columns_of(a)
         column_units += [(units or {}).get(name)] * k
     return Table(tuple(names), tuple(columns), tuple(column_units), rate=rate)
-
-
-def _unique(name: str, columns: Mapping[str, Any]) -> bool:
-    """True if the last part of a name occurs in no other name."""
-    last = name.split(".")[-1]
-    return sum(other.split(".")[-1] == last for other in columns) == 1
 
 
 def _tall(array: NDArray[Any]) -> NDArray[Any]:

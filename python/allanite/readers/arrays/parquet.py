@@ -36,6 +36,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         table = read(path)
         # Offsets of a damaged column may point anywhere.
         table.validate(full=True)
+    except MemoryError:  # ArrowMemoryError is also an ArrowException
+        raise
     except (pa.ArrowException, OSError) as error:
         text = " ".join(str(error).split())[:200]
         raise InputError(f"damaged or not a Parquet or Arrow file ({text})") from None
@@ -45,7 +47,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _wanted(schema: Any) -> list[int]:
     """Indices of columns of numbers, booleans or times, and of text columns that are named like a time.
 
-    Raises ------ InputError There is no column of numbers.
+    Raises
+    ------
+    InputError
+        There is no column of numbers.
     """
     import pyarrow as pa
 

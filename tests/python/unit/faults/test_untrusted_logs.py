@@ -215,6 +215,17 @@ def test_arrays_of_matlab_that_are_too_large_together(tmp_path, monkeypatch):
     refused(tmp_path / "x.mat", "unpacked file needs")
 
 
+def test_the_names_of_many_arrays_take_little_time():
+    """The time once grew with the square of their number: a file of 8 MB took 16 s."""
+    from allanite.readers.arrays.matlab import assemble
+
+    found = {f"g{k}.gyro" if k < 2 else f"g.x{k}": X[:3] for k in range(40_000)}
+    started = time.process_time()
+    table = assemble(found)
+    assert time.process_time() - started < 10.0  # by the square, minutes
+    assert table.names[:3] == ("g0.gyro", "g1.gyro", "x2")
+
+
 # -- readers that never end ---------------------------------------------------------------------------
 
 
@@ -246,6 +257,20 @@ def test_every_reader_of_a_foreign_library_is_isolated():
     others = {read for read in readers if read.__module__ not in own}
     assert others
     assert all(hasattr(read, "__wrapped__") for read in others)
+
+
+def test_a_lack_of_memory_of_arrow_is_no_damage(tmp_path, monkeypatch):
+    """The error of Arrow for a lack of memory is also one of its errors for damaged files."""
+    pa = pytest.importorskip("pyarrow")
+    from allanite.readers.arrays import parquet
+
+    def greedy(_):
+        raise pa.lib.ArrowMemoryError("malloc of size 240000000 failed")
+
+    monkeypatch.setattr(parquet, "_parquet", greedy)
+    (tmp_path / "x.parquet").write_bytes(b"PAR1 something")
+    with pytest.raises(MemoryError):
+        parquet.read.__wrapped__(tmp_path / "x.parquet", None)
 
 
 @pytest.mark.slow
