@@ -353,15 +353,19 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     lasting = all(p.role != "time" for p in effect.parameters)
     factors = FACTORS if lasting else FACTORS[FACTORS <= LENGTH // 100]
     declared = sum(t.allan_variance(factors.astype(float)) for t in terms)
-    _within(_allan(records, factors), np.asarray(declared), f"{kind}: Allan variance at m", factors)
+    _assert_agreement(
+        _allan(records, factors), np.asarray(declared), f"{kind}: Allan variance at m", factors
+    )
     bins = bins_of(LENGTH)
     power = np.array([bins.power(_kernels.cosine_transform(r)) for r in records])
     expected = bins.mean(np.asarray(sum(t.cosine_variance(bins.nodes, LENGTH) for t in terms)))
     seen = bins.edges[:-1] >= (1 if lasting else 64)
-    _within(power[:, seen], expected[seen], f"{kind}: power from ordinate", bins.edges[:-1][seen])
+    _assert_agreement(
+        power[:, seen], expected[seen], f"{kind}: power from ordinate", bins.edges[:-1][seen]
+    )
 
 
-def _within(values: Array, expected: Array, what: str, places: NDArray[np.int64]) -> None:
+def _assert_agreement(values: Array, expected: Array, what: str, places: NDArray[np.int64]) -> None:
     """Test that means over records agree with their expectation within `SIGMAS` standard errors.
 
     Parameters

@@ -60,7 +60,9 @@ class SharedNoise:
 
     def __str__(self) -> str:
         where = f"{self.low:.3g}–{self.high:.3g} Hz"
-        coherence = f"coherence {self.band.coherence:.2g} (chance {self.band.chance:.1g})"
+        coherence = (
+            f"coherence {self.band.coherence:.2g} (independent axes: up to {self.band.chance:.1g})"
+        )
         if self.line is not None:
             return f"{self.line}; {coherence} at {where}"
         low, high = self.band.interval

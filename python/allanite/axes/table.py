@@ -51,11 +51,11 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
         if sentences:
             lines += ["", head]
             for sentence in sentences:
-                lines += _wrapped(sentence, width)
+                lines += _wrapped_lines(sentence, width)
     return "\n".join(lines)
 
 
-def _wrapped(text: str, width: int) -> list[str]:
+def _wrapped_lines(text: str, width: int) -> list[str]:
     """Lines of an indented sentence."""
     return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
 
@@ -68,18 +68,18 @@ def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str
         # As many axes side by side as fit; one always does.
         for count in range(len(names), 0, -1):
             part = {name: studies[name] for name in names[:count]}
-            drawn = _drawn([Row(sensor.name, tuple(part)), *rows(part)])
+            drawn = _table_lines([Row(sensor.name, tuple(part)), *rows(part)])
             if count == 1 or max(map(len, drawn)) <= width:
                 break
         lines += [*drawn, ""]
         names = names[count:]
     lines += wrap(legend(studies), width, initial_indent="  ", subsequent_indent="  ")
     for sentence in in_common(sensor):
-        lines += _wrapped(sentence, width)
+        lines += _wrapped_lines(sentence, width)
     return lines
 
 
-def _drawn(block: Sequence[Row]) -> list[str]:
+def _table_lines(block: Sequence[Row]) -> list[str]:
     """Lines of a table with aligned columns."""
     cells = [(row.label, *row.cells) for row in block]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]

@@ -127,7 +127,7 @@ def twin(
         kept, step = _without_rounding(kept, known.get("step"), at)
         if known.get("step") and step is None:
             left_out.append(
-                f"{name}: rounding to {known['step']:.3g} {recorded['unit']}, which its noise holds as it was fitted"
+                f"{name}: rounding to {known['step']:.3g} {recorded['unit']}: the fitted noise already contains it"
             )
         record = simulate(
             kept,
@@ -160,7 +160,7 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
         f"noise that {', '.join(one['columns'])} share at {one['low_hz']:.3g}–{one['high_hz']:.3g} Hz"
-        f" (coherence {one['coherence']:.2f}): each axis has noise of its own"
+        f" (coherence {one['coherence']:.2f}): the axes are simulated independently"
         for one in common.get("shared_noise", ())
         if one["line_hz"] not in lines
     ]
@@ -173,10 +173,14 @@ def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Mod
     """
     kept = [e for e in model if e.follows is None or e.follows in covariates]
     omitted = [
-        f"the effect of {e.follows}, of which no values are given" for e in model if e not in kept
+        f"the effect of {e.follows}: no values of this column are given"
+        for e in model
+        if e not in kept
     ]
     outliers = [e for e in kept if getattr(e, "removes", False)]
-    omitted += [f"{e.kind.replace('_', ' ')}: of one record, not of the sensor" for e in outliers]
+    omitted += [
+        f"{e.kind.replace('_', ' ')}: a property of one record, not of the sensor" for e in outliers
+    ]
     return Model(tuple(e for e in kept if e not in outliers)), omitted
 
 

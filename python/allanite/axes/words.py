@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def title(found: Characterization) -> str:
-    """One-line description, as ``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · covariate temperature``."""
+    """One-line description, as ``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · logged column temperature``."""
     path = found.recording.path
     parts = [Path(path).name if path else "recording"]
     for r in found.recordings:
@@ -30,7 +30,7 @@ def title(found: Characterization) -> str:
         )
     names = list(dict.fromkeys(name for r in found.recordings for name in r.covariates))
     if names:
-        parts.append(f"covariate{'s' if len(names) > 1 else ''} {', '.join(names)}")
+        parts.append(f"logged column{'s' if len(names) > 1 else ''} {', '.join(names)}")
     return " · ".join(parts)
 
 
@@ -41,7 +41,7 @@ def in_common(sensor: Sensor) -> list[str]:
     if sensor.form is None:
         out = ["no single model fits all axes"]
     else:
-        out = [f"{sensor.form.model} fits all axes{_besides(sensor.form)}"]
+        out = [f"{sensor.form.model} fits all axes{_clause_on_single_axes(sensor.form)}"]
         agree = [_agreement_text(n, sensor) for n in sensor.form.numbers if n.pooled.agree]
         apart = [_difference_text(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
         if agree:
@@ -71,30 +71,32 @@ def turn_on_sentences(found: Characterization) -> list[str]:
     return [tidy(f"{name}: {bias}") for name, bias in found.turn_on.items()]
 
 
-def _besides(form: Form) -> str:
+def _clause_on_single_axes(form: Form) -> str:
     """Clause on the effects of single axes: ``; acc_x also has SIN``."""
     own = [f"{name} also has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]
     return f"; {', '.join(own)}" if own else ""
 
 
-def _listed(words: Sequence[str]) -> str:
+def _list_text(words: Sequence[str]) -> str:
     """Words joined by commas and "and"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def _p(value: float) -> str:
+def _p_text(value: float) -> str:
     """Printed text of a p-value."""
     return f"{value:.1g}" if value >= 1e-99 else "below 1e-99"
 
 
 def _over_axes(number: Agreement, sensor: Sensor) -> str:
     """Clause that names the axes with a value of the parameter; empty if all axes have a value."""
-    return "" if len(number.columns) == len(sensor.columns) else f" over {_listed(number.columns)}"
+    return (
+        "" if len(number.columns) == len(sensor.columns) else f" over {_list_text(number.columns)}"
+    )
 
 
 def _difference_text(number: Agreement, sensor: Sensor) -> str:
     """Clause on a parameter that differs between axes, with its p-value."""
-    return f"{number.pooled.name} (p {_p(number.pooled.p_value)}{_over_axes(number, sensor)})"
+    return f"{number.pooled.name} (p {_p_text(number.pooled.p_value)}{_over_axes(number, sensor)})"
 
 
 def _agreement_text(number: Agreement, sensor: Sensor) -> str:
@@ -105,7 +107,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
     text = with_interval(float(value), value.interval)
-    return f"{pooled.name} = {text}{unit}, p {_p(pooled.p_value)}{_over_axes(number, sensor)}"
+    return f"{pooled.name} = {text}{unit}, p {_p_text(pooled.p_value)}{_over_axes(number, sensor)}"
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:

@@ -147,7 +147,7 @@ class Working:
         if self.motion[0]:
             out.append(
                 f"motion below {number(self.motion[0], 2)} Hz ({number(self.motion[1], 2)} {self.unit} rms)"
-                " is left out: a filter follows it"
+                " is ignored, because a filter follows it"
             )
         return out or ["nothing above the noise at rest"]
 

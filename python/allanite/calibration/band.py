@@ -87,7 +87,9 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
     ):
         if count:
             center = float(np.mean(next(iter(source.data.covariates.values()))))
-            away.append(_curves(_drawn(source, int(count), rng), center, grid, reference) - bias)
+            away.append(
+                _curves(_random_laws(source, int(count), rng), center, grid, reference) - bias
+            )
     deviation = np.concatenate(away)
     error = np.sqrt((deviation**2).mean(axis=0))
     known = error > 1e-9 * error.max(initial=0.0)
@@ -114,7 +116,7 @@ def _curves(
     return coefficients @ rows.T
 
 
-def _places(fit: Fit) -> NDArray[np.float64]:
+def _power_matrix(fit: Fit) -> NDArray[np.float64]:
     """Matrix, shape (amplitudes, 3): fitted amplitudes @ matrix are the coefficients of T, T² and T³."""
     rows = []
     for own in fit.solution.functions:
@@ -132,7 +134,7 @@ def _places(fit: Fit) -> NDArray[np.float64]:
 def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
     """Coefficients of T, T² and T³, shape (3,), and the height of the hysteresis loop (0 without hysteresis)."""
     amplitudes = [own.amplitudes for own in fit.solution.functions]
-    coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _places(fit)
+    coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _power_matrix(fit)
     play = memory_of(fit, Hysteresis)
     loop = 0.0
     if isinstance(play, Hysteresis):
@@ -140,10 +142,10 @@ def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
     return coefficients, loop
 
 
-def _drawn(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def _random_laws(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3)."""
     solution = fit.solution
-    places = _places(fit)
+    places = _power_matrix(fit)
     if not places.any():
         return np.zeros((count, 3))
     matrix, *_ = design(fit)

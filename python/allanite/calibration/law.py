@@ -283,7 +283,7 @@ class AxisLaw:
         """Dict for JSON with all results of the axis."""
         curve, low_high = self.curve, self.range
         temperature = self.runs.temperature
-        measured = _binned(self)
+        measured = _binned_means(self)
         return {
             "column": self.name,
             "unit": self.unit,
@@ -329,7 +329,7 @@ class AxisLaw:
         }
 
 
-def _binned(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
+def _binned_means(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
     """Means of the samples in bins of temperature, as lists of temperature, bias and direction (1 warming, −1 cooling).
 
     The offset of each run is subtracted.

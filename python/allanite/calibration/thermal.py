@@ -177,7 +177,7 @@ def thermal(
     for name in names:
         columns = [one.column(name) for one in given]
         report = _reporter(on_progress, name, len(found))
-        best = [_searched(columns, thermometer, noise, report) for thermometer in found]
+        best = [_joined_with_fits(columns, thermometer, noise, report) for thermometer in found]
         runs, tried = max(best, key=lambda one: chosen(one[1]).log_evidence)
         axes.append(_axis(runs, tried, noise))
     return ThermalCalibration(tuple(axes), tuple(one.path for one in given))
@@ -200,7 +200,7 @@ def _reporter(
     return report
 
 
-def _searched(
+def _joined_with_fits(
     columns: Sequence[Recording],
     thermometer: str,
     noise: Model,

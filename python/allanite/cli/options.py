@@ -326,7 +326,7 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
     """
     columns = list(recording_of(path, options, for_fit=for_fit))
     for column in columns:
-        if not _varies(column):
+        if not _rate_varies(column):
             raise _constant_column_error(path, column)
     return _without_locked(path, columns) if for_fit else columns
 
@@ -377,7 +377,7 @@ def recording_of(
 
     with log_file(path) as file, named(file, path):
         recording = read(file, **options.reading())
-    return _prepared(recording, path, options, for_fit=for_fit)
+    return _prepared_recording(recording, path, options, for_fit=for_fit)
 
 
 def recordings_of(
@@ -392,10 +392,10 @@ def recordings_of(
         recordings = read_sensors(file, **options.reading())
     if check_columns is not None:
         check_columns(recordings)
-    return [_prepared(recording, path, options) for recording in recordings]
+    return [_prepared_recording(recording, path, options) for recording in recordings]
 
 
-def _prepared(
+def _prepared_recording(
     recording: Recording, path: str, options: LogOptions, *, for_fit: bool = True
 ) -> Recording:
     """Trim, check, decimate and convert a recording as the options say."""
@@ -429,7 +429,7 @@ def _prepared(
             f"{path}: {recording.n} samples are too few: at least {MIN_SAMPLES} are needed, and a fit needs some"
             " thousands"
         )
-    if not any(_varies(column) for column in recording):
+    if not any(_rate_varies(column) for column in recording):
         raise _constant_column_error(path, recording.column(0))
     return recording
 
@@ -454,7 +454,7 @@ def _show_early_findings(recording: Recording, options: LogOptions) -> None:
             click.echo(f"{mark} {finding.worded(words_of(options.trim))}", err=True)
 
 
-def _varies(column: Recording) -> bool:
+def _rate_varies(column: Recording) -> bool:
     """True if the rate changes at all. The rate of a phase with a constant slope does not."""
     import numpy as np
 

@@ -103,7 +103,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
 
     request = request_of(**{**options.reading(), "piece": None, "topic": None})
     name = NAME if log == PIPE else log
-    table, rows = _opened(log)
+    table, rows = _open_text(log)
     layout = understand(table, request)
     names, units = table.names, table.units
     # Columns that are not used may hold text and infinities.
@@ -161,7 +161,7 @@ def _with_joined_time(
         yield out
 
 
-def _opened(log: str) -> tuple[Table, _Rows]:
+def _open_text(log: str) -> tuple[Table, _Rows]:
     """Table of the first rows of a log, and a function that yields all rows of given columns in chunks."""
     from allanite._kernels import TextReader
     from allanite.readers._table import split_header
@@ -170,7 +170,7 @@ def _opened(log: str) -> tuple[Table, _Rows]:
     if log != PIPE:
         with Path(log).open("rb") as stream:
             if stream.read(len(NPY)) == NPY:
-                return _mapped(log)
+                return _open_npy(log)
     reader = TextReader(log, finite=True)
     names, units = ((), ()) if reader.header is None else split_header(reader.header)
     table, _ = first_rows(reader, names, units)
@@ -184,7 +184,7 @@ def _opened(log: str) -> tuple[Table, _Rows]:
     return table, rows
 
 
-def _mapped(log: str) -> tuple[Table, _Rows]:
+def _open_npy(log: str) -> tuple[Table, _Rows]:
     """Table of the first rows of an NPY file, and a function that yields all rows of given columns in chunks.
 
     The file is mapped into memory.

@@ -210,7 +210,9 @@ def three_cornered_hat(
             continue
         tau.append(m / recording.rate)
         # If one counter measures all clocks, the differences against the first clock contain all information.
-        own = np.array([_between(allan, names[i], names[0]) for i in range(1, len(names))])
+        own = np.array(
+            [_differences_of_pair(allan, names[i], names[0]) for i in range(1, len(names))]
+        )
         good = ~np.isnan(own).any(axis=0)
         scatter = 0.5 * own[:, good] @ own[:, good].T / np.count_nonzero(good)
         low, high, seen = _intervals(scatter, edf, variance, rng)
@@ -303,7 +305,7 @@ def _allan_differences(phase: Array, m: int, rate: float) -> Array:
     return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
 
 
-def _between(allan: dict[tuple[str, str], Array], a: str, b: str) -> Array:
+def _differences_of_pair(allan: dict[tuple[str, str], Array], a: str, b: str) -> Array:
     """Allan differences of clock a minus clock b, also if `allan` holds the pair (b, a)."""
     return allan[a, b] if (a, b) in allan else -allan[b, a]
 
@@ -317,7 +319,7 @@ def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array
     for own in names:
         found = []
         for a, b in combinations([n for n in names if n != own], 2):
-            product = _between(allan, own, a) * _between(allan, own, b)
+            product = _differences_of_pair(allan, own, a) * _differences_of_pair(allan, own, b)
             product = product[~np.isnan(product)]
             if product.size == 0:
                 return None

@@ -184,7 +184,7 @@ class Timing:
         )
         if self.temperature is not None:
             lines.append(f"  temperature: {_value_text(self.temperature)} for 1 unit")
-        lines.append(f"  noise: {_named(self.noise)}")
+        lines.append(f"  noise: {_noise_text(self.noise)}")
         lines += [
             f"  {'jump' if jump.stays else 'single sample off'} of {time_text(jump.height)} at {jump.time:.6g} s"
             for jump in self.jumps[:5]
@@ -584,7 +584,7 @@ def _sentence(verdict: Verdict, duration: float) -> str:
     return text
 
 
-def _named(model: Model) -> str:
+def _noise_text(model: Model) -> str:
     """Text of the noises of a clock with their usual names and sizes: ``white FM N 1e-10``."""
     names = {
         "quantization": "white PM",

@@ -121,7 +121,7 @@ def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> 
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
     needs = MIN_LENGTH_OVER_TAU[kind] * last
     try:
-        found = _measured(kind, limit, phase, rate)
+        found = _measured_deviation(kind, limit, phase, rate)
     except TooShortError:
         return Verdict(
             mask, kind, "undecided", None, None, None, None, None, None, needs, limit.source
@@ -159,7 +159,7 @@ def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> 
     )
 
 
-def _measured(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
+def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
     """Deviation `kind` at averaging times that cover the limit, with the ends of its pieces."""
     estimator = getattr(deviation, kind)
     low, high = limit.span

@@ -284,7 +284,7 @@ def combine(
         fits.append(fit_model(column, noise))
         if on_progress is not None:
             on_progress(place + 1, len(columns))
-    shared = correlations([{k: fits[k] for k in own} for own in _places(boards)])
+    shared = correlations([{k: fits[k] for k in own} for own in _unit_indices(boards)])
     times = _times(fits)
     covariance = allan_covariance(fits, shared, times)
     best = np.array([_minimum_variance(c) for c in covariance])
@@ -310,10 +310,10 @@ def combine(
         deviation(weights),
         np.sqrt(np.einsum("ki,kij,kj->k", best, covariance, best)),
         best,
-        _measured(columns, weights, times) if len(given) == 1 else None,
+        _measured_deviation(columns, weights, times) if len(given) == 1 else None,
         shared,
         deviating_units(fits, _labels(columns, len(given))),
-        _combined(fits, shared, weights),
+        _combined_model(fits, shared, weights),
     )
 
 
@@ -357,7 +357,7 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
     return found
 
 
-def _places(boards: Sequence[Sequence[Recording]]) -> list[range]:
+def _unit_indices(boards: Sequence[Sequence[Recording]]) -> list[range]:
     """Range of the indices of the units on each board; indices count over all boards."""
     ends = np.cumsum([0, *map(len, boards)]).tolist()
     return [range(a, b) for a, b in pairwise(ends)]
@@ -411,7 +411,7 @@ def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     return w
 
 
-def _measured(
+def _measured_deviation(
     columns: Sequence[Recording], weights: NDArray[np.float64], tau: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
     """Measured Allan deviation of the weighted average of the samples of one board, shape of `tau`."""
@@ -421,7 +421,7 @@ def _measured(
     return np.asarray(oadev(samples @ weights, rate=rate, factors=factors).deviation)
 
 
-def _combined(
+def _combined_model(
     fits: Sequence[Fit], shared: Sequence[Correlation], weights: NDArray[np.float64]
 ) -> Model:
     """Noise model of the weighted average of the units.

@@ -51,8 +51,8 @@ def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "
         raise InputError("not a text in UTF-8") from None
 
 
-def json_of(path: str | Path) -> Any:
-    """Value of a JSON document.
+def json_of(path: str | Path, what: str = "a JSON file") -> Any:
+    """Value of a JSON document; `what` is the expected kind of file, for the message of an error.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def json_of(path: str | Path) -> Any:
         The document cannot be read (`text_of`), or is not JSON.
     """
     text = text_of(path)
-    with as_expected("not a JSON file"):
+    with as_expected(f"not {what}"):
         return json.loads(text)
 
 

@@ -47,6 +47,6 @@ def add_installed(group: str, what: str, add: Callable[[Any], None]) -> None:
         except Exception as error:  # whatever a foreign module raises
             where = point.dist.name if point.dist is not None else "an installed package"
             warnings.warn(
-                f"the {what} {point.name} = {point.value} of {where} is left out: {error}",
+                f"the {what} {point.name} = {point.value} of {where} was not loaded: {error}",
                 stacklevel=4,
             )

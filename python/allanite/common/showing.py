@@ -90,6 +90,6 @@ def recording_html(recording: Any) -> str:
     ]
     title = f"{r.path or 'recording'}: {r.n} samples at {r.rate:g} Hz ({r.duration:g} s)"
     head = ("column", "unit", "mean", "standard deviation", "missing")
-    extra = [f"covariates: {', '.join(r.covariates)}"] if r.covariates else []
+    extra = [f"logged columns: {', '.join(r.covariates)}"] if r.covariates else []
     messages = [finding.message for finding in r.audit]
     return html_table(title, head, rows, (2, 3, 4)) + html_list([*extra, *messages])

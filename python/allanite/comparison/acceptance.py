@@ -265,9 +265,9 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
     tested = []
     for figure in own.figures:
         if figure.coefficient == MINIMUM:
-            tested.append(_minimum(figure, fit, margin))
+            tested.append(_verdict_on_minimum(figure, fit, margin))
         else:
-            tested.append(_coefficient(figure, fit, margin))
+            tested.append(_verdict_on_coefficient(figure, fit, margin))
     remarks = list(own.remarks())
     if not fit.adequate:
         remarks.append(
@@ -276,7 +276,7 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
     return Acceptance(own, margin, tuple(tested), study, tuple(remarks))
 
 
-def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
+def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
     """Verdict on a figure that states a coefficient."""
     unit = fit.recording.unit
     try:
@@ -297,7 +297,7 @@ def _coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
     assert not isinstance(power, str)
     needs = None
     if verdict == UNDECIDED:
-        needs = _needed(fit.recording.duration, value, low, high, limit, power)
+        needs = _needed_length(fit.recording.duration, value, low, high, limit, power)
     return FigureVerdict(
         figure, limit, value, low, high, verdict, needs, _too_close(verdict, needs)
     )
@@ -310,7 +310,7 @@ def _verdict(low: float, high: float, limit: float) -> str:
     return DOES_NOT_MEET if low > limit else UNDECIDED
 
 
-def _needed(
+def _needed_length(
     duration: float, value: float | None, low: float, high: float, limit: float, power: float
 ) -> float | None:
     """Length of a record in s whose interval would probably exclude the limit; None above 30 days.
@@ -337,7 +337,7 @@ def _too_close(verdict: str, needs: float | None) -> str:
     return "too close to the limit: even a record of 30 days would not be enough for a decision"
 
 
-def _minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
+def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
     """Verdict on a figure that states the minimum of the Allan deviation.
 
     The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected.
@@ -358,7 +358,7 @@ def _minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
         )
     if verdict == UNDECIDED:
         if found.detected:
-            needs = _needed(recording.duration, value, low, high, limit, 0.0)
+            needs = _needed_length(recording.duration, value, low, high, limit, 0.0)
         else:
             # The deviation of white noise decreases with the square root of the length.
             needed = recording.duration * (high / limit) ** 2

@@ -140,7 +140,9 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
             measured.detected,
             f"{figure.name} ratio",
         )
-        remark = _remark(figure, ratio) or _skipped(figure, ratio, sheet, fit.recording)
+        remark = _remark(figure, ratio) or _remark_on_skipped_samples(
+            figure, ratio, sheet, fit.recording
+        )
         rows.append(Row(figure, expected, measured, ratio, remark))
     remarks = sheet.remarks()
     if missing:
@@ -199,14 +201,14 @@ def minimum_of(fit: Any, edf: float = MIN_EDF) -> Estimate:
     model = fit.model.allan_variance(tau, rate=recording.rate)
     at = int(np.argmin(model))
     value, high = float(curve.deviation[solid][at]), float(curve.high[solid][at])
-    low = _least(fit)
+    low = _lowest_deviation(fit)
     shown = low > 0.0
     return Estimate(
         value, (high - low) / 4 if shown else None, (low, high), recording.unit, shown, MINIMUM
     )
 
 
-def _least(fit: Any) -> float:
+def _lowest_deviation(fit: Any) -> float:
     """Lowest value over τ of the Allan deviation of the detected random effects, with coefficients at their lower limits.
 
     The result is 0 if no effect is detected, or if the deviation still falls at the longest τ.
@@ -245,7 +247,9 @@ def _tolerance(ratio: Estimate) -> float:
     return max(width, 0.05)
 
 
-def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
+def _remark_on_skipped_samples(
+    figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any
+) -> str:
     """Remark that samples seem to have been skipped, if N is too large by a factor that skipping explains; else empty.
 
     The log alone cannot show this, because skipping samples of white noise leaves white noise.

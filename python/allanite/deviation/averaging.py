@@ -128,7 +128,7 @@ def averaging_factors(
         raise TooShortError(
             f"no averaging time within {span}, which is all that {src.samples.size} samples hold"
         )
-    left_out = f"{np.count_nonzero(outside)} averaging times outside of {span} were left out"
+    left_out = f"{np.count_nonzero(outside)} averaging times outside of {span} were not used"
     return found[~outside], (*notes, left_out)
 
 
@@ -159,5 +159,7 @@ def _explicit_factors(
         )
     found = np.unique(np.clip(near, 0.0, 2.0**62)).astype(np.int64)
     if found.size < wanted.size:
-        notes.append(f"{wanted.size - found.size} averaging times fell together")
+        notes.append(
+            f"{wanted.size - found.size} averaging times were equal to others after rounding"
+        )
     return found, tuple(notes)

@@ -47,16 +47,16 @@ def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
     b, c = TOTAL[max(round(alpha), -2)]
-    return _published(b, c, alpha, m, points, summed=False)
+    return _published_edf(b, c, alpha, m, points, summed=False)
 
 
 def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10)."""
     b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
-    return _published(b, c, alpha, m, points, summed=True)
+    return _published_edf(b, c, alpha, m, points, summed=True)
 
 
-def _published(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
+def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
     """Degrees of freedom b T/τ − c with the published b and c; at least 1, at most those of all overlapping terms."""
     # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)

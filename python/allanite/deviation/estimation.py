@@ -56,7 +56,9 @@ def estimate(
         share = lost / np.maximum(n + lost, 1)
         notes = (*notes, *gap_notes(gaps, src.samples.size, tau, share))
     if row.bias is not None:
-        variance, more = _corrected(row.bias, row.name, variance, alpha, m, points, unbiased)
+        variance, more = _corrected_variance(
+            row.bias, row.name, variance, alpha, m, points, unbiased
+        )
         notes += more
     scale = src.scale if row.gain is None else row.gain(src.scale, tau, src.rate)
     return Deviation(
@@ -98,7 +100,7 @@ def kernel_results(
     return *row.kernel(scaled, m, angle), 2.0**exponent
 
 
-def _corrected(
+def _corrected_variance(
     published: Callable[[int, int, int], float],
     name: str,
     variance: NDArray[np.float64],

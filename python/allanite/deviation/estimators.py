@@ -128,7 +128,7 @@ def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any
     return function
 
 
-def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
+def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
     """Public function that computes a new estimator without a published bias.
 
     `nbs14` is the output of the example in its docstring.
@@ -155,7 +155,7 @@ def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
     return function
 
 
-def _corrected(more: str, nbs14: str, **what: Any) -> Correctable:
+def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
     """Public function that computes a new estimator with a published bias.
 
     `nbs14` is the output of the example in its docstring.
@@ -201,7 +201,7 @@ def _time(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.flo
     return scale * tau / np.sqrt(3.0)
 
 
-oadev = _deviation(
+oadev = _uncorrected_estimator(
     "σ²(m τ0) = 1/(2 τ² M) Σ_k (θ[k+2m] − 2 θ[k+m] + θ[k])², all M = L − 2m of them.",
     "91.229 85.953",
     name="oadev",
@@ -212,7 +212,7 @@ oadev = _deviation(
     terms=lambda m, points: points - 2 * m,
     edf=bias.allan_edf,
 )
-adev = _deviation(
+adev = _uncorrected_estimator(
     "Uses adjacent averages, not overlapping ones.",
     " 91.229 115.808",
     name="adev",
@@ -223,7 +223,7 @@ adev = _deviation(
     terms=lambda m, points: -((2 * m - points) // m),
     edf=lambda alpha, m, count, points: bias.allan_edf(alpha, m, count, points, stride=m),
 )
-mdev = _deviation(
+mdev = _uncorrected_estimator(
     "Distinguishes white from flicker phase noise.",
     "91.229 74.788",
     name="mdev",
@@ -234,7 +234,7 @@ mdev = _deviation(
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_edf,
 )
-hdev = _deviation(
+hdev = _uncorrected_estimator(
     "Uses adjacent averages, not overlapping ones. Not sensitive to a drift of the rate.",
     " 70.806 116.798",
     name="hdev",
@@ -245,7 +245,7 @@ hdev = _deviation(
     terms=lambda m, points: -((3 * m - points) // m),
     edf=lambda alpha, m, count, points: bias.hadamard_edf(alpha, m, count, points, stride=m),
 )
-ohdev = _deviation(
+ohdev = _uncorrected_estimator(
     "Not sensitive to a drift of the rate.",
     "70.806 85.615",
     name="ohdev",
@@ -256,7 +256,7 @@ ohdev = _deviation(
     terms=lambda m, points: points - 3 * m,
     edf=bias.hadamard_edf,
 )
-tdev = _deviation(
+tdev = _uncorrected_estimator(
     "τ/√3 times the modified Allan deviation.",
     "52.671 86.358",
     name="tdev",
@@ -268,7 +268,7 @@ tdev = _deviation(
     edf=bias.modified_edf,
     gain=_time,
 )
-totdev = _corrected(
+totdev = _corrected_estimator(
     "Of the record reflected at its ends. The published bias of flicker and random-walk FM is 1 − a τ/T in\n"
     "    variance, up to half of the record.",
     "91.229 93.904",
@@ -281,7 +281,7 @@ totdev = _corrected(
     edf=bias.total_edf,
     bias=bias.total_bias,
 )
-pdev = _deviation(
+pdev = _uncorrected_estimator(
     "Uses slopes fitted to the phase. The interval uses the degrees of freedom of `mdev`, which are fewer.",
     "91.229 87.605",
     name="pdev",
@@ -292,7 +292,7 @@ pdev = _deviation(
     terms=lambda m, points: points - 2 * m,
     edf=bias.modified_edf,
 )
-mtotdev = _corrected(
+mtotdev = _corrected_estimator(
     "The published bias is 0.73 of white FM in variance; Stable32 1.60 keeps it, which is the default here. O(n).",
     "64.509 64.794",
     name="mtotdev",
@@ -305,7 +305,7 @@ mtotdev = _corrected(
     bias=bias.modified_total_bias,
     unbiased=False,
 )
-ttotdev = _corrected(
+ttotdev = _corrected_estimator(
     "τ/√3 times the modified total deviation; its bias is kept by default, too.",
     "37.244 74.818",
     name="ttotdev",
@@ -319,7 +319,7 @@ ttotdev = _corrected(
     unbiased=False,
     gain=_time,
 )
-htotdev = _corrected(
+htotdev = _corrected_estimator(
     "At m = 1 the overlapping Hadamard deviation. The published bias at m > 1 is 0.995 of white FM in variance. O(n).",
     "70.806 91.164",
     name="htotdev",
@@ -343,7 +343,7 @@ THEO1 = _row(
 )
 THEOH = replace(THEO1, name="theoh", title="TheoH deviation", source="NIST SP 1065 eq. 33")
 ESTIMATORS[THEOH.name] = THEOH
-tierms = _deviation(
+tierms = _uncorrected_estimator(
     "Root mean square change of the phase in τ beyond the mean rate.",
     " 95.202 135.47 ",
     name="tierms",
@@ -354,7 +354,7 @@ tierms = _deviation(
     terms=lambda m, points: points - m,
     gain=lambda scale, tau, rate: scale / rate,
 )
-mtie = _deviation(
+mtie = _uncorrected_estimator(
     "Largest range of the phase within τ.",
     "144.889 262.778",
     name="mtie",

@@ -35,14 +35,14 @@ def gap_notes(
     if lost.size and lost.any():
         worst = int(np.argmax(lost))
         notes.append(
-            f"terms that touch them are omitted: {lost[0]:.2g} of all at {tau[0]:g} s,"
-            f" {lost[worst]:.2g} at {tau[worst]:g} s"
+            f"differences that touch them are not used: {lost[0]:.2%} at {tau[0]:g} s,"
+            f" {lost[worst]:.2%} at {tau[worst]:g} s"
         )
         many = np.flatnonzero(lost > MAX_LOST_SHARE)
         # A single long gap costs only the longest τ most of their terms; decimation would not help.
         if many.size and tau[many[0]] < MAX_ADVICE_TAU * tau[-1]:
             notes.append(
-                f"more than half of the terms are lost from {tau[many[0]]:g} s on: decimate the recording,"
-                " which averages the samples that are there"
+                f"gaps leave less than half of the differences from τ = {tau[many[0]]:g} s on:"
+                " average neighboring samples first (decimate)"
             )
     return tuple(notes)

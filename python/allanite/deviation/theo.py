@@ -58,7 +58,7 @@ def theo1(
     m, notes = averaging_factors(src, taus, factors, src.points - 1)
     even = m % 2 == 0
     if not even.all():
-        notes = (*notes, f"{np.count_nonzero(~even)} odd averaging factors were left out")
+        notes = (*notes, f"{np.count_nonzero(~even)} odd averaging factors were not used")
     if not even.any():
         raise TooShortError("Theo1 needs an even averaging factor: at least 3 samples and m = 2")
     return _theo1(src, m[even], notes)

@@ -84,11 +84,11 @@ class Parameter:
             given = [value] if isinstance(value, (int, float)) else value
             if isinstance(given, (list, tuple)):
                 return tuple(self._number(one, low, high) for one in given)
-            raise InputError(f"{self.name} = {_shown(value)} is not a list of numbers")
+            raise InputError(f"{self.name} = {_value_text(value)} is not a list of numbers")
         if self.unit == "text":
             if isinstance(value, str):
                 return value
-            raise InputError(f"{self.name} = {_shown(value)} is not a text")
+            raise InputError(f"{self.name} = {_value_text(value)} is not a text")
         return self._number(value, *self.bounds)
 
     def _number(self, value: Any, low: float, high: float) -> float:
@@ -99,10 +99,10 @@ class Parameter:
         except (TypeError, ValueError, OverflowError):
             number = math.nan
         if math.isnan(number):
-            raise InputError(f"{self.name} = {_shown(value)} is not a number")
+            raise InputError(f"{self.name} = {_value_text(value)} is not a number")
         if not low <= number <= high:
             raise InputError(
-                f"{self.name} = {_shown(value)} is out of its range {low:g} … {high:g}"
+                f"{self.name} = {_value_text(value)} is out of its range {low:g} … {high:g}"
             )
         return number
 
@@ -117,7 +117,7 @@ def has_several(cls: type, name: str) -> bool:
     return any("tuple" in str(get_annotations(base).get(name)) for base in cls.__mro__)
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     """Text of a value, at most 60 characters, for messages."""
     return repr(value)[:60]
 

@@ -60,14 +60,14 @@ class Modifier(Effect):
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self | None:
-        """The effect for a white-noise level times `factor` from `start` to `end`, s; by default None."""
+        """The effect that multiplies the white-noise level by `factor` from `start` to `end` (s); by default None."""
         return None
 
     @classmethod
     def changing(
         cls, band: tuple[float, float], when: tuple[float, float], factor: float
     ) -> Self | None:
-        """The effect for a `band` (Hz) that is `factor` times as strong in the interval `when` (s); by default None."""
+        """The effect that multiplies the noise in a `band` (Hz) by `factor` in the interval `when` (s); by default None."""
         return None
 
     @property

@@ -228,7 +228,7 @@ class Bandwidth(Modifier):
     @property
     def whole(self) -> LowPass | None:
         """The filter if it acts on all random processes, else None."""
-        return LowPass(*self._at(1.0)) if self.acts_on == "all" else None
+        return LowPass(*self._design_values(1.0)) if self.acts_on == "all" else None
 
     def modify(
         self,
@@ -238,16 +238,16 @@ class Bandwidth(Modifier):
     ) -> tuple[Term, ...]:
         """Terms of the filtered white noise with density `white` at frequency zero."""
         after = (self.floor or 0.0) ** 2 * white
-        filtered = tuple(t.scaled(white - after) for t in lowpass.terms(*self._at(rate)))
+        filtered = tuple(t.scaled(white - after) for t in lowpass.terms(*self._design_values(rate)))
         return (*filtered, White(after)) if after else filtered
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]]:
         """Generators of the filtered noise and of the noise added after the filter."""
         after = (self.floor or 0.0) ** 2 * white
-        filtered = lowpass.generators(*self._at(rate), white - after)
+        filtered = lowpass.generators(*self._design_values(rate), white - after)
         return [*filtered, ("white", [float(np.sqrt(after))])] if after else filtered
 
-    def _at(self, rate: float) -> tuple[str, int, float]:
+    def _design_values(self, rate: float) -> tuple[str, int, float]:
         """Design, order, and cutoff in cycles per sample at sampling rate `rate`."""
         design = self.design or "sampled"
         order = int(self.order or lowpass.DESIGNS[design][0])

@@ -46,7 +46,7 @@ class Covariate(Follower):
     kind: ClassVar[str] = "covariate"
     short: ClassVar[str] = "COV"
     common: ClassVar[bool] = True
-    title: ClassVar[str] = "covariate"
+    title: ClassVar[str] = "logged column"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         COLUMN,
         Parameter(

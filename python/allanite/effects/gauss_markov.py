@@ -61,7 +61,7 @@ class GaussMarkov(Stochastic):
     )
     check_by: ClassVar[str] = (
         "look for a part whose time constant is T (heater, fan, filter of the electronics); change it and repeat; "
-        "log its temperature as a covariate"
+        "log its temperature"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "bias_instability",

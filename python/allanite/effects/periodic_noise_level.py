@@ -79,10 +79,10 @@ class PeriodicNoiseLevel(Level):
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(low.shape)
-        inside = self._until(high) - self._until(low)
+        inside = self._time_inside_until(high) - self._time_inside_until(low)
         return np.asarray(1.0 + (self.factor**2 - 1.0) * inside / (high - low))
 
-    def _until(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _time_inside_until(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Total time inside the intervals from `start` to each time, s."""
         assert self.period is not None
         assert self.share is not None

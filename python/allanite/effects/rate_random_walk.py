@@ -52,8 +52,7 @@ class RateRandomWalk(Stochastic):
     )
     looks_like: ClassVar[str] = "a slope of +½ at the longest τ; a density that falls as 1/f²"
     check_by: ClassVar[str] = (
-        "log the temperature and offer it as a covariate; record several times longer: a lag levels off, "
-        "a random walk does not"
+        "log the temperature; record several times longer: a lag levels off, a random walk does not"
     )
     rivals: ClassVar[tuple[str, ...]] = (
         "gauss_markov",

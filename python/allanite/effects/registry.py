@@ -53,7 +53,7 @@ class Catalogue:
 
     def find(self, name: str) -> type[Effect] | None:
         """The effect class with a short or long name, or None."""
-        return _named(name, self._effects[: self._ours]) or _named(name, list(self))
+        return _class_named(name, self._effects[: self._ours]) or _class_named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
         """Add an effect class to the catalog; see `register`."""
@@ -62,14 +62,14 @@ class Catalogue:
             if effect in self._effects:
                 return
             for name in (effect.kind, effect.short):
-                other = _named(name, self._effects)
-                if other is not None and not _same(other, effect):
+                other = _class_named(name, self._effects)
+                if other is not None and not _is_same_class(other, effect):
                     raise InputError(
                         f"{effect.__qualname__}: the name {name!r} is already used by {other.__qualname__};"
                         " choose another"
                     )
             # Replace a class of the same name, e.g. if a notebook cell runs again.
-            self._effects = [e for e in self._effects if not _same(e, effect)] + [effect]
+            self._effects = [e for e in self._effects if not _is_same_class(e, effect)] + [effect]
 
     def remove(self, effect: type[Effect]) -> None:
         """Remove a registered effect class."""
@@ -86,12 +86,12 @@ class Catalogue:
             add_installed(ENTRY_POINTS, "effect", self.add)
 
 
-def _named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:
+def _class_named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:
     """The effect class with a short or long name in a list, or None."""
     return next((e for e in effects if name in (e.short, e.kind)), None)
 
 
-def _same(one: type[Effect], other: type[Effect]) -> bool:
+def _is_same_class(one: type[Effect], other: type[Effect]) -> bool:
     """True if two classes have the same module and name."""
     return (one.__module__, one.__qualname__) == (other.__module__, other.__qualname__)
 

@@ -138,15 +138,15 @@ class White(_Sized):
         return self.variance
 
     def spectrum(self, w: Array) -> Array:
-        """Constant spectrum v."""
+        """Spectrum v at all frequencies, shape of `w`."""
         return np.full_like(w, self.variance)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance v/m."""
+        """Allan variance v/m at averaging factors `m`, shape of `m`."""
         return self.variance / m
 
     def variogram(self, count: int) -> Array:
-        """Variogram: v at all lags except 0."""
+        """Variogram at lags h = 0 … count − 1, shape (count,): v, and 0 at lag 0."""
         return np.asarray(self.variance * (np.arange(count) > 0).astype(float))
 
 
@@ -183,15 +183,15 @@ class Blue(_Sized):
         return 2.0 * self.variance
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum 4 v sin²(w/2)."""
+        """Spectrum 4 v sin²(w/2) at angular frequencies `w`, shape of `w`."""
         return self.variance * _step(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance 3v/m²."""
+        """Allan variance 3v/m² at averaging factors `m`, shape of `m`."""
         return 3.0 * self.variance / m**2
 
     def variogram(self, count: int) -> Array:
-        """Variogram: 3v at lag 1, 2v beyond."""
+        """Variogram at lags h = 0 … count − 1, shape (count,): 0, 3v, then 2v."""
         h = np.arange(count)
         return np.asarray(self.variance * np.where(h == 1, 3.0, np.where(h == 0, 0.0, 2.0)))
 
@@ -202,15 +202,15 @@ class RandomWalk(_Sized):
     name = "random_walk"
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum v/(4 sin²(w/2))."""
+        """Spectrum v/(4 sin²(w/2)) at angular frequencies `w`, shape of `w`."""
         return self.variance / _step(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance v (2m² + 1)/(6m)."""
+        """Allan variance v (2m² + 1)/(6m) at averaging factors `m`, shape of `m`."""
         return self.variance * (2.0 * m**2 + 1.0) / (6.0 * m)
 
     def variogram(self, count: int) -> Array:
-        """Variogram vh/2."""
+        """Variogram v·h/2 at lags h = 0 … count − 1, shape (count,)."""
         return np.asarray(self.variance * np.arange(count) / 2.0)
 
 
@@ -220,7 +220,7 @@ class Flicker(_Sized):
     name = "flicker"
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum B²/(2 sin(w/2))."""
+        """Spectrum B²/(2 sin(w/2)) at angular frequencies `w`, shape of `w`."""
         return self.variance / _step(w)
 
     def allan_variance(self, m: Array) -> Array:
@@ -247,7 +247,7 @@ class PowerLaw(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Exponent and `level` (a variance)."""
+        """The exponent a, and the level L (a variance)."""
         return self.exponent, self.level
 
     def scaled(self, factor: float) -> Self:
@@ -255,11 +255,11 @@ class PowerLaw(Term):
         return type(self)(self.exponent, self.level * factor)
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum L (2 sin(w/2))^a."""
+        """Spectrum L (2 sin(w/2))^a at angular frequencies `w`, shape of `w`."""
         return np.asarray(self.level * _step(w) ** self.exponent)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance: exact for small m, its two leading powers of m beyond."""
+        """Allan variance at averaging factors `m`: exact for small m, the two leading powers of m beyond."""
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
@@ -267,7 +267,7 @@ class PowerLaw(Term):
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:
-        """Variogram in closed form (Hosking 1981)."""
+        """Variogram at lags h = 0 … count − 1, shape (count,), in closed form (Hosking 1981)."""
         return self.level * power_law_lags(self.exponent, count)
 
     @property
@@ -292,7 +292,7 @@ class Exponential(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Re a, Im a, Re φ, Im φ."""
+        """The numbers Re a, Im a, Re φ and Im φ of the autocovariance Re(a φ^h)."""
         a, phi = complex(self.a), complex(self.phi)
         return a.real, a.imag, phi.real, phi.imag
 
@@ -306,11 +306,11 @@ class Exponential(Term):
         return np.asarray((a * (1 - phi**2) / ((1 - phi) ** 2 + phi * _step(w) ** 2)).real)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance: exact sums over lags for small m, the closed form above."""
+        """Allan variance at averaging factors `m`: exact sums over lags for small m, a closed form for large m."""
         return exponential_allan(complex(self.a), complex(self.phi), m)
 
     def variogram(self, count: int) -> Array:
-        """Variogram Re a(1 − φ^h), without cancellation."""
+        """Variogram Re a(1 − φ^h) at lags h = 0 … count − 1, shape (count,), without cancellation."""
         a, phi = complex(self.a), complex(self.phi)
         log_phi = np.log(phi) if phi != 0 else complex(-1e4)
         return np.asarray(-(a * np.expm1(np.arange(count) * log_phi)).real)
@@ -347,17 +347,17 @@ class Lags(Term):
         return type(self)(tuple(r * factor for r in self.covariance))
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum Σ r(h) cos hw over all lags −L … L."""
+        """Spectrum Σ r(h) cos hw over all lags −L … L, shape of `w`."""
         series = [self.covariance[0], *(2.0 * r for r in self.covariance[1:])]
         return np.asarray(np.polynomial.chebyshev.chebval(np.cos(w), series))
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance from the lags."""
+        """Allan variance at averaging factors `m`, computed from the autocovariance, shape of `m`."""
         covariance = np.array(self.covariance)
         return np.array([allan_of_lags(covariance, int(k)) for k in m])
 
     def variogram(self, count: int) -> Array:
-        """Variogram r(0) − r(h)."""
+        """Variogram r(0) − r(h) at lags h = 0 … count − 1, shape (count,)."""
         return self.covariance[0] - np.pad(self.covariance, (0, count))[:count]
 
     @property

@@ -104,7 +104,7 @@ def export(
     if target not in TARGETS:
         raise InputError(f"unknown export format {target!r}: choose one of {', '.join(TARGETS)}")
     if overbound and as_fitted:
-        raise InputError("overbound and as_fitted exclude each other: give only one of them")
+        raise InputError("give overbound (--overbound) or as_fitted (--as-fitted), not both")
     own = [
         used(
             axis,

@@ -149,9 +149,9 @@ class _Target:
         return np.asarray(self.scale**2 * true / errors.predicted)
 
     def tried(self, ratio: Array, time: Array) -> Tried:
-        """Candidates with these ratios K/N and correlation times (s.
+        """Candidates with these ratios K/N and correlation times, each with its N² and cost.
 
-        Infinite for a random walk), each with its N² and cost.
+        Correlation times are in s, and infinite for a random walk.
         """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)
@@ -223,12 +223,12 @@ def _cost(shares: Array, squares: Array, last: float) -> Array:
 
 def follow_walk(axis: Axis, *, simulator: bool = False) -> Choice:
     """N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
-    return _walk(_target(axis, simulator))
+    return _walk_numbers(_target(axis, simulator))
 
 
 def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False) -> Choice:
     """N and a Gauss-Markov process that follow the model up to its horizon; `time` fixes the correlation time."""
-    return _lag(_target(axis, simulator), time)
+    return _lag_numbers(_target(axis, simulator), time)
 
 
 def shared_lag(axes: Sequence[Axis]) -> float:
@@ -277,10 +277,10 @@ def _filters(
 
 
 @lru_cache(maxsize=64)
-def _walk(target: _Target) -> Choice:
+def _walk_numbers(target: _Target) -> Choice:
     """N and K that follow a model: the fitted ones if they are consistent, otherwise the best candidate."""
     fitted = target.scale * _value(target.model, "K")
-    plain = _unchanged(target, fitted)
+    plain = _fitted_walk(target, fitted)
     if plain is not None:
         return plain
     N, K, _ = target.refined(target.search([np.inf]))
@@ -288,7 +288,7 @@ def _walk(target: _Target) -> Choice:
 
 
 @lru_cache(maxsize=64)
-def _lag(target: _Target, time: float | None) -> Choice:
+def _lag_numbers(target: _Target, time: float | None) -> Choice:
     """N and a Gauss-Markov process that follow a model: the fitted ones if consistent, otherwise the best candidate."""
     own = target.lags
     if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
@@ -301,17 +301,17 @@ def _lag(target: _Target, time: float | None) -> Choice:
 
 def small_walk(N: float, axis: Axis) -> float:
     """A negligible K, which adds the fraction `SMALL_WALK_SHARE` to the Allan variance of N at the horizon of an axis."""
-    return _small(N, axis.horizon, axis.sampling)
+    return _negligible_walk(N, axis.horizon, axis.sampling)
 
 
-def _small(N: float, horizon: float, rate: float) -> float:
+def _negligible_walk(N: float, horizon: float, rate: float) -> float:
     """A negligible K, which adds the fraction `SMALL_WALK_SHARE` to the Allan variance of N at the horizon (s)."""
     last = np.array([max(horizon, 1.0 / rate)])
     white, unit = (e.allan_variance(last, rate)[0] for e in (white_noise(N), walk(1.0)))
     return float(np.sqrt(SMALL_WALK_SHARE * white / unit))
 
 
-def _unchanged(target: _Target, K: float) -> Choice | None:
+def _fitted_walk(target: _Target, K: float) -> Choice | None:
     """The fitted N and K if a filter with them is consistent; None otherwise, or if the model has no white noise.
 
     If K is 0 or negligible, a negligible positive K replaces it.
@@ -319,7 +319,7 @@ def _unchanged(target: _Target, K: float) -> Choice | None:
     N = target.white
     if not N > 0.0:
         return None
-    little = _small(N, target.horizon, target.rate)
+    little = _negligible_walk(N, target.horizon, target.rate)
     choice = Choice(N, max(K, little))
     if not _is_consistent(target, choice):
         return None

@@ -63,8 +63,8 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     horizon = max(a.horizon for a, _ in pairs)
     use = f"Use: no. {'; '.join(reasons)}." if reasons else "Use: yes."
     farthest = (
-        f"Up to {horizon:.4g} s the Allan deviation of the numbers is farthest from the model's at"
-        f" {worst.tau:.4g} s: ratio {worst.ratio:.2f}{where}."
+        f"Up to {horizon:.4g} s the Allan deviation of these numbers differs most from the model's at"
+        f" {worst.tau:.4g} s: it is {worst.ratio:.2f} times the model's{where}."
     )
     sentences = [use, farthest]
     if filters and not simulator:
@@ -102,7 +102,7 @@ def _too_short(axes: Sequence[Axis]) -> list[str]:
     for axis in axes:
         if axis.assumptions or axis.until >= HORIZON:
             continue
-        entries = zip(_all(axis), axis.document["effects"], strict=True)
+        entries = zip(_labeled_effects(axis), axis.document["effects"], strict=True)
         hidden = [
             label
             for (label, effect), entry in entries
@@ -135,12 +135,12 @@ def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
     if axis.assumptions:
         origin = f"from {axis.source}, without a log"
-    covered = _covered(axis, choice, simulator=simulator)
-    name = "+".join(_counted(e.short for e in axis.model))
+    covered = _covered_text(axis, choice, simulator=simulator)
+    name = "+".join(_names_with_counts(e.short for e in axis.model))
     line = f"{axis.name}: {origin}; model {name}; in this file: {covered}"
     left = [f"{label} ({e.kind})" for label, e in _left_out(axis, choice, simulator=simulator)]
     if len(left) > MAX_LISTED_EFFECTS:
-        left = _counted(e.kind for _, e in _left_out(axis, choice, simulator=simulator))
+        left = _names_with_counts(e.kind for _, e in _left_out(axis, choice, simulator=simulator))
     lines = [line, *(f"  {note}" for note in axis.notes)]
     lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
     if choice is not None and choice.overbound and axis.loudest is not None:
@@ -154,7 +154,7 @@ def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list
     return lines
 
 
-def _counted(names: Iterable[str]) -> list[str]:
+def _names_with_counts(names: Iterable[str]) -> list[str]:
     """Each name once, with its count if it is larger than 1: ``12 SIN``."""
     return [name if n == 1 else f"{n} {name}" for name, n in Counter(names).items()]
 
@@ -164,7 +164,7 @@ def _alternatives(axis: Axis) -> Iterator[str]:
 
     An example is ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
     """
-    for (label, _), entry in zip(_all(axis), axis.document["effects"], strict=True):
+    for (label, _), entry in zip(_labeled_effects(axis), axis.document["effects"], strict=True):
         for name, ends in (entry.get("over_rivals") or {}).items():
             given = entry["parameters"].get(name) or {}
             own, value = given.get("interval"), given.get("value")
@@ -181,21 +181,21 @@ def _alternatives(axis: Axis) -> Iterator[str]:
             )
 
 
-def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
+def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
     """Text that names the effects in the numbers of a file."""
     if choice is None:
-        covered = ", ".join(label for label, _ in _all(axis))
+        covered = ", ".join(label for label, _ in _labeled_effects(axis))
     elif choice.overbound:
         covered = "the upper limits of all its effects"
     elif choice.holds is not None:
         covered = f"{', '.join(choice.holds)} as fitted"
     else:
         missing = {label for label, _ in _left_out(axis, choice, simulator=simulator)}
-        own = (label for label, _ in _all(axis) if label not in missing)
+        own = (label for label, _ in _labeled_effects(axis) if label not in missing)
         labels = tuple(own)
-        shorts = (e.short for label, e in _all(axis) if label in labels)
+        shorts = (e.short for label, e in _labeled_effects(axis) if label in labels)
         covered = "numbers that cover " + ", ".join(
-            labels if len(labels) <= MAX_LISTED_EFFECTS else _counted(shorts)
+            labels if len(labels) <= MAX_LISTED_EFFECTS else _names_with_counts(shorts)
         )
     if choice is not None and choice.others:
         of: dict[str, list[str]] = {}
@@ -206,7 +206,7 @@ def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
     return covered
 
 
-def _all(axis: Axis) -> Iterator[tuple[str, Effect]]:
+def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
     """Yields the label and the effect of each effect of the model of an axis."""
     return zip(axis.model.labels, axis.model.effects, strict=True)
 
@@ -214,8 +214,10 @@ def _all(axis: Axis) -> Iterator[tuple[str, Effect]]:
 def _left_out(axis: Axis, choice: Choice | None, *, simulator: bool) -> list[tuple[str, Effect]]:
     """Label and effect of each effect that the numbers of a file leave out."""
     if choice is not None and choice.holds is not None:
-        return [(label, e) for label, e in _all(axis) if label not in choice.holds]
-    return [(label, e) for label, e in _all(axis) if not _is_covered(e, axis, simulator)]
+        return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
+    return [
+        (label, e) for label, e in _labeled_effects(axis) if not _is_covered(e, axis, simulator)
+    ]
 
 
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:

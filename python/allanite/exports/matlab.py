@@ -52,7 +52,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ):
         if not own:
             continue
-        pairs = [(a, choose(a, overbound=True) if overbound else _chosen(a)) for a in own]
+        pairs = [(a, choose(a, overbound=True) if overbound else _fitted_numbers(a)) for a in own]
         everything += pairs
         arguments = ["'NoiseType', 'double-sided'"]
         axis_remarks: list[str] = []
@@ -76,9 +76,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     return comments(head(everything, convention, simulator=True), "%") + "".join(lines)
 
 
-def _chosen(axis: Axis) -> Choice:
+def _fitted_numbers(axis: Axis) -> Choice:
     """The fitted N, B and K, or their upper limits; K is larger if other slow processes must be covered."""
-    first = choose(axis, simulator=True) if axis.as_fitted else _white(axis)
+    first = choose(axis, simulator=True) if axis.as_fitted else _white_numbers(axis)
     values = {"B": 0.0, "K": 0.0}
     remarks = {"N": first.remark("N")}
     for name in values.keys() & axis.coefficients.keys():
@@ -98,7 +98,7 @@ def _chosen(axis: Axis) -> Choice:
     return replace(choice, K=values["K"], remarks=tuple(remarks.items()), holds=holds)
 
 
-def _white(axis: Axis) -> Choice:
+def _white_numbers(axis: Axis) -> Choice:
     """The numbers of an axis with the fitted N and K = 0; without white noise, N from the Allan deviation at one sample."""
     fitted = replace(axis, as_fitted=True)
     return replace(choose(fitted), K=0.0, holds=None)

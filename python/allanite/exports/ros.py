@@ -89,13 +89,13 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
         for unit_term in whole or steady.unit_terms(effect, rate):
             term = unit_term.scaled(size)
             if term.power is None:
-                total += _within(term, w)
+                total += _power_between(term, w)
             else:
                 # The total power is known exactly, also for a narrow band. Below the lowest frequency of `slower` the
                 # density is constant.
                 total += (
                     term.power
-                    - _within(term, slower)
+                    - _power_between(term, slower)
                     - float(term.spectrum(slower[:1])[0]) * slower[0] / np.pi
                 )
     for line in steady.deterministic:
@@ -104,7 +104,7 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
     return axis.scale**2 * total
 
 
-def _within(term: Term, w: NDArray[np.float64]) -> float:
+def _power_between(term: Term, w: NDArray[np.float64]) -> float:
     """Integrated spectrum of a term, U², between the first and the last of these frequencies (rad per sample)."""
     return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
 

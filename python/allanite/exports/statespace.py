@@ -34,7 +34,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     out = []
     for axis in axes:
         model = axis.limits if overbound else axis.expected
-        space = _small(model, fs, 10.0 * axis.until)
+        space = _reduced_state_space(model, fs, 10.0 * axis.until)
         document = space.to_dict()
         for name in ("Q", "R", "P0"):
             document[name] = (axis.scale**2 * np.array(document[name])).tolist()
@@ -52,7 +52,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _small(model: Model, rate: float, duration: float) -> StateSpace:
+def _reduced_state_space(model: Model, rate: float, duration: float) -> StateSpace:
     """State space with at most `STATES` states if the model can be reduced, otherwise with all its states."""
     try:
         return state_space(model, rate, states=STATES, duration=duration)

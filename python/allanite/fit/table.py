@@ -122,9 +122,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
         names += f" and {len(others) - MAX_NAMED_MODELS} more"
     sentence = f"this record cannot distinguish {own} ({_percent(share)}) from {names}"
     if share < MIN_CHOSEN_PROBABILITY:
-        sentence = (
-            f"by its likelihood alone this record prefers {names} to {own} ({_percent(share)})"
-        )
+        sentence = f"the likelihood alone favors {names} over {own} ({_percent(share)})"
     wider = []
     every = zip(fit.model.effects, fit.model.labels, fit.estimates, found.intervals, strict=True)
     for effect, label, values, intervals in every:
@@ -149,7 +147,10 @@ NOT_ADEQUATE_WARNING = "! do not use these limits and intervals: the model does 
 
 
 def alternative_texts(fit: Fit, found: Undecided | None) -> list[str]:
-    """For each effect of a fit, text on what may replace it and the odds: ``not needed with rate ramp (62 : 38)``."""
+    """Text for each effect of a fit: what may replace the effect, and the odds; empty without an alternative.
+
+    For example ``not needed in a model with rate ramp (62 : 38)``.
+    """
     texts = []
     for either in (None,) * len(fit.model) if found is None else found.instead:
         text = ""
@@ -157,7 +158,7 @@ def alternative_texts(fit: Fit, found: Undecided | None) -> list[str]:
             new, share = either
             odds = f"({100.0 * (1.0 - share):.0f} : {100.0 * share:.0f})"
             names = " and ".join(dict.fromkeys(map(fit.display_name, new)))
-            text = f"not needed with {names} {odds}" if names else f"not needed {odds}"
+            text = f"not needed in a model with {names} {odds}" if names else f"not needed {odds}"
         texts.append(text)
     return texts
 

@@ -169,18 +169,18 @@ def plan(
     _expected.require_values(base if effect is None else base + effect)
     if tell is not None:
         question = f"to tell {tell[0]} from {tell[1]} at {MIN_ODDS:g} : 1"
-        enough = _distinguished(base, tell, covariates)
+        enough = _distinguishes(base, tell, covariates)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
         enough = _known_enough(base, know, to, covariates)
     else:
         assert effect is not None
         question = f"to find {effect} with probability {power:g}"
-        enough = _found(base, effect, power, covariates)
+        enough = _finds(base, effect, power, covariates)
     tried = tuple((r, _shortest_duration(enough, r)) for r in (RATES if rate is None else (rate,)))
     possible = [(d, r) for r, d in tried if d is not None]
     if not possible:
-        why = "it cannot be told from the rest of the model"
+        why = "it cannot be distinguished from the rest of the model"
         if tell is not None:
             why = "the other one can look like it; give the model with that one and its values"
         raise InputError(f"plan: ten years of record do not suffice {question}: {why}")
@@ -197,7 +197,7 @@ def plan(
     )
 
 
-def _found(
+def _finds(
     base: Model, effect: Effect, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
     """Function of duration (s) and rate (Hz) that is True if the effect is found with the wanted probability."""
@@ -211,7 +211,7 @@ def _found(
     return enough
 
 
-def _distinguished(
+def _distinguishes(
     base: Model, names: tuple[str, str], covariates: Columns | None
 ) -> Callable[[float, float], bool]:
     """Function of duration (s) and rate (Hz) that is True if the two effects can be distinguished."""

@@ -119,8 +119,8 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
         return np.asarray(_kernels.cosine_transform(whole)[j])
     if effect.follows is not None and effect.follows not in grid.covariates:
         raise InputError(
-            f"{effect.kind}: column {effect.follows!r} is not described: give covariates= with "
-            "its expected course as a function of time in s"
+            f"{effect.kind}: the model follows the column {effect.follows!r}: give covariates= with "
+            "its expected values as a function of time in s"
         )
     series = np.ascontiguousarray(effect.signal(grid.time, grid.covariates))
     return np.asarray(_kernels.cosine_transform(series)[j] * np.sqrt(data.n / grid.n))
@@ -129,7 +129,7 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
 def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
     """Sum of squared ordinates of a known function of time in each bin, shape (bins,)."""
     j = ordinates_of(effect, data, grid)
-    return _summed(signal_ordinates(effect, j, data, grid) ** 2, j, data)
+    return _bin_sums(signal_ordinates(effect, j, data, grid) ** 2, j, data)
 
 
 def signal_beside(
@@ -143,10 +143,10 @@ def signal_beside(
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
     if effect.low and directions.size:
         values = values - directions @ (directions.T @ values)
-    return _summed(values**2, j, data)
+    return _bin_sums(values**2, j, data)
 
 
-def _summed(values: Array, j: NDArray[np.int64], data: Data) -> Array:
+def _bin_sums(values: Array, j: NDArray[np.int64], data: Data) -> Array:
     """Sum in each bin of the values at the ordinates j, shape (bins,)."""
     total = np.zeros(data.bins.count.size)
     np.add.at(total, _bin_of(j, data), values)
@@ -204,7 +204,7 @@ def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Ar
 def absorbed_ordinates(directions: Array, data: Data) -> Array:
     """Number of ordinates of each bin that functions with these directions absorb, shape (bins,)."""
     j = np.arange(1, len(directions) + 1)
-    return _summed((directions**2).sum(axis=1), j, data)
+    return _bin_sums((directions**2).sum(axis=1), j, data)
 
 
 def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:

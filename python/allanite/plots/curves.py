@@ -256,7 +256,7 @@ def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
     return out
 
 
-def _singles(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
+def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
     """Lines of single ordinates around failing ranges, missing spectral lines, and lines and narrow bands of the model."""
     out = [
         Line(*ordinates_between(fit, *near), "raw", SINGLE, 1.0)
@@ -309,7 +309,7 @@ def spectrum_panels(
     measured, model = mean(solution.power), mean(solution.spectrum)
     low, high = count / chdtri(count, 0.025), count / chdtri(count, 0.975)
     marks: list[Mark] = [*spans]
-    singles = _singles(fit, spans, lines)
+    singles = _single_ordinates(fit, spans, lines)
     marks += singles
     marks.append(
         Band(
@@ -368,7 +368,7 @@ def spectrum_panels(
         (measured * low)[sure],
         (model / low)[sure],
         0.5 * measured,
-        *_shown(marks),
+        *_drawn_densities(marks),
         *(np.array([line.y.max()]) for line in singles),
     )
     panel = Panel(
@@ -408,7 +408,7 @@ def _line_frequencies(fit: Fit, frequency: Array) -> tuple[Array, NDArray[np.int
     return joined[order], order, ordinates
 
 
-def _shown(marks: list[Mark]) -> list[Array]:
+def _drawn_densities(marks: list[Mark]) -> list[Array]:
     """Densities of the points measured before deterministic effects were removed; the axis must cover them."""
     return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
 

@@ -175,7 +175,7 @@ def draw(
     for panel in figure.panels:
         place = grid[panel.row : panel.row + panel.rows, panel.column]
         _panel(canvas, canvas.add_subplot(place), panel, look)
-    top, bottom = _words(canvas, figure, look, form)
+    top, bottom = _draw_texts(canvas, figure, look, form)
     _resize(canvas, form)
     layout.set(rect=(0.0, bottom, 1.0, top - bottom))
     return canvas
@@ -233,7 +233,7 @@ def _resize(canvas: Any, form: Style) -> None:
         lines.set_linewidth([form.strokes * w for w in lines.get_linewidths()])
 
 
-def _words(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
+def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
     """Draw title, subtitle, table and legend; return the upper and lower limit of the panels as fractions of the height."""
     width, height = canvas.get_size_inches()
     grown = 1.0 if form.points is None else form.points / 9.5

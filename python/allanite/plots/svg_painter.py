@@ -79,7 +79,7 @@ def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
     )
 
 
-def _left(panel: Panel) -> float:
+def _left_width(panel: Panel) -> float:
     """Width in pixels of the texts left of a panel."""
     texts = [line for _, text in panel.y.ticks for line in text.split("\n")]
     longest = max(map(len, texts), default=0) if panel.show_y else 0
@@ -92,7 +92,8 @@ def _boxes(
     """Pairs of a panel and its (left, top, width, height) in pixels."""
     columns, rows = len(figure.widths), len(figure.heights)
     left = [
-        max((_left(p) for p in figure.panels if p.column == i), default=0) for i in range(columns)
+        max((_left_width(p) for p in figure.panels if p.column == i), default=0)
+        for i in range(columns)
     ]
     right = [
         BAR if any(p.find(HeatMap) for p in figure.panels if p.column == i) else 14
@@ -155,7 +156,9 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float) -
     """SVG elements of one panel."""
     x, y = _Scale(panel.x, width, upright=False), _Scale(panel.y, height, upright=True)
     grid = _grid(panel, x, y, width, height)
-    marks = "".join(_mark(mark, x, y, width, height) for mark in sorted(panel.marks, key=_depth))
+    marks = "".join(
+        _mark(mark, x, y, width, height) for mark in sorted(panel.marks, key=_drawing_order)
+    )
     return (
         f'<g transform="translate({_n(left)} {_n(top)})">{grid}<svg width="{_n(width)}" height="{_n(height)}">{marks}</svg>'
         f'<path class="k-faint" stroke="currentColor" fill="none" d="M0 0V{_n(height)}H{_n(width)}"/>'
@@ -189,7 +192,7 @@ def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
             start = float(y(v)) + 4 - LINE * (len(lines) - 1) / 2
             out += [_text(-7, start + LINE * i, line, "end") for i, line in enumerate(lines)]
         if panel.y.label:
-            turn = f' font-size="12" transform="translate({_n(14 - _left(panel))} {_n(height / 2)}) rotate(-90)"'
+            turn = f' font-size="12" transform="translate({_n(14 - _left_width(panel))} {_n(height / 2)}) rotate(-90)"'
             out.append(_text(0, 0, panel.y.label, "middle", turn))
     if panel.title:
         out.append(_text(0, -8, panel.title, more=' font-size="13" font-weight="600"'))
@@ -217,7 +220,7 @@ def _bar(panel: Panel, width: float, height: float) -> str:
     return "".join(out) + _text(0, 0, heat.label, "middle", turn)
 
 
-def _depth(mark: Mark) -> int:
+def _drawing_order(mark: Mark) -> int:
     """Drawing order of a mark: lower numbers are drawn first."""
     order = (HeatMap, Span, Band, Rule, Line, Bars, Points, Note)
     return next(i for i, kind in enumerate(order) if isinstance(mark, kind))
@@ -227,7 +230,9 @@ def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
     """SVG elements of one mark."""
     match mark:
         case Line():
-            return _stroke(mark.color, _path(*_simple(x(mark.x), y(mark.y))), mark.width, mark.dash)
+            return _stroke(
+                mark.color, _path(*_simplified_line(x(mark.x), y(mark.y))), mark.width, mark.dash
+            )
         case Points():
             return _points(mark, x, y)
         case Band():
@@ -253,7 +258,7 @@ def _stroke(role: str, path: str, width: float, dash: str = "solid", more: str =
     return f'<path class="k-{role}" {style} d="{path}"/>'
 
 
-def _simple(x: Array, y: Array) -> tuple[Array, Array]:
+def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
     """A line without the points that are within `FLAT` pixels of it (Ramer 1972; Douglas and Peucker 1973)."""
     if x.size < 3 or not (np.isfinite(x).all() and np.isfinite(y).all()):
         return x, y
@@ -308,7 +313,7 @@ def _area(band: Band, x: _Scale, y: _Scale) -> str:
         if not piece.size or not there[piece[0]]:
             continue
         across = x(band.x[piece])
-        top, bottom = (_simple(across, y(edge[piece])) for edge in (band.high, band.low))
+        top, bottom = (_simplified_line(across, y(edge[piece])) for edge in (band.high, band.low))
         around = [np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)]
         path = _path(around[0], around[1], 0.5)
         out.append(f"{path}Z")

@@ -86,7 +86,7 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
     module, _, attribute = reader.partition(":")
     read = getattr(import_module(module), attribute).__wrapped__
     with one_line():
-        table = read(Path(path), _all, *([topics] if topics else []))
+        table = read(Path(path), _all_columns, *([topics] if topics else []))
     return {
         "names": table.names,
         "columns": table.columns,
@@ -99,7 +99,7 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
     }
 
 
-def _all(names: Sequence[str], _units: Sequence[str | None]) -> list[int]:
+def _all_columns(names: Sequence[str], _units: Sequence[str | None]) -> list[int]:
     """Indices of all columns, whatever their names and units."""
     return list(range(len(names)))
 

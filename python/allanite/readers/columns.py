@@ -225,7 +225,7 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
     sensors = [
         i for i, role in enumerate(found.roles) if role == "sensor" and table.columns[i] is not None
     ]
-    for group in _alike(
+    for group in _groups_of_equal_unit(
         [i for i in sensors if sensor_kind(table.names[i]) is None or table.named], table
     ):
         for place in magnitudes([table[i] for i in group]):
@@ -266,7 +266,7 @@ def _demote(found: Roles, at: int, reason: str) -> None:
     found.roles[at], found.reasons[at], found.sources[at] = "other", reason, "guess"
 
 
-def _alike(columns: Sequence[int], table: Table) -> list[list[int]]:
+def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int]]:
     """Groups of indices of adjacent columns with the same unit."""
     groups: list[list[int]] = []
     for i in columns:
@@ -299,7 +299,7 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
                     Finding(
                         "time_column",
                         "info",
-                        f"column {_shown(table, time)} {_rises(found, time)} and is used as the time",
+                        f"column {_column_name(table, time)} {_reason_for_time(found, time)} and is used as the time",
                         values={"column_index": time},
                         remedy=" ({column} reads it as a sensor)",
                     )
@@ -338,7 +338,7 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
     found.findings = tuple(notes)
 
 
-def _rises(found: Roles, time: int) -> str:
+def _reason_for_time(found: Roles, time: int) -> str:
     """Text of the reason why a column is used as the time."""
     return "holds days (MJD)" if time in found.time_units else "rises steadily"
 
@@ -420,7 +420,8 @@ def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int
             continue
         if {at, other} <= found.time_units.keys():
             continue  # `_days_and_years` has compared them
-        both = f"{_shown(table, at)} and {_shown(table, other)} are both time; {_shown(table, at)} is used"
+        first, second = _column_name(table, at), _column_name(table, other)
+        both = f"{first} and {second} are both time; {first} is used"
         ratio = _ratio_of_rates(table, at, other)
         odd = ratio > 1e-3
         notes.append(
@@ -455,7 +456,7 @@ def _ratio_of_rates(table: Table, one: int, two: int) -> float:
     return abs(ratio / (1.0 if stated else 10.0 ** round(float(np.log10(ratio)))) - 1)
 
 
-def _shown(table: Table, at: int) -> str:
+def _column_name(table: Table, at: int) -> str:
     """Name of a column, or its index if it has none."""
     return table.names[at] or f"{at} (without a name)"
 
@@ -689,7 +690,7 @@ def _unit_and_scale(
 
     A phase is converted to s; other columns have 1.
     """
-    given = _given_for(name, own, request)
+    given = _given_unit(name, own, request)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
         stated = own if kind_of_unit(own) == PHASE else given
         assert stated is not None
@@ -725,7 +726,7 @@ def _contradiction(name: str, own: str, given: str) -> InputError:
     )
 
 
-def _given_for(name: str, own: str | None, request: Request) -> str | None:
+def _given_unit(name: str, own: str | None, request: Request) -> str | None:
     """Unit that the caller gave for a column, or None. If several units are given, the kind of sensor selects one."""
     if len(request.kinds) < 2:
         return request.unit

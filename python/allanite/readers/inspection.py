@@ -173,16 +173,14 @@ class Inspection:
         whole = [c.name for c in self.columns if COUNTS in c.doubts]
         if whole:
             lines.append(f"! {', '.join(whole)}: {COUNTS}{worded(' ({scale}, gx=1/131)', words)}")
-        lines += [
-            f"! {c.name}: {doubt}"
-            for c in self.columns
-            for doubt in c.doubts
-            if doubt not in (UNITLESS, COUNTS)
+        doubts = [
+            (c.name, d) for c in self.columns for d in c.doubts if d not in (UNITLESS, COUNTS)
         ]
+        lines += [f"! {name}: {doubt}" for name, doubt in doubts]
         lines += [
             f"{'!' if f.severity == 'warning' else '·'} {f.worded(words)}" for f in self.findings
         ]
-        if self.problem:
+        if self.problem and not any(self.problem.endswith(doubt) for _, doubt in doubts):
             lines.append(
                 f"! {self.problem if self.refused is None else self.refused.worded(words)}"
             )
@@ -220,7 +218,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     from allanite.readers import read, request_of
 
     request = request_of(**options)
-    table, seen, damaged = _whole(path, request)
+    table, seen, damaged = _whole_table(path, request)
     with about(None if is_frame(path) else path):
         _ = request.kinds  # raises an error if the given unit is not valid
     # A log that is refused may still state its rate.
@@ -228,12 +226,12 @@ def inspect(path: Any, **options: Any) -> Inspection:
     rate = stated if stated is not None and 0.0 < stated < np.inf else None
     refused, duration = None, None if rate is None else table.n / rate
     findings: tuple[Finding, ...] = ()
-    known = seen.columns if isinstance(seen, Layout) else _unused(table, seen)
+    known = seen.columns if isinstance(seen, Layout) else _unused_columns(table, seen)
     try:
         recording = read(path, **options)
         rate, duration = recording.rate, recording.duration
         known = recording.log_columns
-        moves = _moves(recording)
+        moves = _motion_findings_of(recording)
         # Motion is reported once, and a missing unit next to its column.
         shown_kinds = ("no_unit", "motion", *(("not_static",) if moves else ()))
         findings = (
@@ -260,7 +258,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings, refused)
 
 
-def _moves(recording: Recording) -> list[Finding]:
+def _motion_findings_of(recording: Recording) -> list[Finding]:
     """Findings about motion. Sensors without a unit are tested in the usual unit of their kind."""
     assumed = assumed_units(recording)
     found = motion_findings(recording.in_units(assumed), MIN_MOTION_FRACTION)
@@ -270,7 +268,7 @@ def _moves(recording: Recording) -> list[Finding]:
     return [replace(one, found=f"if the unit is {units}: {one.found}") for one in found]
 
 
-def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
+def _whole_table(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
     """Table of all numeric columns of a log, the decision about its columns, and the error of each damaged column."""
     from allanite.readers import read_table
 
@@ -279,13 +277,13 @@ def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int
 
     def everything(first_rows: Table) -> list[int]:
         """Indices of all numeric columns; also stores the decision about the columns."""
-        decided.append(_decided(first_rows, request))
+        decided.append(_layout_or_roles(first_rows, request))
         places[:] = all_numbers(first_rows)
         return places
 
     if is_frame(path):
         table = table_of(path)
-        return table, _decided(table, request), {}
+        return table, _layout_or_roles(table, request), {}
     path = Path(path)
     damaged: dict[int, str] = {}
     with about(path):
@@ -301,10 +299,10 @@ def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int
                 raise
             sound = [at for at in places if at not in damaged]
             table = read_table(path, lambda _: sound, request.topics)
-    return table, decided[0] if decided else _decided(table, request), damaged
+    return table, decided[0] if decided else _layout_or_roles(table, request), damaged
 
 
-def _decided(table: Table, request: Request) -> Layout | Roles:
+def _layout_or_roles(table: Table, request: Request) -> Layout | Roles:
     """`Layout` of a table, or only the `Roles` of its columns if the layout raises an error."""
     roles = roles_of(table, request)
     try:
@@ -313,7 +311,7 @@ def _decided(table: Table, request: Request) -> Layout | Roles:
         return roles
 
 
-def _unused(table: Table, found: Roles) -> tuple[LogColumn, ...]:
+def _unused_columns(table: Table, found: Roles) -> tuple[LogColumn, ...]:
     """All columns of a table with their roles, each marked as not used."""
     return tuple(
         LogColumn(
@@ -358,7 +356,8 @@ def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
         if known.role == "sensor" and finite.size and low == high:
             doubts.append("it never changes")
         if finite.size < x.size:
-            doubts.append(f"{x.size - finite.size} values are missing")
+            missing = x.size - finite.size
+            doubts.append("1 value is missing" if missing == 1 else f"{missing} values are missing")
         if known.role == "time" and not (joined and known.used):
             try:
                 rate = read_stamps(x, time_unit_of(known.name, known.unit)).rate

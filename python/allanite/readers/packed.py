@@ -66,7 +66,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
                     and not name.startswith(("meta/", "__MACOSX/"))
                     and Path(name).stem.lower() not in ("metadata", "annotation")
                 }
-                chosen = _one(logs, topics)
+                chosen = _log_to_read(logs, topics)
                 target = Path(folder) / f"{chosen}.csv"
                 with archive.open(logs[chosen]) as source, target.open("wb") as sink:
                     _copy(source, sink)
@@ -82,7 +82,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
             yield target
 
 
-def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
+def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
     """Name of the log to read: the requested topic, or the gyroscope, accelerometer or only log in `logs`."""
     listed = ", ".join(sorted(logs)) or "none"
     if topics:

@@ -47,7 +47,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
         are tested in the usual unit of their kind.
     """
     measured = recording.measured
-    doubted = _doubted(measured)
+    doubted = _doubts_of_triads(measured)
     doubts = [_finding(measured, doubt) for doubt in doubted]
     if anyway:
         return measured.told_of(doubts)
@@ -57,7 +57,11 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
         assumed = assumed_units(measured)
         refusal = motion_error(measured.in_units(assumed | likely))
         if refusal is not None:
-            raise refusal if not set(assumed) - set(likely) else _assuming(refusal, assumed)
+            raise (
+                refusal
+                if not set(assumed) - set(likely)
+                else _error_for_assumed_units(refusal, assumed)
+            )
     if doubts:
         raise InputError(doubts[0].found, missing="unit", remedy=doubts[0].remedy)
     return measured
@@ -85,7 +89,7 @@ def _are_whole(samples: NDArray[Any]) -> bool:
     return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
 
 
-def _assuming(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
+def _error_for_assumed_units(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
     """Copy of an error whose message says that it holds for the assumed units."""
     units = ",".join(dict.fromkeys(assumed.values()))
     return InputError(
@@ -106,10 +110,10 @@ class _Doubt:
 
 def unit_doubts(recording: Recording) -> list[Finding]:
     """Findings about accelerometers whose values are in another unit than the recording states."""
-    return [_finding(recording, doubt) for doubt in _doubted(recording)]
+    return [_finding(recording, doubt) for doubt in _doubts_of_triads(recording)]
 
 
-def _doubted(recording: Recording) -> list[_Doubt]:
+def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
     """Doubts about triads of accelerometers whose mean is gravity, but in another unit than the recording states."""
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []

@@ -30,24 +30,29 @@ if TYPE_CHECKING:
 
 @contextmanager
 def of_core(name: str) -> Iterator[None]:
-    """Context that removes the name of the log from errors of the compiled core and adds a hint at decimal commas."""
+    """Context that removes the name of the log from errors of the compiled core and adds a remedy."""
     try:
         yield
     except AllaniteError as error:
-        error.found = error.found.removeprefix(f"{name}: ") + _comma(error.found)
+        error.found = error.found.removeprefix(f"{name}: ")
+        error.found += _remedy(error.found)
         raise
 
 
-def _comma(found: str) -> str:
-    """Hint to append to an error, if decimal commas are its likely cause; otherwise an empty text.
+def _remedy(found: str) -> str:
+    """Remedy to append to an error about a row of a text log; an empty text for other errors.
 
     A decimal comma splits each number into two columns. A row then has twice the columns of the header, or one less if the
     first column holds whole numbers.
     """
     match = re.search(r" has (\d+) columns, the header (\d+)$", found)
-    if match is None or int(match[1]) not in (2 * int(match[2]), 2 * int(match[2]) - 1):
-        return ""
-    return ": for decimal commas, separate the columns by semicolons"
+    if match is not None and int(match[1]) in (2 * int(match[2]), 2 * int(match[2]) - 1):
+        return ": for decimal commas, separate the columns by semicolons"
+    if re.search(r"^row \d+ has \d+ columns, the others \d+$", found):
+        return ": complete or delete the row"
+    if re.search(r"^row \d+, column .* is not a number$", found):
+        return ": delete the row, or leave the cell empty for a missing sample"
+    return ""
 
 
 _RATE = re.compile(

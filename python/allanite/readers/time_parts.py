@@ -133,7 +133,7 @@ def find_parts(
         (
             i
             for i in sorted(dates)
-            if i != date and columns[i] is not None and _within(rows(i), DAY + 1)
+            if i != date and columns[i] is not None and _all_below(rows(i), DAY + 1)
         ),
         None,
     )
@@ -153,10 +153,10 @@ def find_parts(
         if one is None or two is None or not _are_whole(rows(one)):
             continue
         # iTOW and similar columns are in ms if they exceed the seconds of a week or day.
-        part = 1e-3 if not _within(rows(two), span + 1) else 1.0
+        part = 1e-3 if not _all_below(rows(two), span + 1) else 1.0
         if words[two].endswith(("ms", "millis", "milliseconds")):
             part = 1e-3
-        if _within(rows(two), (span + 1) / part):
+        if _all_below(rows(two), (span + 1) / part):
             return TimeParts(form, (one, two), lambda x, s=span, p=part: [x[0] * s, x[1] * p])  # type: ignore[misc]
     return _calendar(at, rows)
 
@@ -186,7 +186,7 @@ def _calendar(
     else:
         for pattern, factor, most in _CLOCK:
             found = at(pattern, tuple(taken))
-            if found is None or not _within(rows(found), most):
+            if found is None or not _all_below(rows(found), most):
                 break
             taken.append(found)
             factors.append(factor)
@@ -234,7 +234,7 @@ def _seconds_and_rest(
         if (
             _are_whole(seconds)
             and _are_whole(fraction)
-            and _within(fraction, parts)
+            and _all_below(fraction, parts)
             and np.abs(seconds).max() < MAX_SECONDS
         ):
             return TimeParts(
@@ -255,7 +255,7 @@ def _are_whole_days(x: NDArray[Any]) -> bool:
     return _are_whole(x) and bool(np.all(x % DAY == 0) and np.abs(x).max() >= DAY)
 
 
-def _within(x: NDArray[Any], most: float) -> bool:
+def _all_below(x: NDArray[Any], most: float) -> bool:
     """True if all values are finite, not negative and below `most`."""
     return bool(x.size and np.isfinite(x).all() and x.min() >= 0 and x.max() < most)
 

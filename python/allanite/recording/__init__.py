@@ -1,7 +1,7 @@
 """Recordings: samples of a sensor, their time stamps, gaps and units, and the audit of the data.
 
 Input: arrays, time stamps and a unit. Output: a `Recording` with findings. Add a check of the data as a function that
-returns findings, and call the function in `audit.py`.
+returns findings, and append the function to `CHECKS` in `audit.py`.
 """
 
 from __future__ import annotations

@@ -180,7 +180,7 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
         few = remedy = ""
         half = _half_lost(runs, c.n)
         if half < c.n / 8:
-            few = ". The plain Allan deviation loses more than half of its terms"
+            few = ". The plain Allan deviation loses more than half of its differences"
             few += f" beyond {half / c.rate:.3g} s" if half else ""
             coarser = _advised_decimation((c.n - missing) / (2 * runs.size), missing / runs.size)
             # Fewer averages make no curve, so decimation does not help with a long pause.
@@ -189,7 +189,7 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
         yield c.finding(
             "missing",
             "warning",
-            f"{missing} samples are NaN ({missing / c.rows:.2%}). The fit uses every sample that is there{few}",
+            f"{missing} samples are NaN ({missing / c.rows:.2%}). The fit uses all other samples{few}",
             remedy=remedy,
             count=missing,
         )
@@ -528,7 +528,7 @@ def _quiet_remedy(
     end = c.n / c.rate if last == count - 1 else last * span
     if end - start < 0.1 * c.n / c.rate:
         return ""
-    return f"; {{this_span:{start:.6g}:{end:.6g}}} leaves {'it' if loud[-1] - loud[0] < loud.size else 'them'} out"
+    return f"; {{this_span:{start:.6g}:{end:.6g}}} excludes {'it' if loud[-1] - loud[0] < loud.size else 'them'}"
 
 
 #: All checks of a column, in the order of the findings.

@@ -114,7 +114,7 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             "wraps",
             "info",
             f"the time column is a counter that begins anew every {stamps.wrap:.8g} s,"
-            f" {len(stamps.wraps)} times, first after row {stamps.wraps[0]}: taken as running on",
+            f" {len(stamps.wraps)} times, first after row {stamps.wraps[0]}: the count continues",
             values={"count": len(stamps.wraps), "row": stamps.wraps[0], "span_s": stamps.wrap},
         )
     for row, by in stamps.seams[:3]:
@@ -205,11 +205,11 @@ def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
     yield Finding(
         "pieces",
         "warning",
-        f"the time column jumps by up to {missing / stamps.rate:.4g} s: the record falls into"
-        f" {len(stamps.pieces)} pieces, rows {', '.join(shown)}{more}; used is piece"
-        f" {stamps.piece + 1}, rows {first}–{end - 1}, {(end - first) / stamps.n:.0%} of the samples",
+        f"the time column jumps by up to {missing / stamps.rate:.4g} s: the record has"
+        f" {len(stamps.pieces)} segments, rows {', '.join(shown)}{more}. Segment {stamps.piece + 1} is used:"
+        f" rows {first}–{end - 1}, {(end - first) / stamps.n:.0%} of the samples",
         values={"count": len(stamps.pieces), "first_row": first, "last_row": end - 1},
-        remedy=" ({piece} chooses another; {rate} without the time column takes all as one)",
+        remedy=" ({piece} selects another segment; {rate} without the time column joins all)",
     )
 
 

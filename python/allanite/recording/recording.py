@@ -487,7 +487,7 @@ class Recording(Record):
 
     def __repr__(self) -> str:
         what = f"{self.n} samples at {self.rate:g} Hz ({self.duration:g} s) in {self.unit}"
-        extra = f"; covariates {', '.join(self.covariates)}" if self.covariates else ""
+        extra = f"; logged columns {', '.join(self.covariates)}" if self.covariates else ""
         return f"Recording({', '.join(self.columns)}: {what}{extra})"
 
 

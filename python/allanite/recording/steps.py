@@ -246,7 +246,7 @@ class Steps:
         raise InputError(
             f"the interval of the time stamps changes from {usual[0]:.4g} to"
             f" {usual[-1] if slow[0] != slow[-1] else usual[high]:.4g} (of the stamps' unit) about row"
-            f" {row}: two recordings in one; cut it there",
+            f" {row}: the log contains two recordings; split it there",
             missing="rate",
             remedy=", or give {rate} and leave the column out",
         )

@@ -239,7 +239,7 @@ def _chosen_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> i
         return int(np.argmax([end - first for first, end in pieces]))
     if not 1 <= piece <= len(pieces):
         raise InputError(
-            f"piece {piece}: the time column has {len(pieces)} piece{'s' * (len(pieces) > 1)},"
+            f"piece {piece}: the time column has {len(pieces)} segment{'s' * (len(pieces) > 1)},"
             f" counted from 1"
         )
     return piece - 1

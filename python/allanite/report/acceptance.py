@@ -50,7 +50,7 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
         )
     blocks: list[Block] = [
         Paragraph(words, tone),
-        Table((), tuple(_about(found, serial, date))),
+        Table((), tuple(_description_rows(found, serial, date))),
         Heading("Figures"),
         Table(
             ("axis", "figure", "data sheet", "limit", "measured", "95 % interval", "verdict"),
@@ -106,7 +106,7 @@ def overall(found: Sequence[Acceptance]) -> str:
     return MEETS if verdicts == {MEETS} else "undecided"
 
 
-def _about(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[str, str]]:
+def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[str, str]]:
     """Rows (name, text) that describe the part, the test, and the record."""
     first = found[0]
     recording = first.recording

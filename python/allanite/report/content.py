@@ -60,12 +60,12 @@ def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block
     tone, words = verdict(entry.study, entry.first)
     return [
         Paragraph(words, tone),
-        *_recorded(entry, document, at),
-        *_curve(entry),
+        *_record_section(entry, document, at),
+        *_curve_section(entry),
         *_model(entry, document["fit"], f"{at}fit"),
-        *_failed(entry, document, at),
-        *_ladder(entry, document, at),
-        *_left(entry, at),
+        *_first_model_section(entry, document, at),
+        *_steps_section(entry, document, at),
+        *_ending_sections(entry, at),
     ]
 
 
@@ -74,7 +74,7 @@ def _without_title(figure: Figure) -> Figure:
     return replace(figure, title="", subtitle="")
 
 
-def _recorded(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     """Section on the record: file, size, unit, findings of the audit, and a plot of the samples."""
     facts, recording = document["recording"], entry.recording
     place = f"{at}recording"
@@ -116,7 +116,7 @@ def _recorded(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     return out
 
 
-def _curve(entry: Entry) -> list[Block]:
+def _curve_section(entry: Entry) -> list[Block]:
     """Section with the Allan deviation and the spectrum of the last model."""
     fit = entry.study.fit
     caption = (
@@ -186,30 +186,34 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
     """Sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies that are not judged."""
     m, e = fit["misfit"], fit["error"]
     words: list[str | Number] = [f"{fit['model']}: χ²/dof "]
-    words += _flat(exact(m["reduced"], f"{place}.misfit.reduced"))
+    words += _cell_values(exact(m["reduced"], f"{place}.misfit.reduced"))
     words += [" (p "]
-    words += _flat(exact(m["p_value"], f"{place}.misfit.p_value", 2))
+    words += _cell_values(exact(m["p_value"], f"{place}.misfit.p_value", 2))
     words += [")"]
     if e["adev_rms_percent"] is not None:
         words += [", Allan deviation: residual "]
-        words += _flat(exact(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2))
+        words += _cell_values(exact(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2))
         words += [" % rms (expected scatter: "]
-        words += _flat(exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2))
+        words += _cell_values(
+            exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2)
+        )
         words += [" %)"]
     if e["adev_worst"] is not None:
         words += [", largest error "]
         words += _worst_error(e["adev_worst"], f"{place}.error.adev_worst")
     if fit["discrepancy"]["percent"]:
         words += [". Model discrepancy: "]
-        words += _flat(exact(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2))
+        words += _cell_values(
+            exact(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2)
+        )
         words += [" % of the deviation"]
     if fit["not_judged_hz"]:
         words += [". Not judged:"]
     for k, (low, high) in enumerate(fit["not_judged_hz"]):
         words += [" " if k == 0 else ", "]
-        words += _flat(exact(low, f"{place}.not_judged_hz.{k}.0", 3))
+        words += _cell_values(exact(low, f"{place}.not_judged_hz.{k}.0", 3))
         words += [" … "]
-        words += _flat(exact(high, f"{place}.not_judged_hz.{k}.1", 3))
+        words += _cell_values(exact(high, f"{place}.not_judged_hz.{k}.1", 3))
         words += [" Hz"]
     if fit["not_judged_hz"]:
         words += [", where a filter removed more than 99.99 % of the power"]
@@ -220,24 +224,24 @@ def _worst_error(worst: dict[str, Any], place: str) -> list[str | Number]:
     """The τ with the largest error and the ratio of model to measured deviation there, as text."""
     return [
         "at τ = ",
-        *_flat(exact(worst["tau_s"], f"{place}.tau_s", 3)),
+        *_cell_values(exact(worst["tau_s"], f"{place}.tau_s", 3)),
         " s: model/measured = ",
-        *_flat(exact(worst["factor"], f"{place}.factor", 3)),
+        *_cell_values(exact(worst["factor"], f"{place}.factor", 3)),
     ]
 
 
-def _flat(cell: Cell) -> list[str | Number]:
+def _cell_values(cell: Cell) -> list[str | Number]:
     """The texts and numbers of a cell as a list."""
     return list(cell) if isinstance(cell, tuple) else [cell]
 
 
-def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     """Section on the first model: goodness of fit, where the model fails, and the missing effects."""
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
         Heading(_title(check)),
         Paragraph(_agreement(document["check"], f"{at}check")),
-        *_where(check),
+        *_failures(check),
     ]
     if len(entry.study.ladder) > 1:
         shaded = check.where.worst_tau or check.where.worst_frequency
@@ -264,7 +268,7 @@ def _title(check: Any) -> str:
     return f"{name} fits the record" if check.adequate else f"Effects missing from {name}"
 
 
-def _where(check: Any) -> list[Block]:
+def _failures(check: Any) -> list[Block]:
     """Bulleted sentences on the averaging times, frequencies and times at which a model fails, or one sentence if none."""
     sentences = tuple(sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(sentence(check.nowhere))]
@@ -300,7 +304,7 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
         values += [
             ", " if values else "",
             f"{parameter_text(name)} ",
-            *_flat(shown),
+            *_cell_values(shown),
             with_unit(unit),
         ]
     terms.append(("values", tuple(values)))
@@ -312,21 +316,21 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
             "evidence",
             (
                 "ΔlogL ",
-                *_flat(
+                *_cell_values(
                     exact(
                         evidence["delta_log_likelihood"], f"{place}.evidence.delta_log_likelihood"
                     )
                 ),
                 ", ΔBIC ",
-                *_flat(exact(evidence["delta_bic"], f"{place}.evidence.delta_bic")),
+                *_cell_values(exact(evidence["delta_bic"], f"{place}.evidence.delta_bic")),
                 ", p ",
-                *_flat(p),
+                *_cell_values(p),
                 f" after {trials_text(evidence['trials'])}",
             ),
         )
     )
     removes = exact(described["removes_percent"], f"{place}.removes_percent", 2)
-    terms.append(("size", ("explains ", *_flat(removes), " % of the spectrum's misfit")))
+    terms.append(("size", ("explains ", *_cell_values(removes), " % of the spectrum's misfit")))
     rivals = described.get("rivals")
     if rivals:
         names = ", ".join(map(title_of, rivals))
@@ -341,7 +345,7 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
     return Card(f"{rank}. {name}", words, tuple(terms), suggestion.significant)
 
 
-def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     """Section on the stepwise model building: a table of steps and a plot."""
     ladder = document["improve"]["ladder"]
     if len(ladder) == 1:
@@ -377,7 +381,7 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     )
     caption = (
         "The errors of each step, and the Allan deviation of the first and the last model. Predictive score: loss on data "
-        "that were left out of the fit in turn, in nats per bin above the saturated model."
+        "that the fit did not use, in nats per bin above the saturated model."
     )
     return [
         Heading("Stepwise model building"),
@@ -386,7 +390,7 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     ]
 
 
-def _left(entry: Entry, at: str) -> list[Block]:
+def _ending_sections(entry: Entry, at: str) -> list[Block]:
     """Sections on undecided alternatives (if there are any) and on what the last model does not explain."""
     study, check = entry.study, entry.study.check
     out: list[Block] = []
@@ -409,7 +413,7 @@ def _left(entry: Entry, at: str) -> list[Block]:
         "interrupted": "The search was interrupted, so further effects were not tested.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
-    out += _where(check)
+    out += _failures(check)
     out += [Paragraph(f"{doubt[0].upper()}{doubt[1:]}.") for doubt in study.doubts]
     if check.significant and len(study.ladder) > 1:
         out.append(Heading("Tested effects that did not help", 4))

@@ -69,9 +69,13 @@ class Entry:
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "adev": self.deviation.to_dict(),
-            "check": {**_bare(check), "adequate": verdict == "adequate", "verdict": verdict},
-            "improve": _bare(self.study.to_dict()),
-            "fit": _bare(self.study.fit.to_dict()),
+            "check": {
+                **_without_shared_fields(check),
+                "adequate": verdict == "adequate",
+                "verdict": verdict,
+            },
+            "improve": _without_shared_fields(self.study.to_dict()),
+            "fit": _without_shared_fields(self.study.fit.to_dict()),
             "left": {
                 "adequate": last.verdict == "adequate",
                 "where": last.where.to_dict(),
@@ -82,7 +86,7 @@ class Entry:
         return f"Entry({self.recording!r}, {len(self.study.ladder)} steps)"
 
 
-def _bare(document: dict[str, Any]) -> dict[str, Any]:
+def _without_shared_fields(document: dict[str, Any]) -> dict[str, Any]:
     """The document without the fields that the report contains only once."""
     return {k: v for k, v in document.items() if k not in ("version", "recording")}
 

@@ -156,11 +156,11 @@ def _table(table: Table) -> str:
             return f"<tr><th>{inside[0]}</th><td>{inside[1]}</td></tr>"
         return (
             "<tr>"
-            + "".join(f"<td{_side(i, table)}>{text}</td>" for i, text in enumerate(inside))
+            + "".join(f"<td{_alignment(i, table)}>{text}</td>" for i, text in enumerate(inside))
             + "</tr>"
         )
 
-    head = "".join(f"<th{_side(i, table)}>{escape(h)}</th>" for i, h in enumerate(table.head))
+    head = "".join(f"<th{_alignment(i, table)}>{escape(h)}</th>" for i, h in enumerate(table.head))
     head = f"<thead><tr>{head}</tr></thead>" if head else ""
     kinds = " ".join((["terms"] if not table.head else []) + (["small"] if table.small else []))
     attribute = f' class="{kinds}"' if kinds else ""
@@ -168,7 +168,7 @@ def _table(table: Table) -> str:
     return f'<div class="wide"><table{attribute}>{head}<tbody>{rows}</tbody></table></div>'
 
 
-def _side(column: int, table: Table) -> str:
+def _alignment(column: int, table: Table) -> str:
     """HTML attribute that right-aligns a column of a table; empty for a left-aligned column."""
     return ' class="r"' if column in table.right else ""
 

@@ -46,7 +46,7 @@ def summary(report: Report) -> list[Block]:
         Heading("Verdict and filter values"),
         Table(head, body),
         Heading("Next step"),
-        Bullets(_next(report)),
+        Bullets(_next_steps(report)),
     ]
 
 
@@ -82,7 +82,7 @@ def _axis(entry: Entry) -> tuple[str, ...]:
     return (name, entry.study.verdict, *(found.get(c, "–") for c in COEFFICIENTS))
 
 
-def _next(report: Report) -> tuple[str, ...]:
+def _next_steps(report: Report) -> tuple[str, ...]:
     """Sentences with recommended actions: which values to use, or how to clarify the misfit of an axis."""
     out = []
     for entry in report.entries:

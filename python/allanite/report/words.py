@@ -46,10 +46,10 @@ def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
         return tuple(number(v, 4) for v in values)
     # Use one notation for all: 9.949·10⁻⁵ … 0.00010015 would mix two.
     power = any(v and math.isfinite(v) and abs(v) < SMALL for v in values)
-    return tuple(_resolved(v, math.floor(math.log10(spread)), power) for v in values)
+    return tuple(_rounded_text(v, math.floor(math.log10(spread)), power) for v in values)
 
 
-def _resolved(value: float, last: int, power: bool) -> str:
+def _rounded_text(value: float, last: int, power: bool) -> str:
     """Text of a number rounded to one digit beyond the decimal place 10^`last`; in powers of ten if `power`."""
     if value == 0 or not math.isfinite(value):
         return number(value)
@@ -131,10 +131,10 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
     """
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
-    added = _all_added(study)
+    added = _added_effect_texts(study)
     if not added:
         if study.adequate:
-            return "good", f"{start} describes this record; {_missing(study)}."
+            return "good", f"{start} describes this record; {_why_nothing_was_added(study)}."
         if study.verdict == "within tolerance":
             return "good", f"{start} describes this record {study.ending}."
         return (
@@ -150,7 +150,7 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
         fails = f"{start} fails at no single τ, frequency or time" + (
             ", but an effect is significantly missing" if check.significant else ""
         )
-    words = f"{fails}. {_sentences_on(added)} {_removed(study)}{_fall(first, last)}"
+    words = f"{fails}. {_sentences_on(added)} {_removed_sentence(study)}{_change_of_errors(first, last)}"
     if study.adequate:
         return "good", f"{words} No significant misfit remains."
     if study.verdict == "within tolerance":
@@ -168,14 +168,14 @@ def _sentences_on(added: list[str]) -> str:
     return " ".join(sentences)
 
 
-def _missing(study: Any) -> str:
+def _why_nothing_was_added(study: Any) -> str:
     """Clause on why no effect was added to an adequate first model."""
     if study.verdict == "limited by quantization":
         return "the resolution is too coarse to judge anything else"
     return "nothing is significantly missing"
 
 
-def _removed(study: Any) -> str:
+def _removed_sentence(study: Any) -> str:
     """Sentence on effects that were removed because later effects made them unnecessary; empty if none."""
     there = {effect.kind for effect in study.fit.model}
     removed_kinds = dict.fromkeys(kind for step in study.ladder for kind in step.removed)
@@ -184,7 +184,7 @@ def _removed(study: Any) -> str:
     return f"Removed as no longer needed: {names}. " if names else ""
 
 
-def _all_added(study: Any) -> list[str]:
+def _added_effect_texts(study: Any) -> list[str]:
     """Text of each added effect with its values; several effects of one kind are counted."""
     together: dict[str, list[tuple[Any, Any]]] = {}
     for step in study.ladder[1:]:
@@ -194,13 +194,13 @@ def _all_added(study: Any) -> list[str]:
     last, first = (Counter(effect.kind for effect in fit.model) for fit in fits)
     stay = last - first
     return [
-        _added(*same[-1]) if stay[kind] <= 1 else f"{stay[kind]} × {fit.display_name(effect)}"
+        _effect_text(*same[-1]) if stay[kind] <= 1 else f"{stay[kind]} × {fit.display_name(effect)}"
         for kind, same in together.items()
         for fit, effect in same[:1]
     ]
 
 
-def _added(fit: Any, effect: Any) -> str:
+def _effect_text(fit: Any, effect: Any) -> str:
     """Name of an effect with its values in a fit."""
     kinds = [e.kind for e in fit.model.effects]
     if effect.kind not in kinds:
@@ -212,7 +212,7 @@ def _added(fit: Any, effect: Any) -> str:
     return f"{name} ({numbers})" if numbers else name
 
 
-def _fall(first: Any, last: Any) -> str:
+def _change_of_errors(first: Any, last: Any) -> str:
     """Sentence on how the errors changed from the first to the last model."""
     before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
     if before is None or after is None:

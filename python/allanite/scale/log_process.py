@@ -401,8 +401,8 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
     from allanite.scale.logs import rows_of
 
     try:
-        before, read_at = _stamp(path), time.time()
-        content = _content(path)
+        before, read_at = _file_stamp(path), time.time()
+        content = _content_digest(path)
         key = journal_key(setup.settings, path, content)
         if key in setup.done:
             return {"key": key, "rows": None}
@@ -414,8 +414,8 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
         _end_after(setup.deadline + GRACE_SECONDS)
         rows = rows_of(path, setup.model, setup.rate, setup.unit, anyway=setup.anyway)
         # A time stamp reveals a later change only if it is older than its resolution.
-        stamped = _stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP_SECONDS
-        if not stamped and _content(path) != content:
+        stamped = _file_stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP_SECONDS
+        if not stamped and _content_digest(path) != content:
             why = "changed while it was read: run again when it is complete"
             return {"key": "", "rows": [failed_row(path, why)]}
     except OSError as error:
@@ -425,13 +425,13 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
     return {"key": key, "rows": [{**row, "content": content} for row in rows]}
 
 
-def _stamp(path: str) -> tuple[int, ...]:
+def _file_stamp(path: str) -> tuple[int, ...]:
     """Device, inode, size, and time of the last change (ns) of a file."""
     found = Path(path).stat()
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
 
 
-def _content(path: str) -> str:
+def _content_digest(path: str) -> str:
     """SHA-256 of a file, or of all files of a folder and their names.
 
     Raises

@@ -62,7 +62,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
             anchor = Path(path.anchor or ".")
             found = _logs_among(anchor.glob(str(path.relative_to(path.anchor))))
         elif path.is_file():
-            found = _listed(path) or [path]
+            found = _logs_in_list(path) or [path]
         else:
             raise InputError(f"{source}: no such folder, pattern or list")
     else:
@@ -88,7 +88,7 @@ def _journal_of(table: Path) -> Path:
     return table.with_name(table.name + JOURNAL)
 
 
-def _listed(path: Path) -> list[Path]:
+def _logs_in_list(path: Path) -> list[Path]:
     """Logs that a text file names, one per line; empty if no line names a file, since the file is then a log itself."""
     named: list[Path] = []
     try:
@@ -303,7 +303,7 @@ def _without_table(logs: list[Path], target: Path) -> list[Path]:
     if len(found) < len(logs) and target.exists() and not _journal_of(target).exists():
         raise InputError(f"{target} is among the logs: give the table another name")
     if not found:
-        raise InputError(f"{target}: there is no log beside it")
+        raise InputError(f"{target} is the only file that was found: there is no log")
     return found
 
 
@@ -452,7 +452,7 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
             with draft.open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(names)
-                writer.writerows(map(_quoted, zip(*table.values(), strict=True)))
+                writer.writerows(map(_quoted_cells, zip(*table.values(), strict=True)))
         else:
             import pyarrow as pa
             from pyarrow import parquet
@@ -460,7 +460,7 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
             parquet.write_table(pa.table(table), draft)
 
 
-def _quoted(row: Sequence[Any]) -> list[Any]:
+def _quoted_cells(row: Sequence[Any]) -> list[Any]:
     """Cells of a row, with an apostrophe in front of texts that a spreadsheet would compute, or that look quoted."""
     return [
         f"'{cell}"

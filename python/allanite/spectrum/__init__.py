@@ -1,7 +1,7 @@
 """Spectra of a record: cosine-transform ordinates in logarithmically spaced bins.
 
 Input: samples and a rate (`psd`). Output: a `Spectrum` with frequencies, densities and intervals. Add another
-arrangement of bins beside `bins_of`.
+arrangement of bins next to `bins_of`.
 """
 
 from __future__ import annotations

@@ -53,31 +53,31 @@ class Axis:
     rate: float
 
 
-def _sine(u: Array) -> Array:
+def _schuler_response(u: Array) -> Array:
     """Impulse response sin(ωu)/ω at the times u, with the Schuler frequency ω. For small u it is about u."""
     return np.asarray(np.sin(SCHULER * u) / SCHULER)
 
 
 def _integrated_sine(u: Array) -> Array:
-    """Integral of `_sine` from 0 to u, (1 − cos ωu)/ω². For small u it is about u²/2."""
+    """Integral of `_schuler_response` from 0 to u, (1 − cos ωu)/ω². For small u it is about u²/2."""
     return np.asarray(2.0 * (np.sin(0.5 * SCHULER * u) / SCHULER) ** 2)
 
 
 def _twice_integrated_sine(u: Array) -> Array:
-    """Second integral of `_sine`, (u − sin(ωu)/ω)/ω².
+    """Second integral of `_schuler_response`, (u − sin(ωu)/ω)/ω².
 
     For small u it is about u³/6, and a series avoids cancellation.
     """
     x = SCHULER * u
     series = u**3 / 6.0 * (1.0 - x**2 / 20.0 * (1.0 - x**2 / 42.0))
-    return np.asarray(np.where(x < 0.1, series, (u - _sine(u)) / SCHULER**2))
+    return np.asarray(np.where(x < 0.1, series, (u - _schuler_response(u)) / SCHULER**2))
 
 
 #: Quantity and kind of sensor → integral over u of the response to an impulse after u seconds.
 RESPONSES: dict[str, dict[str, Callable[[Array], Array]]] = {
     "horizontal velocity": {
         ANGULAR_RATE: lambda u: -GRAVITY * _integrated_sine(u),
-        ACCELERATION: _sine,
+        ACCELERATION: _schuler_response,
     },
     "horizontal position": {
         ANGULAR_RATE: lambda u: -GRAVITY * _twice_integrated_sine(u),
@@ -133,7 +133,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
     for quantity, responses in RESPONSES.items():
         budget = {
             SENSORS[kind]: np.sqrt(
-                _horizontal_variance(_horizontal(own), responses[kind], aided, times)
+                _horizontal_variance(_horizontal_axes(own), responses[kind], aided, times)
             )
             for kind, own in kinds.items()
         }
@@ -143,7 +143,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
     return tuple(out)
 
 
-def _horizontal(own: Sequence[Axis]) -> list[Axis]:
+def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
     """The axes named x and y if both exist, else all axes."""
     level = [axis for axis in own if letter_of(axis.name) in ("x", "y")]
     return level if len(level) == 2 else list(own)

@@ -84,7 +84,7 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     if states < 1:
         raise InputError(f"states = {states}: at least 1 is needed")
     if not all(s.terms for s in space.sections):
-        raise InputError("a power law steeper than −2 cannot be reduced: leave `states` out")
+        raise InputError("a power law steeper than −2 cannot be reduced: omit `states`")
     order = sorted(
         (i for i, s in enumerate(space.sections) if s.states and not s.is_lag),
         key=lambda i: -_largest_share(space.sections[i], space),

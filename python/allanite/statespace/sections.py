@@ -182,9 +182,9 @@ def _arma(terms: tuple[Term, ...]) -> Section:
 
 
 def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]) -> Section:
-    """Section in Harvey's form of the ARMA process with numerator `gain`·b and denominator a (a[0] = a1.
+    """Section in Harvey's form of the ARMA process with numerator `gain`·b and denominator a.
 
-    The leading 1 is omitted).
+    a[0] is the coefficient of 1/z; the leading 1 is omitted.
     """
     d = max(1 + max((i for i, value in enumerate(b) if value), default=0), len(a))
     F = np.eye(d, k=1)

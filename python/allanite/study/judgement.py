@@ -103,7 +103,7 @@ def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
         return "raises the Allan error"
     if discrepancy_rises(before, after):
         return "raises the discrepancy"
-    return "stands where another effect does"
+    return "acts where another effect already acts"
 
 
 def allan_error_within_scatter(fit: Fit) -> bool:

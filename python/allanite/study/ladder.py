@@ -342,7 +342,7 @@ class Study:
             for s in self.check.significant:
                 why.setdefault(s.kind, refusal_reason(self.fit, s.found, s.effect_happens_once))
             told = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
-            return f"nothing helps further (significant, but: {told})"
+            return f"no further effect helps (significant, but refused: {told})"
         steps = len(self.ladder) - 1
         ended = {
             "limit": "the limit of steps was reached",

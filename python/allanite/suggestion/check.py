@@ -93,10 +93,12 @@ class Check:
     def nowhere(self) -> str:
         """Sentence that replaces the list of failures if no view fails; it depends on the verdict."""
         if self.adequate:
-            return "it fails nowhere beyond chance"
+            return "no view fails significantly"
         if self.significant:
-            return "no view fails beyond chance, but an effect is significantly missing"
-        return "no τ, frequency or time stands out, but the whole curve differs beyond chance"
+            return "no view fails significantly, but an effect is significantly missing"
+        return (
+            "no single τ, frequency or time stands out, but the whole curve differs significantly"
+        )
 
     @cached_property
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
@@ -112,7 +114,7 @@ class Check:
         instead = [one for one in ranked[1:] if same_misfit(first[1], one[1])]
         beside = [one for one in ranked[1:] if one not in instead]
         groups = [("what is missing", [first]), (f"instead of {first[0]}", instead)]
-        return [group for group in (*groups, (f"besides {first[0]}", beside)) if group[1]]
+        return [group for group in (*groups, (f"in addition to {first[0]}", beside)) if group[1]]
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
         """Figure of the fit in which the ranges where the model fails are shaded.

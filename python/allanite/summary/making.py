@@ -110,7 +110,7 @@ def _summary_with_pool(
     """Summary of chunks; `options` are rate, unit and columns. Without a pool, everything is computed in this thread."""
     stretch: Stretch | None = None
     head: dict[str, Any] = {}
-    for chunk in _pieces(chunks):
+    for chunk in _chunks_of(chunks):
         taken, about = _tables_of(chunk, *options)
         if stretch is None:
             head, width = about, sum(map(len, taken))
@@ -129,7 +129,7 @@ def _summary_with_pool(
                 f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
             )
         at_work: list[Future[None]] = []
-        for rows in _rows(taken, _mapped(chunk)):
+        for rows in _rows(taken, _memory_mapping(chunk)):
             if pool is None:
                 stretch.update(rows)
             else:
@@ -178,7 +178,7 @@ def _wait_for(tasks: list[Future[None]]) -> None:
         task.result()
 
 
-def _mapped(chunk: Any) -> mmap.mmap | None:
+def _memory_mapping(chunk: Any) -> mmap.mmap | None:
     """Memory mapping behind a chunk if the chunk is a read-only `numpy.memmap`, else None."""
     if not isinstance(chunk, np.memmap) or chunk.mode != "r" or not hasattr(mmap, "MADV_DONTNEED"):
         return None
@@ -188,7 +188,7 @@ def _mapped(chunk: Any) -> mmap.mmap | None:
     return base if isinstance(base, mmap.mmap) else None
 
 
-def _pieces(chunks: Any) -> Iterable[Any]:
+def _chunks_of(chunks: Any) -> Iterable[Any]:
     """Iterable of chunks. A recording, an array or a list of numbers is one chunk."""
     if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
         return [chunks]
@@ -202,9 +202,9 @@ def _pieces(chunks: Any) -> Iterable[Any]:
 def _tables_of(
     chunk: Any, rate: float | None, unit: str | Sequence[str], columns: Sequence[str] | None
 ) -> tuple[list[NDArray[Any]], dict[str, Any]]:
-    """Tables of a chunk (one for its columns, one per covariate.
+    """Tables of a chunk, shape (columns, n) each, and a dict with rate, units and names.
 
-    One row per column), and a dict with rate, units and names.
+    The first table holds the columns; each covariate has a table of its own.
     """
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":

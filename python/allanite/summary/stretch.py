@@ -158,7 +158,7 @@ class Stretch:
             task()
 
     def tasks(self, columns: list[NDArray[Any]]) -> list[Callable[[], None]]:
-        """Functions that together do `update(columns)`; they may run in parallel. `stop` advances at once.
+        """Functions that together do `update(columns)`; they may run in parallel. `stop` already counts the new samples.
 
         Call `tasks` again only after all functions have ended.
         """

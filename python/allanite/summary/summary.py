@@ -169,7 +169,7 @@ class Summary(Record):
         for _, one in pieces:
             if joined and one.start < joined[-1].stop:
                 raise InputError(
-                    f"two pieces hold sample {one.start}: give each its own start, the index of its first sample"
+                    f"two segments hold sample {one.start}: give each its own start, the index of its first sample"
                 )
             if joined and one.start == joined[-1].stop:
                 if not fresh[-1]:
@@ -301,7 +301,7 @@ class Summary(Record):
                     "line",
                     "warning",
                     f"{name}: a line at {line.frequency:.6g} ± {line.width:.1g} Hz, amplitude {line.amplitude:.3g} {unit}:"
-                    " fits leave the line out, because the summary keeps no phase at this frequency; to fit the line, fit"
+                    " fits exclude the line, because the summary keeps no phase at this frequency; to fit the line, fit"
                     " a segment of the log",
                     name,
                     {"frequency_hz": line.frequency, "amplitude": line.amplitude},
@@ -326,8 +326,10 @@ class Summary(Record):
         return storage.load(cls, path)
 
     def __str__(self) -> str:
-        extra = f"; covariates {', '.join(self.covariates_named)}" if self.covariates_named else ""
-        parts = f"; {len(self.stretches)} pieces" if len(self.stretches) > 1 else ""
+        extra = (
+            f"; logged columns {', '.join(self.covariates_named)}" if self.covariates_named else ""
+        )
+        parts = f"; {len(self.stretches)} segments" if len(self.stretches) > 1 else ""
         what = f"{self.n} samples at {self.rate:g} Hz ({self.duration:g} s) in {self.unit}"
         return f"Summary({', '.join(self.columns)}: {what}{extra}{parts})"
 

@@ -173,7 +173,7 @@ class Trend:
 
         The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps.
         """
-        return _after(self._fitted, self._series, self._functions, times)
+        return _predicted_error(self._fitted, self._series, self._functions, times)
 
     def signal(self, times: ArrayLike) -> Array:
         """Fitted sum of offset, rate, steps and periodic terms at times in s since the first sample, shape (n,)."""
@@ -226,7 +226,7 @@ class Trend:
     def __str__(self) -> str:
         low, high = self.rate.interval or (np.nan, np.nan)
         noise = ", ".join(f"{name} {size:.3g} {unit}" for name, size, unit in self.parts)
-        record = f"{_span(self.duration)}{', uneven times' if self.uneven else ''}"
+        record = f"{_duration_text_of(self.duration)}{', uneven times' if self.uneven else ''}"
         lines = [
             f"{self.column}: rate {self.rate} (95 %: {low:.4g} to {high:.4g}) under {noise}",
             f"  offset {self.offset} at the middle; {self.n} samples, {self.missing} missing, {record}",
@@ -242,7 +242,9 @@ class Trend:
             )
         lines.append(
             "  standard error with record length: "
-            + ", ".join(f"{_span(duration)} {error:.2g}" for duration, error in self.longer)
+            + ", ".join(
+                f"{_duration_text_of(duration)} {error:.2g}" for duration, error in self.longer
+            )
         )
         return "\n".join(lines)
 
@@ -456,7 +458,7 @@ def _trend(
     functions = Functions(
         middle=0.5 * float(times[0] + times[-1]),
         per=PER[per],
-        steps=_given(steps, column.epoch, times, name),
+        steps=_given_step_times(steps, column.epoch, times, name),
         periods=tuple(float(p) for p in chosen),
         origin=origin,
     )
@@ -513,14 +515,16 @@ def _trend(
         ),
         waves=tuple(waves),
         noise=best.model,
-        parts=_parts(best.model, column.rate, unit),
+        parts=_noise_parts(best.model, column.rate, unit),
         candidates=tuple((f.candidate.name, f.evidence - best.evidence) for f in fits),
         residual=float(np.std(left)),
         n=times.size,
         missing=int(samples.size - times.size),
         duration=span,
         uneven=column.times is not None,
-        longer=tuple((k * span, _after(best, series, functions, k)) for k in LENGTH_MULTIPLES),
+        longer=tuple(
+            (k * span, _predicted_error(best, series, functions, k)) for k in LENGTH_MULTIPLES
+        ),
         epoch=column.epoch,
         origin="2000-01-01T12:00:00" if column.epoch is not None else "first sample",
         _series=series,
@@ -529,7 +533,7 @@ def _trend(
     )
 
 
-def _given(
+def _given_step_times(
     steps: Sequence[float | str], epoch: float | None, times: Array, name: str
 ) -> tuple[float, ...]:
     """Times of given steps, s, ascending.
@@ -609,7 +613,7 @@ def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
     return Estimate(size, error, (low, high), unit, seen, "amplitude")
 
 
-def _parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
+def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
     """Name, size and unit of each part of the noise in the convention of geodesy.
 
     The unit is U for white noise and U/yr^(−κ/4) for a power law with exponent κ, where U is the unit of the series.
@@ -634,7 +638,9 @@ def _parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str]
     return tuple(out)
 
 
-def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times: float) -> float:
+def _predicted_error(
+    best: FittedNoise, series: StampedSeries, functions: Functions, times: float
+) -> float:
     """Predicted standard error of the rate for a record that is `times` times as long.
 
     The times of the samples are repeated; there are no steps after the end of the original record.
@@ -649,7 +655,7 @@ def _after(best: FittedNoise, series: StampedSeries, functions: Functions, times
     return float(np.sqrt(found.covariance[1, 1]))
 
 
-def _span(seconds: float) -> str:
+def _duration_text_of(seconds: float) -> str:
     """Text of a duration in years, days, hours or seconds."""
     for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
         if seconds >= 2.0 * size:

@@ -260,4 +260,4 @@ def test_a_package_that_is_broken_is_left_out_aloud(installed):
     assert answer.returncode == 0
     ours = [e for e in al.CATALOGUE if e.__module__.startswith("allanite.")]
     assert int(answer.stdout) == len(ours)
-    assert "ageing = drifts:Missing of drifts is left out" in answer.stderr
+    assert "ageing = drifts:Missing of drifts was not loaded" in answer.stderr

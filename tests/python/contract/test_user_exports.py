@@ -77,5 +77,5 @@ def test_an_export_that_is_broken_is_left_out_aloud(installed, point, told):
     )  # fmt: skip
     assert answer.returncode == 0
     assert f"the export {point}" in answer.stderr
-    assert "of mine is left out" in answer.stderr
+    assert "of mine was not loaded" in answer.stderr
     assert told in answer.stderr

@@ -56,8 +56,8 @@ def test_the_format_of_an_installed_package_is_read(folder):
     assert "gx" in answer.stdout
     assert "50.0" in answer.stdout
     assert "deg/s" in answer.stdout
-    assert "taken = logger:TAKEN of logger is left out: the suffix .npz" in answer.stderr
-    assert "absent = logger:ABSENT of logger is left out" in answer.stderr
+    assert "taken = logger:TAKEN of logger was not loaded: the suffix .npz" in answer.stderr
+    assert "absent = logger:ABSENT of logger was not loaded" in answer.stderr
 
 
 def test_a_suffix_belongs_to_one_format():

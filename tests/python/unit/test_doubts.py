@@ -65,7 +65,7 @@ def test_two_effects_in_the_place_of_one_are_named_with_their_weight(seed):
     # The table says beside B what may take its place, with the odds.
     with_ramp = "rate_ramp" in {e.kind for e in study.fit.model}
     instead = "Gauss-Markov process" if with_ramp else "rate ramp and Gauss-Markov process"
-    assert f"not needed with {instead} (" in str(study)
+    assert f"not needed in a model with {instead} (" in str(study)
     # One that leads by more than 3 nats is no alternative: the model is wrong.
     ahead = np.log(max(weights.values()) / weights[study.fit.model.name])
     assert study.adequate == bool(ahead <= 3.0)

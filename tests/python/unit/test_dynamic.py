@@ -35,7 +35,7 @@ def test_table(dynamic):
 def test_missing_samples_are_said(dynamic):
     said = " ".join(dynamic.diagnostics)
     assert "4000 of 20000 samples are missing" in said
-    assert "terms that touch them are omitted" in said
+    assert "differences that touch them are not used" in said
     empty = int(np.isnan(dynamic.deviation).all(axis=1).sum())
     assert empty > 0
     assert f"{empty} of {dynamic.time.size} windows have no term" in said

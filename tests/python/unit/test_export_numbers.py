@@ -36,7 +36,7 @@ def unwrapped(text):
 def worst_of(text):
     """The ratio that the first comment names, and its τ."""
     found = re.search(
-        r"farthest from the model's at (\S+) s: ratio ([0-9.]+[0-9])", unwrapped(text)
+        r"differs most from the model's at (\S+) s: it is ([0-9.]+[0-9])", unwrapped(text)
     )
     return float(found.group(2)), float(found.group(1))
 

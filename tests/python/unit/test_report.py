@@ -379,7 +379,7 @@ def test_the_figure_of_a_record_with_holes_says_what_its_points_are():
     holes[np.random.default_rng(1).permutation(holes.size)[:60]] = np.nan
     page = make_report(al.Recording(holes, rate=20, unit="m/s^2"), "N").to_html()
     assert COMPLETED in page
-    assert "The fit uses every sample that is there" in page
+    assert "The fit uses all other samples" in page
 
 
 def test_the_steps_of_a_path_lead_through_its_points():

@@ -129,8 +129,8 @@ def test_what_is_missing_is_grouped_by_the_misfit_it_explains():
     assert first is check.suggestions[0]
     kinds = {title: {s.kind for _, s in group} for title, group in check.grouped}
     other = "bias_step" if first.kind == "sinusoid" else "sinusoid"
-    assert other in kinds["besides 1"]
-    assert "besides 1:" in str(check)
+    assert other in kinds["in addition to 1"]
+    assert "in addition to 1:" in str(check)
     # The rank is that of the document.
     for _, group in check.grouped:
         assert all(check.suggestions[rank - 1] is s for rank, s in group)
@@ -144,7 +144,7 @@ def test_what_is_not_significant_removes_nothing():
     )
     assert "not significant" in str(check)
     assert "removes" not in str(check)
-    assert "it fails nowhere beyond chance" in str(check)
+    assert "no view fails significantly" in str(check)
 
 
 def test_what_is_said_where_no_view_fails_follows_from_the_verdict():

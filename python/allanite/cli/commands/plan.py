@@ -113,8 +113,8 @@ def command(
             base,
             find=effect,
             know=know,
-            tell=None if tell is None else _two(tell),
-            to=_share(share),
+            tell=None if tell is None else _effect_pair(tell),
+            to=_fraction_of(share),
             power=power,
             rate=rate,
         )
@@ -140,7 +140,7 @@ def _effect(text: str, unit: str | None) -> Effect | str:
     return model.effects[0]
 
 
-def _two(text: str) -> tuple[str, str]:
+def _effect_pair(text: str) -> tuple[str, str]:
     """The two effect names of ``GM,K``."""
     from allanite.common.errors import InputError
 
@@ -150,7 +150,7 @@ def _two(text: str) -> tuple[str, str]:
     return first, second
 
 
-def _share(text: str) -> float:
+def _fraction_of(text: str) -> float:
     """Fraction from a text: 0.1 from ``10%`` or ``0.1``."""
     from allanite.common.errors import InputError
 

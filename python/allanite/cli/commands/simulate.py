@@ -143,7 +143,7 @@ def _simulate_all_axes(
     from allanite.readers import read
 
     with about(path):
-        document = json_of(path)
+        document = json_of(path, "a file of allanite characterize --save")
         if not isinstance(document, dict):
             raise InputError("not a file of allanite characterize --save: it holds no JSON object")
     given = None

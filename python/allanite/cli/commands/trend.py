@@ -79,7 +79,7 @@ def command(
         raise InputError(
             f"{log}: the unit of the series is missing: add --unit, e.g. m, mm, nm/s^2 or s"
         )
-    unit, factor = _shown(unit, options.output_unit)
+    unit, factor = _output_unit(unit, options.output_unit)
     if factor != 1.0:
         recording = recording.with_samples(recording.samples * factor)
     with about(log), output.progress("noise models", options) as bar:
@@ -106,13 +106,13 @@ def command(
         click.echo(output.wrapped(str(trends)))
 
 
-def _shown(unit: str, requested: str | None) -> tuple[str, float]:
+def _output_unit(unit: str, requested: str | None) -> tuple[str, float]:
     """Unit of the results, and the factor that converts the samples to this unit."""
     from allanite.common.errors import InputError
 
     if requested is None or requested == unit:
         return unit, 1.0
-    one, other = _scale(unit), _scale(requested)
+    one, other = _unit_size(unit), _unit_size(requested)
     if one is None or other is None or unit[-1] != requested[-1]:
         raise InputError(
             f"--output-unit {requested}: cannot convert from {unit}; conversions exist between m, cm, mm, um, nm, and"
@@ -121,7 +121,7 @@ def _shown(unit: str, requested: str | None) -> tuple[str, float]:
     return requested, one / other
 
 
-def _scale(unit: str) -> float | None:
+def _unit_size(unit: str) -> float | None:
     """Size of a unit in m (length) or s (time); None for any other unit."""
     prefixes = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9}
     return prefixes.get(unit[:-1]) if unit[-1:] in ("m", "s") else None

@@ -49,7 +49,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     walks = [f"{largest(own, 'K')[0] if own else 0.0:.6e}" for own in (accel, gyro)]
     lines.append(
         "# GTSAM 4.2 adds this covariance to every preintegration; its default is the identity. The uncertainty of the\n"
-        "# bias belongs into the prior on the first bias of your graph. Here stands the random walk within 1 ms.\n"
+        "# bias belongs into the prior on the first bias of your graph. This file uses the random walk within 1 ms.\n"
         'if hasattr(parameters, "setBiasAccOmegaInit"):\n'
         f"    walk = np.array([{walks[0]}] * 3 + [{walks[1]}] * 3)\n"
         "    parameters.setBiasAccOmegaInit(np.diag(1e-3 * walk**2))\n"

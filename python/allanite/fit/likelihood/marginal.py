@@ -51,7 +51,7 @@ class Mixture:
 
     @property
     def variances(self) -> Array:
-        """Variances of the amplitudes in each component, shape (draws, p)."""
+        """Variance of each amplitude in each component (one component per draw), shape (draws, p)."""
         return np.diagonal(self.covariances, axis1=1, axis2=2)
 
     def of(self, own: slice) -> Mixture:

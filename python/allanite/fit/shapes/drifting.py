@@ -171,7 +171,7 @@ class Band:
         first = [(frequency, drift), (frequency + 0.2, drift), (frequency, drift + 0.7)]
 
         def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
-            """Negative gain at (frequency, drift)."""
+            """Negative ΔlogL of a line with the frequency x[0] and the drift x[1]."""
             return -self.gain(float(x[0]), float(x[1]))
 
         options: Any = {

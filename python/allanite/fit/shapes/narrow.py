@@ -104,7 +104,7 @@ class Window:
         return tuple(n for n in self.own.free_shapes if n in self.own.companions)
 
     def effect(self, x: Array) -> Stochastic:
-        """The band at these coordinates."""
+        """The band as an effect whose parameters follow from the coordinates `x`, which `start` explains."""
         half = float(np.exp(x[2]))
         made = self.own.banded(
             float(x[1] - half) * self.hertz_per_ordinate,

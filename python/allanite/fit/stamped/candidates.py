@@ -182,7 +182,7 @@ def fit_noise(
     weights = [1.0 / _scatter(part, length) for part in fixed]
 
     def last(exponent: float) -> StampedNoise:
-        """The last effect with a given exponent, normalized by its scatter."""
+        """Noise of the last effect with this exponent, scaled so that it adds about 1 to the scatter of the samples."""
         effect: Any = candidate.effects[-1].with_values(exponent=float(exponent))
         part = added([form(term, rate, n) for term in effect.unit_terms(rate)])
         return part.scaled(1.0 / _scatter(part, length))

@@ -56,7 +56,7 @@ def posterior_points(
     """
 
     def at(coefficients: Array) -> tuple[float, T]:
-        """Log-likelihood and value at the noise with these coefficients."""
+        """Log-likelihood of the noise with these coefficients, and the value that `evaluate` returns for this noise."""
         stop_if_unwanted()
         return evaluate(best.noise_of(np.abs(coefficients)))
 

@@ -44,7 +44,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return table_of(table)
 
 
-def _wanted(schema: Any) -> list[int]:
+def _wanted_columns(schema: Any) -> list[int]:
     """Indices of columns of numbers, booleans or times, and of text columns that are named like a time.
 
     Raises
@@ -100,7 +100,7 @@ def _parquet(path: Path) -> Any:
 
     with parquet.ParquetFile(path) as file:
         schema = file.schema_arrow
-        names = [schema.names[place] for place in _wanted(schema)]
+        names = [schema.names[place] for place in _wanted_columns(schema)]
         if len(set(schema.names)) < len(schema.names):
             raise InputError("two of its columns have the same name: rename one of them")
         _require(pa.schema([schema.field(name) for name in names]), file.metadata.num_rows)
@@ -117,7 +117,7 @@ def _arrow(path: Path) -> Any:
 
     size, batches = 0, []
     with pa.OSFile(str(path)) as stream, pa.ipc.open_file(stream) as file:
-        wanted = _wanted(file.schema)
+        wanted = _wanted_columns(file.schema)
     options = pa.ipc.IpcReadOptions(included_fields=wanted, use_threads=False)
     with pa.OSFile(str(path)) as stream, pa.ipc.open_file(stream, options=options) as file:
         for number in range(file.num_record_batches):

@@ -31,7 +31,7 @@ def recognizes(head: bytes) -> bool:
     return _HEADER.match(head) is not None
 
 
-def _shown(field: str) -> tuple[str, str | None]:
+def _name_and_unit(field: str) -> tuple[str, str | None]:
     """Column name and unit (or None) for a field of a message."""
     path = field.removeprefix("field.")
     vector = _VECTOR.match(path)
@@ -66,7 +66,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says w
     time = stamps if stamped and stamps is not None else times[_RECEIVED]
     left = [i for i in range(len(table.names)) if table.names[i] not in (_RECEIVED, _STAMP)]
     left = [i for i in left if _is_kept(table.names[i])]
-    shown, units = zip(*(_shown(table.names[i]) for i in left), strict=True)
+    shown, units = zip(*(_name_and_unit(table.names[i]) for i in left), strict=True)
     note = (
         "the time is the stamp in each header"
         if stamped

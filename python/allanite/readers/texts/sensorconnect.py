@@ -28,7 +28,7 @@ def recognizes(head: bytes) -> bool:
     return _CHANNEL.search(head) is not None
 
 
-def _shown(name: str, unit: str | None) -> tuple[str, str | None]:
+def _name_and_unit(name: str, unit: str | None) -> tuple[str, str | None]:
     """Name of a channel without its serial number, and its unit as documented by the vendor."""
     channel = _SERIAL.sub("", name)
     known = next((u for start, u in _UNITS.items() if re.match(rf"{start}[XYZ]$", channel)), None)
@@ -38,7 +38,7 @@ def _shown(name: str, unit: str | None) -> tuple[str, str | None]:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - every channel is a number
     """Read the channels of the log. If there are several sensors, the names keep the serial numbers."""
     table = text.read(path, text.all_numbers)
-    shown = [_shown(*one) for one in zip(table.names, table.units, strict=True)]
+    shown = [_name_and_unit(*one) for one in zip(table.names, table.units, strict=True)]
     units = tuple(unit for _, unit in shown)
     serials = {m[0] for name in table.names if (m := _SERIAL.match(name))}
     # Several sensors have the same channels, so that the serial number must stay in the name.

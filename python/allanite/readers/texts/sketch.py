@@ -82,7 +82,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 continue
             begin = begin or match["name"]
             if match["name"] == begin:
-                _whole(samples, units, at)
+                _require_whole_sample(samples, units, at)
                 samples.append({})
                 stamps.append(seconds_of_day(stamp["clock"]) if stamp else None)
                 at = number
@@ -120,7 +120,9 @@ def _number(text: str) -> float:
     return float("nan") if text.lower() == "ovf" else float(text)
 
 
-def _whole(samples: list[dict[str, float]], units: dict[str, str | None], line: int) -> None:
+def _require_whole_sample(
+    samples: list[dict[str, float]], units: dict[str, str | None], line: int
+) -> None:
     """Raise `InputError` if the last sample lacks a column of `units`; the sample begins in row `line`."""
     if samples and samples[-1].keys() != units.keys():
         lacking = ", ".join(units.keys() - samples[-1].keys())

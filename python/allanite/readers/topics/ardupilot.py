@@ -49,7 +49,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     log = None
     try:
         with refused_as("an ArduPilot log"), quiet(DFReader):
-            log = _forward(DFReader.DFReader_binary)(str(path), zero_time_base=True)
+            log = _safe_reader_class(DFReader.DFReader_binary)(str(path), zero_time_base=True)
             known = [name for name in log.name_to_id if name != "FMT"]
             kinds = [wanted] if wanted else [name for name in TOPICS if name in known]
             while kinds and (message := log.recv_match(type=kinds)) is not None:
@@ -61,7 +61,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     finally:
         if log is not None and hasattr(log, "close"):
             log.close()
-    chosen = _chosen(rows, topics)
+    chosen = _chosen_messages(rows, topics)
     if chosen is None:
         what = f"no message {topics[0]}" if topics else "no inertial message"
         raise InputError(f"{what} among {', '.join(sorted(known)) or 'no messages'}")
@@ -92,7 +92,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     )
 
 
-def _forward(reader: type[Any]) -> type[Any]:
+def _safe_reader_class(reader: type[Any]) -> type[Any]:
     """Subclass of a reader class. It raises an error for a message of length 0, which would cause an infinite loop."""
 
     class Forward(reader):  # type: ignore[misc]
@@ -109,7 +109,7 @@ def _forward(reader: type[Any]) -> type[Any]:
             self.init_arrays(progress_callback=progress_callback)
 
         def _parse_next(self) -> Any:
-            """The next message; raises an error for a message of length 0."""
+            """The next message, or None at the end of the log; raises an error for a message of length 0."""
             begin = self.offset
             message = super()._parse_next()
             if message is not None and self.offset <= begin:
@@ -124,7 +124,7 @@ def _number(value: Any) -> float:
     return float(value) if isinstance(value, int | float) else float("nan")
 
 
-def _chosen(
+def _chosen_messages(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
     """Kind and instance of the messages to read: those of the topic, or the first inertial ones; None without any."""

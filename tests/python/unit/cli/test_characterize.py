@@ -32,7 +32,7 @@ def test_one_command_gives_table_figure_report_models_and_exports(run, six, tmp_
     assert (code, err) == (0, "")
     assert max(map(len, out.splitlines()[:-1])) <= 100
     assert all(name in out for name in NAMES)
-    assert "covariate temperature" in out
+    assert "logged column temperature" in out
     assert all(path.stat().st_size > 300 for path in made.values())
     assert "gyroscope_noise_density" in kalibr.read_text()
     # What was saved is read as any file of models is.

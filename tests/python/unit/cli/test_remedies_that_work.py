@@ -77,4 +77,4 @@ def test_inspect_says_that_a_sensor_was_shaken(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["adev", str(path), "--rate", "100", "--trim", "50:"])
     # Seconds are those of the part that is used: as numbers of --trim they would be wrong.
-    assert "; --trim START:END leaves it out" in " ".join(capsys.readouterr().out.split())
+    assert "; --trim START:END excludes it" in " ".join(capsys.readouterr().out.split())

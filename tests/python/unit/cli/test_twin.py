@@ -54,7 +54,7 @@ def test_what_is_left_out_is_said(sensor):
     made = twin(document, n=1000, seed=3)
     assert made.recording.n == 1000
     assert any("misalignment" in text for text in made.left_out)
-    assert "gyro_x: the effect of temperature, of which no values are given" in made.left_out
+    assert "gyro_x: the effect of temperature: no values of this column are given" in made.left_out
 
 
 @pytest.mark.long
@@ -66,7 +66,7 @@ def test_noise_that_axes_share_is_said_to_be_left_out():
     made = twin(al.characterize(log, "N").to_dict(), seed=3)
     (said,) = [text for text in made.left_out if "share" in text]
     assert said.startswith("noise that gyro_x, gyro_y share at ")
-    assert said.endswith("each axis has noise of its own")
+    assert said.endswith("the axes are simulated independently")
     # 1/√n is 0.007.
     assert abs(np.corrcoef(made.recording.samples.T)[0, 1]) < 0.03
 

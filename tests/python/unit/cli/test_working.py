@@ -88,7 +88,7 @@ def test_parts_are_named(band):
     # The end of motion lies above its corner, its rms is what moved.
     assert 1.0 < found.motion[0] <= 10.0
     assert found.motion[1] == pytest.approx(0.3, rel=0.2)
-    assert "is left out" in text
+    assert "is ignored" in text
     if band == "60-140 Hz":
         # The band folds twice: 0.02² rad²/s² spread over 0 … 40 Hz, two-sided.
         level = np.sqrt(1 + 0.02**2 / 80 / N**2)
