@@ -199,7 +199,8 @@ _LOG_OPTIONS = (
     click.option(
         "--trim",
         metavar="START:END|quiet",
-        help="Use only these seconds, e.g. 600: or 60:3600. quiet: the longest segment without motion.",
+        help="Use only this part, in seconds from the start of the log, e.g. 600: or 60:3600. "
+        "quiet: the longest segment without motion.",
     ),
     click.option(
         "--scale",

@@ -159,7 +159,10 @@ class Timing:
 
     def __str__(self) -> str:
         usual, least, most = self.spacing
-        apart = f"{usual:.4g} s apart ({least:.4g} to {most:.4g} s)"
+        low, typical, high = (f"{seconds:.4g}" for seconds in (least, usual, most))
+        apart = f"{typical} s apart" + (
+            f" ({low} to {high} s)" if (low, high) != (typical,) * 2 else ""
+        )
         lines = [
             f"{self.column}: {self.n} samples in {span_text(self.duration)}, {self.missing} missing; {apart}"
         ]
@@ -183,7 +186,9 @@ class Timing:
             f"  frequency{of}: {_value_text(self.frequency)}; drift {_value_text(self.drift)} per day"
         )
         if self.temperature is not None:
-            lines.append(f"  temperature: {_value_text(self.temperature)} for 1 unit")
+            lines.append(
+                f"  temperature: {_value_text(self.temperature)} per unit of the logged temperature"
+            )
         lines.append(f"  noise: {_noise_text(self.noise)}")
         lines += [
             f"  {'jump' if jump.stays else 'single sample off'} of {time_text(jump.height)} at {jump.time:.6g} s"
@@ -194,7 +199,9 @@ class Timing:
         lines += [f"  {_sentence(verdict, self.duration)}" for verdict in self.verdicts]
         lines += [f"  {one}" for one in self.holdover]
         curve = self.deviations["tdev"]
-        lines.append(f"  {'τ / s':>10}" + "".join(f"{kind:>14}" for kind in self.deviations))
+        units = {"tdev": " / s", "mtie": " / s"}
+        heads = (f"{kind}{units.get(kind, '')}" for kind in self.deviations)
+        lines.append(f"  {'τ / s':>10}" + "".join(f"{head:>14}" for head in heads))
         for i, (tau, factor) in enumerate(zip(curve.tau, curve.factors, strict=True)):
             if np.log2(factor) % 1.0 == 0.0:
                 cells = [

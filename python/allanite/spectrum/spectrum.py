@@ -218,7 +218,7 @@ class Spectrum:
     Attributes
     ----------
     frequency, low_hz, high_hz : ndarray, shape (bins,)
-        Centre and limits of each bin, Hz.
+        Center and limits of each bin, Hz.
     density : ndarray, shape (bins,)
         Two-sided density, U²/Hz (white level N²).
     low, high : ndarray, shape (bins,)

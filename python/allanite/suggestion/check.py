@@ -78,9 +78,9 @@ class Check:
 
     @cached_property
     def rest(self) -> Rest | None:
-        """Smooth shape of the spectrum that no effect of the catalogue explains; it can be added to the model.
+        """Smooth shape of the spectrum that no effect of the catalog explains; it can be added to the model.
 
-        None if the model is adequate or an effect of the catalogue is significantly missing.
+        None if the model is adequate or an effect of the catalog is significantly missing.
         """
         return None if self.adequate or self.significant else rest_of(self.fit)
 
@@ -138,7 +138,7 @@ class Check:
         lines += [f"  {s}" for s in sentences]
         lines.append("")
         if not self.significant:
-            lines.append("nothing in the catalogue is significantly missing")
+            lines.append("nothing in the catalog is significantly missing")
         for title, group in self.grouped:
             lines.append(f"{title}:")
             for rank, s in group:

@@ -42,12 +42,10 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
         share = 100.0 * (curve.components[own[-1]] / curve.model) ** 2
         top = int(np.nanargmax(share))
         strong = share > max(5.0, 0.5 * float(share[top]))
-        low, high = float(curve.tau[strong].min()) if strong.any() else 0.0, 0.0
         if strong.any():
-            high = float(curve.tau[strong].max())
-            text += (
-                f": up to {share[top]:.2g} % of the Allan variance, at τ = {low:.3g}–{high:.3g} s"
-            )
+            ends = (curve.tau[strong].min(), curve.tau[strong].max())
+            span = "–".join(dict.fromkeys(f"{tau:.3g}" for tau in ends))
+            text += f": up to {share[top]:.2g} % of the Allan variance, at τ = {span} s"
         else:
             text += (
                 f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"

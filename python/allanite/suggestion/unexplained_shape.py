@@ -1,4 +1,4 @@
-"""Shape of the spectrum that no effect of the catalogue explains: its size and range, without a name."""
+"""Shape of the spectrum that no effect of the catalog explains: its size and range, without a name."""
 
 from __future__ import annotations
 

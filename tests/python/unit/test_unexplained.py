@@ -1,4 +1,4 @@
-"""A smooth shape of the spectrum that no effect of the catalogue explains, made by filtering white noise with it."""
+"""A smooth shape of the spectrum that no effect of the catalog explains, made by filtering white noise with it."""
 
 from dataclasses import replace
 
@@ -43,7 +43,7 @@ def test_what_is_left_is_described_and_said(record):
     assert 0.6 < rest.low_hz < 2.6, rest
     assert 4.0 < rest.high_hz < 12.0, rest
     assert 40.0 < rest.percent < 130.0
-    assert "no effect of the catalogue explains" in str(rest)
+    assert "no effect of the catalog explains" in str(rest)
     assert rest_of(fit) is None
 
 

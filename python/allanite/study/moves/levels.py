@@ -86,7 +86,7 @@ def _switching(candidates: Iterable[Candidate]) -> list[Level]:
 
 
 def _combined(changes: list[Level]) -> list[Level]:
-    """Effects of the catalogue that have the product of the levels of several."""
+    """Effects of the catalog that have the product of the levels of several."""
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))

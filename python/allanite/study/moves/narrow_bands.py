@@ -115,7 +115,7 @@ def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
 
 
 def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | None:
-    """Effect of the catalogue that is this band, modulated; None if there is none."""
+    """Effect of the catalog that is this band, modulated; None if there is none."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
     made = (cls.modulating(band, rate, depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)

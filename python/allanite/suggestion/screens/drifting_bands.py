@@ -82,7 +82,7 @@ def _may_move(own: Process, data: Data) -> bool:
 
 
 def _movable(effect: Stochastic) -> bool:
-    """True if the catalogue has a moving band for this effect, and no parameter of the effect is held."""
+    """True if the catalog has a moving band for this effect, and no parameter of the effect is held."""
     if effect.occupies is None or effect.held:
         return False
     return _moving(effect, (1.0, 1.1)) is not None

@@ -71,7 +71,7 @@ def bands_with_excess(
 def screen_drifting_lines(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Best drifting line of each kind of the catalogue, refitted, if it beats the steady lines."""
+    """Best drifting line of each kind of the catalog, refitted, if it beats the steady lines."""
     blanks = blanks_of_screen("drifting line", solution, data)
     found = (_best(blank, bands, lines, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)

@@ -279,7 +279,7 @@ SCREEN = OwnScreen("stretch", screen_disturbance)
 
 
 def _segment_effect(start: float, end: float) -> Modifier | None:
-    """Effect of the catalogue that excludes the samples between two times."""
+    """Effect of the catalog that excludes the samples between two times."""
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
     return kinds[0].during(start, end, MIN_DISTURBANCE_POWER_RATIO) if kinds else None
 

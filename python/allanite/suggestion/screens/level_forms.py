@@ -132,7 +132,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Level]:
-    """Effects of the catalogue that may change the level beside a model."""
+    """Effects of the catalog that may change the level beside a model."""
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 

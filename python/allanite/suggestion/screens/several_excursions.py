@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def merged_excursions(events: Sequence[Away]) -> Away | None:
-    """Effect of the catalogue that has all the excursions; None if there is none."""
+    """Effect of the catalog that has all the excursions; None if there is none."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Away))
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 

@@ -1,4 +1,4 @@
-"""Screen of the spectrum: every random process and filter of the catalogue, at every shape of its grid.
+"""Screen of the spectrum: every random process and filter of the catalog, at every shape of its grid.
 
 Every grid point is climbed from several starts. Without a missing effect, other effects stand for it, so that the slope
 of the likelihood at the fitted model does not show what is missing.
