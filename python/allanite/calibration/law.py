@@ -180,7 +180,7 @@ class AxisLaw:
         return tuple(form for form in near if form != self.form)
 
     def polynomial(self, reference: float) -> NDArray[np.float64]:
-        """Coefficients (x0, x1, x2, x3) of the bias in powers of (T − reference); x0 includes the mean offset."""
+        """Coefficients x0 to x3 of the bias in powers of (T − reference), shape (4,); x0 includes the mean offset."""
         c1, c2, c3 = self.curve.coefficients
         d = reference - self.curve.reference
         return np.array(

@@ -180,7 +180,7 @@ def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> D
 
 
 def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
-    """Phase after a first-order low-pass filter with this cutoff (Hz).
+    """Samples of the phase after a first-order low-pass filter with this cutoff (Hz).
 
     Missing samples are interpolated for the filter and stay missing.
     """

@@ -68,12 +68,12 @@ class Response:
 
     @property
     def b(self) -> Array:
-        """Coefficients of the numerator in powers of 1/z."""
+        """Coefficients of the numerator in powers of 1/z, shape (order + 1,)."""
         return np.real(self.gain * np.poly(self.zeros))
 
     @property
     def a(self) -> Array:
-        """Coefficients of the denominator in powers of 1/z; the first is 1."""
+        """Coefficients of the denominator in powers of 1/z, shape (order + 1,); the first is 1."""
         return np.real(np.poly(self.poles))
 
     @property

@@ -123,7 +123,7 @@ class _Sized(Term):
 
 
 def _step(w: Array) -> Array:
-    """2 sin(w/2), the magnitude of the transfer function of a first difference."""
+    """2 sin(w/2), the gain of a first difference at angular frequencies `w`, shape of `w`."""
     return np.asarray(2.0 * np.sin(w / 2.0))
 
 
@@ -224,7 +224,7 @@ class Flicker(_Sized):
         return self.variance / _step(w)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance: B² times that of the power law with exponent −1."""
+        """Allan variance at averaging factors `m`: B² times that of the power law with exponent −1."""
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
@@ -232,7 +232,7 @@ class Flicker(_Sized):
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
-        """Variogram: B² times that of the power law with exponent −1."""
+        """Variogram at lags h = 0 … count − 1, shape (count,): B² times that of the power law with exponent −1."""
         return self.variance * power_law_lags(-1.0, count)
 
 

@@ -104,7 +104,7 @@ def export(
     if target not in TARGETS:
         raise InputError(f"unknown export format {target!r}: choose one of {', '.join(TARGETS)}")
     if overbound and as_fitted:
-        raise InputError("give overbound (--overbound) or as_fitted (--as-fitted), not both")
+        raise InputError("give overbound or as_fitted, not both")
     own = [
         used(
             axis,

@@ -166,7 +166,7 @@ def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
     found = bands(terms, data.n, curve.factors)
 
     def at(factor: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Deviation with the noise variance divided by the square of a factor."""
+        """Allan deviation at each τ if the noise variance is divided by the square of a factor."""
         return np.asarray(np.sqrt(known + noise / factor**2))
 
     low, high = at(found.high_everywhere), at(found.low_everywhere)

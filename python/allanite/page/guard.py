@@ -53,6 +53,7 @@ class Guard:
         inner = {**scope, "path": rest, "raw_path": rest.encode()}
 
         async def answer(message: MutableMapping[str, Any]) -> None:
+            """Send a message; the start of a response gets the security headers."""
             if message["type"] == "http.response.start":
                 extra = [(k.encode(), v.encode()) for k, v in HEADERS.items()]
                 message = {**message, "headers": [*message.get("headers", []), *extra]}

@@ -131,13 +131,13 @@ class Power:
         }
 
     def __str__(self) -> str:
-        lines = [f"{self.model} over {self.duration:.6g} s at {self.rate:.6g} Hz"]
+        lines = [f"{self.model} over {self.duration:.4g} s at {self.rate:.6g} Hz"]
         if self.effect is not None and self.probability is not None:
             lines.append(
                 f"check finds {self.effect.kind} with probability {self.probability:.3f}: ΔlogL "
                 f"{self.delta_log_likelihood:.1f} ± {self.spread:.1f} expected, {self.needed:.1f} needed"
             )
-        lines.append(f"{'':22} {'value':>12} {'std error':>12} {'':>8}")
+        lines.append(f"{'':22} {'value':>12} {'std. error':>12}  relative")
         lines += [
             f"{name:22} {self.value(name):12.5g} {error:12.3g} {100 * self.relative(name):7.3g} %"
             for name, error in self.standard_errors.items()

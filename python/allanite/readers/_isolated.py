@@ -52,6 +52,7 @@ def isolated(
 
         @wraps(read)
         def in_child(path: Path, _pick: Picker, topics: Sequence[str] = ()) -> Table:
+            """Table that `read` returns in a child process; `_pick` is not used there."""
             found = call_isolated(
                 f"{__name__}:serve_reader",
                 {"reader": name, "path": str(path), "topics": list(topics)},

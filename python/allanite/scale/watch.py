@@ -327,7 +327,7 @@ class Watch:
                 self._stretch = Stretch.empty(self.taken, 1, 0, self.rate, (self.unit,))
 
     def _restore_state(self, state: dict[str, Any]) -> None:
-        """Continue from a state."""
+        """Set the test to a state that `_state` returned; raises an error for a damaged state."""
         if state["schema"] != SCHEMA:
             raise InputError(f"{state['schema']}, and this is {SCHEMA}: use another state file")
         if (state["model"], state["rate"]) != (str(self.model), self.rate):

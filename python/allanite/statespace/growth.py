@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.common.validation import positive, positive_rate, require_recording
 from allanite.effects import Model, as_model
@@ -109,7 +110,7 @@ class Growth:
             f"{self.quantity} since the fix, {unit} (standard deviation), bias averaged over {self.aided:g} s before it",
             "".join(f"{name:>13}" for name in head),
         ]
-        lines += ["".join(f"{v:13.4g}" for v in row) for row in zip(*columns, strict=True)]
+        lines += ["".join(f"{number(v, 4):>13}" for v in row) for row in zip(*columns, strict=True)]
         timed = [kind for kind in self.left_out if kind not in self.following]
         for kinds, one, more in (
             (timed, "it happens at times of its own", "they happen at times of their own"),

@@ -198,7 +198,7 @@ class Stretch:
         )
 
     def copy(self) -> Stretch:
-        """Independent copy."""
+        """Independent copy of the segment: later changes of one do not affect the other."""
         return Stretch(
             self.start,
             self.stop,

@@ -44,11 +44,11 @@ class DeviationLike(Protocol):
 
     @property
     def n(self) -> NDArray[np.int64]:
-        """Terms of each estimate."""
+        """Number of differences in each estimate."""
 
     @property
     def deviation(self) -> NDArray[np.float64]:
-        """Deviations."""
+        """Deviation at each averaging time."""
 
     @property
     def edf(self) -> NDArray[np.float64]:

@@ -81,7 +81,7 @@ class Mixture:
         m, s = self.means[:, i], np.sqrt(self.variances[:, i])
 
         def quantile(p: float) -> float:
-            """Quantile of the mixture."""
+            """Quantile of the mixture at the probability `p`."""
             return float(
                 brentq(
                     lambda x: float(self.weights @ ndtr((x - m) / s)) - p,

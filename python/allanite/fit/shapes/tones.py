@@ -117,7 +117,7 @@ def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
 
 
 def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> NDArray[np.float64]:
-    """Rise of logL by a burst between `start` and `end` (fractions of the record); 0 for inadmissible lengths."""
+    """ΔlogL of a burst between `start` and `end` (fractions of the record); 0 for inadmissible lengths."""
     k = band.series.size
     places = np.arange(k + 1) / k
     inside = np.interp(end, places, total) - np.interp(start, places, total)

@@ -21,9 +21,9 @@ def without_ringing(
 ) -> tuple[float, float] | None:
     """(start, end) of a loud segment without quiet parts at its ends, as fractions of the record.
 
-    An octave cut out of the spectrum rings long before and after a loud segment; a Hann window
-    ends. Half a window stays at each end. None if the segment is shorter than two windows or if
-    nothing in it is strong enough to ring.
+    A single octave of the spectrum rings long before and after a loud segment; windows of finite length do not.
+    Half a window stays at each end. None if the segment is shorter than two windows or if nothing in it is strong
+    enough to ring.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)

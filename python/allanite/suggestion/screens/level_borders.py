@@ -42,7 +42,7 @@ def most_likely_borders(
 def borders_between_values(
     power: Array, places: NDArray[np.int64], factors: Sequence[float], least: int
 ) -> NDArray[np.int64]:
-    """Most likely borders between intervals of constant level.
+    """Most likely borders between intervals of constant level, as indices of values.
 
     Borders and levels are refined alternately until neither changes.
 

@@ -121,6 +121,7 @@ def command(
     name = NAME if source == PIPE else source
 
     def column_of(first: list[str]) -> WatchedColumn:
+        """Column to watch, from the first rows of the source; errors name the source."""
         with about(name):
             return watched_column(first, column, chosen, unit, quantity, name)
 
