@@ -42,7 +42,7 @@ MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
     """Filter that turns white noise into the sum of some terms: σ of the noise, numerator, denominator.
 
-    The numerator b begins with b0 = 1. The denominator a begins with a1, because a0 = 1 is left out. The spectrum of the
+    The numerator b begins with b0 = 1. The denominator a begins with a1, because a0 = 1 is omitted. The spectrum of the
     terms times |a|² is the spectrum of a moving average; b is its minimum-phase factor.
 
     Parameters

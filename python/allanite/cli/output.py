@@ -98,8 +98,8 @@ def wrapped(text: str) -> str:
 def notes(columns: Sequence[Record], options: LogOptions, log: str = "") -> None:
     """Print the findings of the audit, below the name of the log if it is given.
 
-    Findings that were printed before the computation are left out. Prints nothing with --quiet or --json; a JSON document
-    contains the findings.
+    Findings that were printed before the computation are not printed again. Prints nothing with --quiet or --json; a
+    JSON document contains the findings.
     """
     if options.as_json or options.quiet:
         return

@@ -124,7 +124,7 @@ def _mask(
     constant: float | None = None,
     source: str = "",
 ) -> Mask:
-    """`Mask` with limits on MTIE and TDEV; a limit that is None is left out."""
+    """`Mask` with limits on MTIE and TDEV; a limit that is None is omitted."""
     limits = {kind: limit for kind, limit in (("mtie", mtie), ("tdev", tdev)) if limit is not None}
     return Mask(name, title, MappingProxyType(limits), filter_hz, time_error, constant, source)
 

@@ -51,7 +51,7 @@ class Correlation:
 
 
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
-    """Correlation of each pair of units on one board with a significant correlation; other pairs are left out.
+    """Correlation of each pair of units on one board with a significant correlation; other pairs are omitted.
 
     Parameters
     ----------

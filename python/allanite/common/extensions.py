@@ -27,7 +27,7 @@ def declared_in(name: str, *packages: str) -> Iterator[Any]:
 def add_installed(group: str, what: str, add: Callable[[Any], None]) -> None:
     """Load all entry points of a group from the installed packages and call `add` with each loaded object.
 
-    An entry point that cannot be loaded or added is left out with a warning, because one faulty package must not
+    An entry point that cannot be loaded or added is skipped with a warning, because one faulty package must not
     disable the others.
 
     Parameters

@@ -38,7 +38,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
 
 
 def kept_of(effect: Effect) -> dict[str, Any]:
-    """JSON form of held names, limits and names at limits of an effect; empty entries are left out."""
+    """JSON form of held names, limits and names at limits of an effect; empty entries are omitted."""
     every = {
         "held": sorted(effect.hold),
         "limits": effect.limits.to_dict(),

@@ -131,7 +131,7 @@ def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:
 
 
 def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
-    """Lines on one axis: its model, and the effects that the numbers cover or leave out."""
+    """Lines on one axis: its model, and the effects that the numbers cover or omit."""
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
     if axis.assumptions:
         origin = f"from {axis.source}, without a log"
@@ -212,7 +212,7 @@ def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
 
 
 def _left_out(axis: Axis, choice: Choice | None, *, simulator: bool) -> list[tuple[str, Effect]]:
-    """Label and effect of each effect that the numbers of a file leave out."""
+    """Label and effect of each effect that the numbers of a file omit."""
     if choice is not None and choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
     return [

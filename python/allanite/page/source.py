@@ -263,7 +263,7 @@ def _without(part: Recording, out: list[Segment]) -> Recording:
 def kept(model: Model, moved: bool) -> Model | None:
     """The model to start from on another part of the log; None if no effect remains.
 
-    If the start time has `moved`, effects at a particular time are left out.
+    If the start time has `moved`, effects at a particular time are removed.
     """
     effects = [e for e in model if not (moved and _is_of_time(e))]
     return Model(tuple(effects)) if effects else None

@@ -220,7 +220,7 @@ def run_fleet(
     Child processes work on the logs. A log has one row with the reason if it cannot be read, crashes or fills its process,
     takes longer than `deadline`, or changes while it is read. The other logs are not affected.
 
-    A journal beside the table stores each finished log. The next run with the same options takes those logs from the
+    A journal next to the table stores each finished log. The next run with the same options takes those logs from the
     journal, by their content, and works on all others, including failed ones.
 
     Parameters

@@ -289,7 +289,7 @@ class Watch:
     # -- restarts --------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> None:
-        """Write the state to `path`, and the summary of the samples to a file beside it (``.summary``)."""
+        """Write the state to `path`, and the summary of the samples to a file next to it (``.summary``)."""
         state = {
             "schema": SCHEMA,
             "model": str(self.model),

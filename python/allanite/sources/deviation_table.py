@@ -71,7 +71,7 @@ def documents_of_table(
     unit : str or None
         Unit of the samples behind the deviations: one for all columns, or one for each, separated by commas.
     rate : float or None
-        Sampling rate of the record, Hz. If left out, the reciprocal of the first τ.
+        Sampling rate of the record, Hz. By default, the reciprocal of the first τ.
     record_length : float or None
         Length of the record in s. The uncertainty of each point depends on it.
 

@@ -43,7 +43,7 @@ class State:
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 
     def after(self, fit: Fit, gone: Collection[int] = ()) -> State:
-        """State of a fit without the effects at the places `gone`; new effects are the last of its model."""
+        """State of a fit without the effects at the indices `gone`; new effects are the last of its model."""
         numbers = [n for place, n in enumerate(self.numbers) if place not in gone]
         used = self.used
         for effect in fit.model.effects[len(numbers) :]:

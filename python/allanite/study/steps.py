@@ -87,7 +87,7 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     """Step that merges a stack of effects, or replaces or splits an effect with the largest gain; None if nothing gains.
 
-    New effects that the record does not show leave again, and no error may rise beyond its scatter.
+    New effects that the record does not show are removed again, and no error may rise beyond its scatter.
     """
     before = state_of(ladder)
     shape = with_nameless_shape(ladder, before)
@@ -187,7 +187,7 @@ def _step_with(
 def _merged_or_added(
     before: State, suggestion: Suggestion, check: Check
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
-    """State with a suggestion and what it needs beside it, its ΔlogL, and the suggestions added, the one to name first."""
+    """State with a suggestion and its companions, its ΔlogL, and the added suggestions, the one to name first."""
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
     if wandering is not None:

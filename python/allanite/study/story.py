@@ -87,7 +87,7 @@ def _kept_new_and_leaving(
 def _sorted_by_delta_logl(
     before: Fit, kept: list[Effect], leaving: list[Effect], new: list[Effect]
 ) -> list[Effect]:
-    """New effects sorted by their ΔlogL beside the present ones, with the shapes of the last model."""
+    """New effects sorted by their ΔlogL when added to the present ones, with the shapes of the last model."""
 
     def gain(effect: Effect) -> float:
         """LogL of the model with one more effect."""
@@ -100,7 +100,7 @@ def _sorted_by_delta_logl(
 def _fit_of_step(
     before: Fit, kept: list[Effect], leaving: list[Effect]
 ) -> tuple[Fit, list[Effect]]:
-    """Fit of a step, and the initial effects that leave with it."""
+    """Fit of a step, and the initial effects that are removed with it."""
     fit = refitted(before, Model((*kept, *leaving)))
     gone: list[Effect] = []
     for effect in leaving:

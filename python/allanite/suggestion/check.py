@@ -102,7 +102,7 @@ class Check:
 
     @cached_property
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
-        """Suggestions to show, with their ranks, in titled groups: the best, its alternatives, and effects beside it.
+        """Suggestions to show, with their ranks, in titled groups: the best, its alternatives, and additional effects.
 
         If no suggestion is significant, the two best form the only group.
         """

@@ -42,7 +42,7 @@ def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     """True if the disturbance goes before all others: no other significant event in time explains its segment.
 
-    A change of level by one factor explains a segment unless octaves still differ there beside it.
+    A change of level by one factor explains a segment unless octaves still differ there after this change.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
@@ -52,7 +52,7 @@ def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def left(one: Fit) -> float:
-        """ΔlogL by separate levels of each octave in the segment, beside the model of a suggestion."""
+        """ΔlogL by separate levels of each octave in the segment, under the model of a suggestion."""
         return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
 
     # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
@@ -124,7 +124,7 @@ def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
     """True if the score of any other significant suggestion is below `MAX_EXPLAINED_REMAINDER` of this score.
 
-    For a change of the noise level, other changes of the level do not count. Never true beside burst noise or a
+    For a change of the noise level, other changes of the level do not count. Never true in a model with burst noise or a
     disturbance.
     """
     others = [s for s in found if s.significant and s is not one]

@@ -311,7 +311,7 @@ def suggest(
 
 
 def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
-    """Model with the best wandering process, beside which a slow function of time must explain something; or None."""
+    """Model with the best wandering process, to which a slow function of time must add something; or None."""
     red = [c for c in candidates if isinstance(c.effect, Stochastic) and c.effect.wanders]
     return max(red, key=lambda c: c.gain).solution if red else None
 

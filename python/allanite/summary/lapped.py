@@ -56,7 +56,7 @@ def kernel() -> _kernels.Lapped:
 def halved(x: Array) -> Array:
     """Samples at half the rate after a low-pass; each value lies in the middle between two samples.
 
-    The first and the last `REACH`/2 values are left out.
+    The first and the last `REACH`/2 values are omitted.
 
     Each sample is a sum in fixed order, so its value does not depend on the samples computed with it.
     """

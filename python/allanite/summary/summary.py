@@ -241,7 +241,7 @@ class Summary(Record):
         return _curve_of([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
-        """Spectral lines of the only column in the octaves of which no samples are kept. Fits leave these lines out."""
+        """Spectral lines of the only column in the octaves of which no samples are kept. Fits exclude these lines."""
         reading = self.reading()
         return [
             line

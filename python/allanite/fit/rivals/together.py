@@ -137,7 +137,7 @@ def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
     """Pairs of effects that may replace the effect at `place`, the pair with the highest evidence first.
 
     At least one of the two is a declared alternative of that effect. Clearly worse pairs are not listed. With `also`,
-    the effect at this second place leaves, too.
+    the effect at this second index is removed, too.
     """
     effects = fit.model.effects
     out = effects[place]

@@ -33,7 +33,7 @@ def with_addition(
     """State with one more effect, without the effects in its place; None if it does not help.
 
     Of a line and a band at one frequency only one stays: the one with more evidence. Several of the suggested `lines` may
-    together replace one band. Effects inside an excluded segment leave. The user's effects never leave.
+    together replace one band. Effects inside an excluded segment are removed. The user's effects are never removed.
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect
@@ -78,9 +78,10 @@ def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
 def with_second_effect(
     before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
-    """State with a second effect beside an addition that alone raises an error, and its suggestion; None if none helps.
+    """State with a second effect in addition to one that alone raises an error, and its suggestion; None if none helps.
 
-    Candidates are the effects that `check` found missing before, else those missing beside the addition, or in its place.
+    Candidates are the effects that `check` found missing before, else those missing in the model with the addition, or
+    in its place.
     If only the discrepancy rises, within its interval (`falls`), the second effect must clearly gain and lower the
     discrepancy.
     """
@@ -104,9 +105,9 @@ def with_second_effect(
 def _best_beside(
     before: State, after: State, suggestions: Sequence[Suggestion]
 ) -> tuple[State, Suggestion] | None:
-    """State with the first suggestion beside which no error rises beyond its scatter, and that suggestion; or None.
+    """State with the first suggestion with which no error rises beyond its scatter, and that suggestion; or None.
 
-    A suggestion beside which the Allan error does not rise at all goes before the others.
+    Suggestions with which the Allan error does not rise at all are tried first.
     """
     tolerable: tuple[State, Suggestion] | None = None
     for suggestion in suggestions[:MAX_FORMS_TRIED]:

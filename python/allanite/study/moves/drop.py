@@ -36,8 +36,8 @@ def without_needless(before: State, after: State, needed: Collection[str]) -> St
 def without_needless_effects(before: State, after: State, needed: Collection[str]) -> State:
     """State without the effects whose loss of logL is below their limit, the last ones first.
 
-    An effect of the user's model leaves if it explains nothing, an added one if it explains less than part of its cost. The
-    interval of a function of time depends on the slow noise of the user's model, which therefore stays.
+    An effect of the user's model is removed if it explains nothing, an added one if it explains less than part of its
+    cost. The interval of a function of time depends on the slow noise of the user's model, which therefore stays.
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> State | None:
     """State with one effect for all excursions that the search has added and all that are still missing; or None.
 
-    Each further excursion must explain more than any other slow function, and something beside the best random process of
-    the `suggestions`. All together must leave a model that is as good.
+    Each further excursion must explain more than any other slow function, and something in addition to the best random
+    process of the `suggestions`. All together must leave a model that is as good.
     """
     fit = before.fit
     places = [p for p in before.added if isinstance(fit.model.effects[p], Away)]

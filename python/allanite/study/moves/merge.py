@@ -34,7 +34,7 @@ def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
     """State with a narrow band in the place of the lines near a suggested line, and of the suggested line; else None.
 
     Two lines that beat are as good as one line whose phase or amplitude wanders, until there is a third. The band is taken
-    if it explains as much as the lines. The user's lines never leave.
+    if it explains as much as the lines. The user's lines are never removed.
     """
     fit, line = before.fit, suggestion.effect
     if not _is_single_line(line) or fit.data.lost > MAX_MISSING_FRACTION:
@@ -105,7 +105,7 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
 
 
 def _stands_for_another(fit: Fit, better: Fit, kinds: Collection[str]) -> bool:
-    """True if an effect of one of these kinds is detected only with the nameless shape, not beside the stack."""
+    """True if an effect of one of these kinds is detected with the nameless shape, but not with the stack."""
     shown = [
         {e.kind for place, e in enumerate(one.model) if is_detected(one, place)}
         for one in (fit, better)

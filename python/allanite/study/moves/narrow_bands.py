@@ -74,7 +74,7 @@ def _moves(fit: Fit, band: Effect) -> bool:
 def _with_modulated_band(before: State, band: Effect) -> State | None:
     """Best state with a present band modulated at the distance of another `band`; or None.
 
-    Other bands are modulated likewise, and added bands that stood for the side band on the other side leave.
+    Other bands are modulated likewise, and added bands at the place of the other side band are removed.
     """
     fit = before.fit
     effects = fit.model.effects

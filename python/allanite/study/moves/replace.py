@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Models with one effect, or two wandering processes, replaced: promised gain, places that leave, model.
+    """Models with one effect, or two wandering processes, replaced: promised gain, indices of the removed effects, model.
 
     A declared alternative replaces one effect. The new effects are the last of the model. A model whose evidence leads by
     more than `MAX_RIVAL_LOG_EVIDENCE` promises a gain whatever the priors are.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Models with one effect, or one and a filter, replaced by two: promised gain, places that leave, model.
+    """Models with one effect, or one and a filter, replaced by two: promised gain, indices of the removed effects, model.
 
     The new effects are the last of the model.
     """

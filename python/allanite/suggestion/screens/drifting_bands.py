@@ -268,7 +268,7 @@ class _Sections:
         return cells.expected(self.data.terms(others) if others.stochastic else ())
 
     def _cells(self, within: tuple[float, float], step: float) -> Cells:
-        """Cells of the frequencies at which the band may be, and of a margin beside them."""
+        """Cells of the frequencies at which the band may be, and of a margin on both sides."""
         low, high = self.own.effect.occupies or (0.0, 0.0)
         aside = 0.5 * MARGIN * (high - low)
         return self.sections.cells((within[0] - aside, within[1] + aside), step)

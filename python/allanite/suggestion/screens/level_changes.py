@@ -164,7 +164,7 @@ def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
 
 
 def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
-    """Number of searches for a changing noise level, besides the search for one interval with another level.
+    """Number of searches for a changing noise level, without the search for one interval with another level.
 
     The forms are several levels, a periodic level, a level of one band, and a level that follows a column, one for each of
     `columns`.

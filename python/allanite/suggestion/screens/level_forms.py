@@ -97,7 +97,9 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """Candidate of several levels, if worth their parameters: each interval its own level, or two alternating levels.
+    """Candidate of several levels, if they gain more than the cost of their parameters.
+
+    Each interval has its own level, or two levels alternate.
 
     Each parameter costs ½ ln n of logL. The p-value is e to the minus gain beyond that.
     """
@@ -132,13 +134,13 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Level]:
-    """Effects of the catalog that may change the level beside a model."""
+    """Effects of the catalog that may be added to a model as changes of the level."""
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
 
 def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
-    """Borders between intervals of constant level, each worth its price; with `turns`, between two alternating levels."""
+    """Borders between intervals of constant level, each with a ΔlogL above its cost; with `turns`, two levels alternate."""
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
     price = 0.5 * np.log(max(freedom * power.size, 2.0))
@@ -238,7 +240,7 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """The borders that are worth their price; two borders within a coarse cell may stand for one change."""
+    """The borders whose ΔlogL exceeds their cost; two borders within a coarse cell may stand for one change."""
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]

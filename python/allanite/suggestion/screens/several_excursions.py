@@ -44,7 +44,7 @@ def _times(event: Away) -> list[tuple[float, float]]:
 def several_excursions(
     kind: type[Deterministic], first: Away, places: float, solution: Solution, data: Data
 ) -> tuple[Away, float] | None:
-    """Effect with the excursions that are least likely by chance together, and what their number costs in ln p; or None.
+    """Effect with the excursions that are least likely by chance together, and the cost of their number in ln p; or None.
 
     Parameters
     ----------
