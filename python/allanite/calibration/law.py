@@ -247,9 +247,7 @@ class AxisLaw:
             return f"{text}; 95 % limit {number(self.limit, 2)} {unit}/°C" if self.limit else text
         change = float(np.ptp(self.curve.bias))
         half = 0.5 * float(np.max(self.curve.high - self.curve.low))
-        text = (
-            f"{name}: {self.form.name}, {number(change)} ± {number(half, 2)} {unit} over {covered}"
-        )
+        text = f"{name}: {self.form.name}, changes by {number(change)} ± {number(half, 2)} {unit} over {covered}"
         slope = next((v for k, v in self.numbers.items() if k == "COV.coefficient"), None)
         if self.form.power == 1 and self.form.memory != "hysteresis" and slope is not None:
             assert slope.interval is not None

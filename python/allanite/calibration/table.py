@@ -29,9 +29,12 @@ def _axis(axis: AxisLaw) -> list[str]:
             f"  the data agree as well with: {', '.join(f.name for f in axis.alternatives)}"
         )
     if axis.numbers:
-        numbers_text = (f"{name} = {value}" for name, value in axis.numbers.items())
+        numbers_text = (
+            f"{name} {value}" if not value.detected else f"{name} = {value}"
+            for name, value in axis.numbers.items()
+        )
         lines.append(
-            f"  coefficients about {number(axis.curve.reference, 4)} °C: {'; '.join(numbers_text)}"
+            f"  coefficients relative to {number(axis.curve.reference, 4)} °C: {'; '.join(numbers_text)}"
         )
     if axis.loop is None:
         lines.append(
@@ -47,7 +50,7 @@ def _axis(axis: AxisLaw) -> list[str]:
         low, high = axis.noise.interval
         shown = f"{number(axis.noise.percent, 2)} ({number(low, 2)} … {number(high, 2)}) % per °C"
         lines.append(
-            f"  white noise: {shown}"
+            f"  white noise: changes by {shown}"
             if axis.noise.detected
             else f"  white noise: no change with temperature detected, {shown}"
         )
