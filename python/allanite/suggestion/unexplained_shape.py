@@ -46,7 +46,7 @@ class Rest:
     def __str__(self) -> str:
         return tidy(
             f"between {self.low_hz:.3g} and {self.high_hz:.3g} Hz a shape of {self.percent:+.0f} % of the power that no"
-            f" effect of the catalogue explains: {self.effect.short} describes it"
+            f" effect of the catalog explains: {self.effect.short} describes it"
         )
 
 
