@@ -294,7 +294,9 @@ def _figure(name: str, given: object) -> Quoted:
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name} = {plain(given, 60)}: give a number and a unit") from None
     if not unit:
-        raise InputError(f'{name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
+        raise InputError(
+            f'{name} = {given!r} has no unit: append that of the sheet, as in "0.3 deg/sqrt(h)" or "5 deg/h"'
+        )
     if not (math.isfinite(number) and number > 0):
         raise InputError(f"{name} = {number:g}: a figure must be positive")
     unit = str(unit).strip()
