@@ -126,7 +126,7 @@ def read(
     ...     _ = file.write("time [s],gx [deg/s],temp\n")
     ...     file.writelines(f"{k / 100},{rng.normal():.6f},25.0\n" for k in range(200))
     >>> al.read("gyro.csv")
-    Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; covariates temp)
+    Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; logged columns temp)
     """
     request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic, scale)
     recording, others = _read(path, request)

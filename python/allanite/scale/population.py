@@ -172,10 +172,10 @@ class Fleet:
     def __str__(self) -> str:
         lines = [f"{self.files} logs, {self.axes} axes, {len(self.failed)} failed", ""]
         table = [
-            ["axis", "number", "units", "median", "95 %", "spread", "half of all", "95 % below"]
+            ["axis", "parameter", "units", "median", "95 %", "spread", "middle half", "95 % below"]
         ]
         if self.too_few:
-            lines += [self.too_few, ""]
+            lines += [self.too_few, *([""] if self.population else [])]
         for p in sorted(self.population, key=lambda p: _sort_key(p.name)):
             spread = f"{p.spread:.2g}" if p.name == "mean" else f"{100 * p.spread:.2g} %"
             limits = [f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical)]
@@ -192,19 +192,24 @@ class Fleet:
             ]
             table.append(row)
         widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
-        lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+        if self.population:
+            lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
         if self.biases:
             lines += ["", "bias between logs (of one sensor: the bias at switch-on):"]
             lines += [f"  {name}: {bias}" for name, bias in self.biases.items()]
         share = 100 * FALSE_DISCOVERY_RATE
         lines += [
             "",
-            f"deviating units (at most {share:g} % of them by chance): {len(self.deviating)}",
+            f"deviating units (at most {share:g} % of them are false alarms): {len(self.deviating)}",
         ]
         lines += [
             f"  {self._unit_text(d)}" for d in sorted(self.deviating, key=lambda d: _sort_key(d.by))
         ]
-        lines += [f"  {path}: {why}" for path, why in self.failed.items()]
+        if self.failed:
+            lines += ["", "failed logs:"]
+            lines += [
+                f"  {path}: {why.removeprefix(f'{path}: ')}" for path, why in self.failed.items()
+            ]
         return "\n".join(lines)
 
 

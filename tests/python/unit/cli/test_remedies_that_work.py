@@ -72,7 +72,7 @@ def test_inspect_says_that_a_sensor_was_shaken(tmp_path, capsys):
             main(arguments)
         out = " ".join(capsys.readouterr().out.split())
         assert re.search(
-            r"gx: not at rest: activity .* around 0–\d+.*; --trim 10\d\S*:900 leaves", out
+            r"gx: not at rest: activity .* around 0–\d+.*; --trim 10\d\S*:900 excludes", out
         )
     with pytest.raises(SystemExit):
         main(["adev", str(path), "--rate", "100", "--trim", "50:"])
