@@ -61,8 +61,7 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
     range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference
     is the sum of the statistical error of the records and of the spread between units. This spread is the one observed
     among the others, moderated by the known spread of units of one type (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3,
-    3), so that three units are enough. The test statistic has Student's distribution. After a unit was found it is
-    removed, and the others are compared again.
+    3), so that three units are enough. After a unit was found it is removed, and the others are compared again.
     """
     edges, levels, chance = _levels(fits)
     ranges = [(k, k + 1) for k in range(levels.shape[1])]
@@ -95,8 +94,13 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 def _difference(
     levels: NDArray[np.float64], chance: NDArray[np.float64], place: int, others: list[int]
 ) -> tuple[float, float]:
-    """p-value of the difference of the unit with index `place` from the other units, and the difference in ln power."""
-    from scipy.special import stdtr
+    """p-value of the difference of the unit with index `place` from the other units, and the difference in ln power.
+
+    The ratio of two powers has an F distribution. Its degrees of freedom follow from the variances of ln power. The
+    spread between units is estimated. Its part of the variance gives the normal score of the F distribution the degrees
+    of freedom of Student's distribution (Satterthwaite 1946).
+    """
+    from scipy.special import digamma, fdtr, fdtrc, ndtri, stdtr
 
     n = len(others)
     weight = 1.0 / chance.mean(axis=0)
@@ -107,10 +111,17 @@ def _difference(
     own = max(float(level[others].var(ddof=1)) - within, 0.0)
     # Variance of ln power: power is the square of a deviation, hence the factor 2.
     known = (2.0 * TYPE_SPREAD) ** 2
-    spread = (TYPE_FREEDOM * known + (n - 1) * own) / (TYPE_FREEDOM + n - 1)
+    freedom = TYPE_FREEDOM + n - 1
+    spread = (TYPE_FREEDOM * known + (n - 1) * own) / freedom
     apart = float(level[place] - level[others].mean())
-    width = np.sqrt(spread * (1.0 + 1.0 / n) + variance[place] + within / n)
-    return 2.0 * float(stdtr(TYPE_FREEDOM + n - 1, -abs(apart) / width)), apart
+    one, rest = float(variance[place]) + spread, (within + spread) / n
+    # ψ'(d/2) = v for d = (1 + √(1 + 2v))/v, to 1 % for d ≥ 8. The mean of ln χ²/d is ψ(d/2) − ln(d/2).
+    d1, d2 = ((1.0 + np.sqrt(1.0 + 2.0 * v)) / v for v in (one, rest))
+    means = digamma(0.5 * d1) - np.log(0.5 * d1) - digamma(0.5 * d2) + np.log(0.5 * d2)
+    ratio = np.exp(apart + means)
+    tail = min(fdtr(d1, d2, ratio), fdtrc(d1, d2, ratio))
+    freedom *= ((one + rest) / (spread * (1.0 + 1.0 / n))) ** 2
+    return 2.0 * float(stdtr(freedom, ndtri(tail))), apart
 
 
 def _levels(

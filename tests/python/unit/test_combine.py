@@ -85,6 +85,16 @@ def test_the_unit_that_deviates_is_named():
     assert "gyro1_x deviates from the others" in str(found)
 
 
+@pytest.mark.slow
+def test_a_unit_with_more_slow_noise_is_named():
+    """Five times the K in an hour: expected ΔlogL 139 over the noise of the others (benches/claims/combination.py)."""
+    for seed in range(3):
+        rng = np.random.default_rng([seed, 12])
+        units = [noise(rng, N, 5.0 * K if k == 1 else K, 72_000) for k in range(5)]
+        names = [one.unit for one in al.combine(board(*units), "N+K").deviating]
+        assert names == ["gyro1_x"]
+
+
 def test_units_are_grouped_by_names_that_differ_in_a_number():
     rng = np.random.default_rng(6)
     x = rng.normal(size=(200, 4))
