@@ -216,7 +216,7 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
             continue  # different dimensions: levels of power laws with different exponents
         name = parameter.name if parameter.name == label else f"{label}.{parameter.name}"
         columns = tuple(axis.column for axis in known)
-        pooled = pooled_by_errors(name, unit, estimates)
+        pooled = pooled_by_errors(name, estimates)
         yield Agreement(pooled, columns, parameter, first.fit.recording.unit)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.fit.covariance import joint_covariance
+from allanite.fit.models import parameter_label
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,9 +52,7 @@ def correlations(solution: Solution, data: Data) -> Correlations:
     """Correlations of the fitted parameters of random effects, from their joint covariance."""
     places, covariance = joint_covariance(solution, data)
     labels = solution.model.labels
-    names = tuple(
-        name if name == labels[place] else f"{labels[place]}.{name}" for place, name in places
-    )
+    names = tuple(parameter_label(labels[place], name) for place, name in places)
     spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     return Correlations(names, covariance / np.outer(spread, spread))
 

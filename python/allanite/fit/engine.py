@@ -39,6 +39,9 @@ MAX_KEPT_CHANGE_TRIED = 0.1
 #: Maximum amplitude of a tried line, in standard errors, up to which it is removed only within its window. The part of such
 #: a line outside the window is worth about 0.03 of logL.
 MAX_FAINT_AMPLITUDE = 12.0
+#: Design and regression of a model without functions of time.
+NO_DESIGN = Design(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), ())
+NO_REGRESSION = Regression(np.zeros(0), np.zeros((0, 0)), np.zeros(0), 0.0)
 
 
 def solve(
@@ -94,109 +97,129 @@ def _fit(
 ) -> Solution:
     """Fit a model without limits, except that shapes are searched within limits; see `solve`."""
     given = model
-    bins = data.bins
-    free = effective_freedom(model, data) if has_changing_power(model) else bins.count
+    free = effective_freedom(model, data) if has_changing_power(model) else data.bins.count
     if not polish:
         settled = max(settled, len(model) - 1)
-    raw = bins.power(data.ordinates)
-    part = RandomPart(data, raw, free)
-    taken = _ResidualOrdinates((), data.ordinates)
+    part = whole = RandomPart(data, data.bins.power(data.ordinates), free)
+    functions, residual = _Functions(), _ResidualOrdinates((), data.ordinates)
     if like is not None and model.deterministic:
-        taken = _ResidualOrdinates(like.removed_functions, like.ordinates)
-    ordinates = data.ordinates
-    design: Design | None = None
-    placed: tuple[object, ...] = ()
-    regression: Regression | None = None
+        residual = _ResidualOrdinates(like.removed_functions, like.ordinates)
+    ordinates = before = data.ordinates
     best = start if start is not None else _maximum_from_values(model, part)
     total, previous = -np.inf, -np.inf
     for turn in range(rounds):
-        again = with_open_shapes(model, given) if turn == 1 and polish else None
-        model, best = fit_shapes(model, part, best, polished=polish)
-        if again is not None:
-            # Search shapes again: in the first round they may have imitated the still unknown functions of time.
-            anew = fit_shapes(again, part)
-            model, best = max((model, best), anew, key=lambda found: found[1].log_likelihood)
-        model = with_coefficients(model, best.theta)
-        model, best = fit_narrow_bands(model, best, part, ordinates, settled)
-        model = with_coefficients(model, best.theta)
-        if not model.deterministic:
-            break
-        # Use the discrepancy only from the second round on, when known functions of time no longer cause it.
-        level = bin_levels(part.power, part.count, best.spectrum, best.scale if turn else None)
-        noise = Noise(data.terms(model), bins, level)
-        slow = polish and turn < 4
-        model = fit_deterministic_shapes(
-            model, noise, data, lines=polish, slow=slow, settled=settled
-        )
-        shapes = tuple(e.seen_alike for e in model.deterministic)
-        if design is None or shapes != placed:
-            design, placed = design_of(model.deterministic, data), shapes
-        regression = _regress(model.deterministic, design, data, noise.variance(design.ordinates))
-        model = _with_amplitudes(model, design, regression)
-        before = taken.ordinates
-        taken = taken.moved(model.deterministic, design, regression, data, settled > 0)
-        ordinates = taken.ordinates
-        used = np.zeros(bins.count.size)
-        np.add.at(
-            used,
-            np.searchsorted(bins.edges, design.ordinates, side="right") - 1,
-            regression.leverage,
-        )
-        count = np.maximum(free - used, np.minimum(free, 0.05))
-        raw = bins.power(ordinates)
-        part = RandomPart(data, raw * free / count, count)
-        total = RandomPart(data, raw, free).log_likelihood_of(best)
-        total += ordinates_delta_logl(model, data, ordinates, free)
-        if turn > 0 and (abs(total - previous) < 1e-3 or ordinates is before):
+        # Search shapes again: in the first round they may have imitated the still unknown functions of time.
+        reopened = with_open_shapes(model, given) if turn == 1 and polish else None
+        model, best = _fit_random_effects(model, reopened, best, part, ordinates, polish, settled)
+        if model.deterministic:
+            # Use the discrepancy only from the second round on, when known functions of time no longer cause it.
+            scale = best.scale if turn else None
+            level = bin_levels(part.power, part.count, best.spectrum, scale)
+            noise = Noise(data.terms(model), data.bins, level)
+            slow = polish and turn < 4
+            model = fit_deterministic_shapes(
+                model, noise, data, lines=polish, slow=slow, settled=settled
+            )
+            functions = functions.refitted(model.deterministic, noise, data)
+            model = _with_replaced(model, Deterministic, iter(functions.effects))
+            before = residual.ordinates
+            residual = residual.moved(functions, data, settled > 0)
+            ordinates = residual.ordinates
+            whole = RandomPart(data, data.bins.power(ordinates), free)
+            part = functions.without_leverage(whole)
+        total = whole.log_likelihood_of(best) + ordinates_delta_logl(model, data, ordinates, free)
+        is_settled = turn > 0 and (abs(total - previous) < 1e-3 or ordinates is before)
+        if is_settled or not model.deterministic:
             break
         previous = total
     assert best is not None
-    linear = part.linear(model)
-    if not model.deterministic:
-        total = RandomPart(data, raw, free).log_likelihood_of(best) + ordinates_delta_logl(
-            model, data, ordinates, free
-        )
-    processes = processes_of(model, best.theta, linear.matrix)
-    functions: tuple[Regressed, ...] = ()
-    seen, leverage = np.zeros(0, dtype=np.int64), np.zeros(0)
-    if design is not None and regression is not None:
-        functions = _functions(model.deterministic, design, regression, taken.effects)
-        seen, leverage = design.ordinates, regression.leverage
+    processes = processes_of(model, best.theta, part.linear(model).matrix)
     return Solution(
-        fitted(model, processes, functions),
+        fitted(model, processes, functions.fitted(residual.effects)),
         best.spectrum,
         best.weight,
         best.scale,
         best.log_likelihood,
         part.power,
         part.count,
-        Residual(data, taken.effects).known(ordinates),
+        Residual(data, residual.effects).known(ordinates),
         total,
-        seen,
-        leverage,
+        functions.design.ordinates,
+        functions.regression.leverage,
     )
 
 
-def _functions(
-    effects: tuple[Deterministic, ...],
-    design: Design,
-    regression: Regression,
-    taken: tuple[Deterministic, ...],
-) -> tuple[Regressed, ...]:
-    """One fitted record per deterministic effect, with its amplitudes from a regression.
+def _fit_random_effects(
+    model: Model,
+    reopened: Model | None,
+    start: Maximum | None,
+    part: RandomPart,
+    ordinates: Array,
+    polish: bool,
+    settled: int,
+) -> tuple[Model, Maximum]:
+    """The model with fitted random effects and modifiers, and its maximum, at fixed functions of time.
 
-    `taken` are the effects that were removed from the residual.
+    `reopened` is the model with some shapes open again; the better of both results is used.
     """
-    return tuple(
-        Regressed(
-            effect,
-            regression.amplitudes[own],
-            regression.covariance[own, own],
-            design.matrix[:, own],
-            out,
-        )
-        for effect, own, out in zip(effects, design.parts, taken, strict=True)
+    found = fit_shapes(model, part, start, polished=polish)
+    if reopened is not None:
+        found = max(found, fit_shapes(reopened, part), key=lambda each: each[1].log_likelihood)
+    model, best = found
+    model, best = fit_narrow_bands(
+        with_coefficients(model, best.theta), best, part, ordinates, settled
     )
+    return with_coefficients(model, best.theta), best
+
+
+@dataclass(frozen=True, slots=True)
+class _Functions:
+    """Known functions of time of a model with their regression on the ordinates of a record.
+
+    Attributes
+    ----------
+    effects : tuple of Deterministic
+        The functions with fitted amplitudes.
+    design : Design
+    regression : Regression
+    """
+
+    effects: tuple[Deterministic, ...] = ()
+    design: Design = NO_DESIGN
+    regression: Regression = NO_REGRESSION
+
+    def refitted(self, effects: tuple[Deterministic, ...], noise: Noise, data: Data) -> _Functions:
+        """The given effects fitted; the design is reused if no shape has changed."""
+        same = [e.seen_alike for e in self.effects] == [e.seen_alike for e in effects]
+        design = self.design if same else design_of(effects, data)
+        regression = _regress(effects, design, data, noise.variance(design.ordinates))
+        made = (
+            e.with_amplitudes(regression.amplitudes[own])
+            for e, own in zip(effects, design.parts, strict=True)
+        )
+        return _Functions(tuple(made), design, regression)
+
+    def without_leverage(self, whole: RandomPart) -> RandomPart:
+        """The random part with the degrees of freedom that the regression left in each bin."""
+        edges = whole.data.bins.edges
+        used = np.zeros(whole.count.size)
+        place = np.searchsorted(edges, self.design.ordinates, side="right") - 1
+        np.add.at(used, place, self.regression.leverage)
+        count = np.maximum(whole.count - used, np.minimum(whole.count, 0.05))
+        return RandomPart(whole.data, whole.power * whole.count / count, count)
+
+    def fitted(self, removed: tuple[Deterministic, ...]) -> tuple[Regressed, ...]:
+        """One record per function; `removed` are the functions that were removed from the residual."""
+        return tuple(
+            Regressed(
+                effect,
+                self.regression.amplitudes[own],
+                self.regression.covariance[own, own],
+                self.design.matrix[:, own],
+                out,
+            )
+            for effect, own, out in zip(self.effects, self.design.parts, removed, strict=True)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,50 +240,41 @@ class _ResidualOrdinates:
     ordinates: Array
     near: tuple[Deterministic, ...] = ()
 
-    def moved(
-        self,
-        effects: tuple[Deterministic, ...],
-        design: Design,
-        regression: Regression,
-        data: Data,
-        looked_at: bool,
-    ) -> _ResidualOrdinates:
+    def moved(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
         """Residual with other functions removed instead; amplitudes that hardly changed are kept.
 
-        With `looked_at` (an effect is only tried), faint lines are removed only within their window.
+        With `is_tried` (an additional effect is only tried), faint lines are removed only within their window.
         """
-        scatter = np.sqrt(np.diag(regression.covariance))
-        before = list(self.effects)
-        parts, now, near = [], [], []
-        for effect, own in zip(effects, design.parts, strict=True):
+        scatter = np.sqrt(np.diag(functions.regression.covariance))
+        max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
+        before = {id(e): e for e in self.effects}
+        everywhere, nearby = [], []
+        now, near = [], []
+        for effect, own in zip(functions.effects, functions.design.parts, strict=True):
             amplitudes = effect.amplitudes()
-            old = next((e for e in before if e.seen_alike == effect.seen_alike), None)
-            was_near = old is not None and _is_among(old, self.near)
+            old = next((e for e in before.values() if e.seen_alike == effect.seen_alike), None)
+            is_local = old is not None and _is_among(old, self.near)
             if old is not None:
-                before = [e for e in before if e is not old]
-                change = amplitudes - old.amplitudes()
-                if (
-                    np.abs(change)
-                    <= (MAX_KEPT_CHANGE_TRIED if looked_at else MAX_KEPT_CHANGE) * scatter[own]
-                ).all():
+                del before[id(old)]
+                amplitudes = amplitudes - old.amplitudes()
+                if (np.abs(amplitudes) <= max_change * scatter[own]).all():
                     now.append(old)
-                    near += [old] if was_near else []
+                    near += [old] if is_local else []
                     continue
-                amplitudes = change
-            local = was_near or (
-                looked_at
-                and isinstance(effect, Periodic)
-                and bool((np.abs(amplitudes) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
-            )
-            parts.append((effect, amplitudes, local))
+            is_faint = bool((np.abs(amplitudes) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
+            stays_local = is_local or old is None
+            is_local = is_local or (is_tried and isinstance(effect, Periodic) and is_faint)
+            (nearby if is_local else everywhere).append((effect, amplitudes))
             now.append(effect)
-            near += [effect] if local and (old is None or was_near) else []
-        parts += [(e, -e.amplitudes(), _is_among(e, self.near)) for e in before]
-        left = data.with_exchanged(self.ordinates, [(e, a) for e, a, local in parts if not local])
-        for effect, amplitudes, local in parts:
-            if local:
-                j = design.ordinates
-                left = left.copy() if left is self.ordinates else left
+            near += [effect] if is_local and stays_local else []
+        for old in before.values():
+            parts = nearby if _is_among(old, self.near) else everywhere
+            parts.append((old, -old.amplitudes()))
+        left = data.with_exchanged(self.ordinates, everywhere)
+        if nearby:
+            left = left.copy() if left is self.ordinates else left
+            j = functions.design.ordinates
+            for effect, amplitudes in nearby:
                 left[j] -= design_of((effect,), data, j).matrix @ amplitudes
         return _ResidualOrdinates(tuple(now), left, tuple(near))
 
@@ -299,18 +313,6 @@ def with_coefficients(model: Model, theta: Array) -> Model:
             if effect.coefficient in effect.held
             else effect.with_values(**{effect.coefficient: float(np.sqrt(square))})
             for effect, square in zip(model.stochastic, theta, strict=True)
-        ),
-    )
-
-
-def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Model:
-    """The model with deterministic amplitudes from a regression."""
-    return _with_replaced(
-        model,
-        Deterministic,
-        (
-            effect.with_amplitudes(regression.amplitudes[own])
-            for effect, own in zip(model.deterministic, design.parts, strict=True)
         ),
     )
 

@@ -143,74 +143,78 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
 
 
 def _process_values(
-    solution: Solution, own: Process, shaped: dict[str, float], unit: str, data: Data
+    solution: Solution, own: Process, errors: dict[str, float], unit: str, data: Data
 ) -> dict[str, Any]:
-    """Values of a random process by parameter name; `shaped` holds standard errors of logarithms."""
+    """Values of a random process by parameter name; `errors` holds standard errors of logarithms."""
+    effect = own.effect
+    coefficient = _coefficient(solution, own, errors.get(effect.coefficient), unit, data)
+    detected, ends = coefficient.detected, coefficient.interval
+    out: dict[str, Any] = {}
+    for parameter in effect.parameters:
+        name, value = parameter.name, effect.values[parameter.name]
+        own_unit = _unit(effect, name, unit)
+        if name == effect.coefficient:
+            out[name] = coefficient
+        elif name in effect.free_shapes:
+            found = _shape_estimate(effect, name, errors.get(name), detected, own_unit)
+            out[name] = _extended_to_lowest(found, effect, data) if has_interval(found) else found
+        elif _is_number(value):
+            interval = None
+            if parameter.role == "derived" and coefficient > 0.0 and ends is not None:
+                interval = (value * ends[0] / coefficient, value * ends[1] / coefficient)
+            out[name] = Estimate(value, None, interval, own_unit, detected, name)
+        else:
+            out[name] = value
+    return out
+
+
+def _coefficient(
+    solution: Solution, own: Process, relative: float | None, unit: str, data: Data
+) -> Estimate:
+    """Estimate of the coefficient of a random process; `relative` is the standard error of its logarithm."""
     effect, name = own.effect, own.effect.coefficient
     value = float(np.sqrt(own.theta))
     own_unit = _unit(effect, name, unit)
-    out: dict[str, Any] = {}
     if name in effect.held:
-        out[name] = Estimate(value, None, None, own_unit, True, name)
-        low = high = value
-        detected = True
-    else:
-        # The profile uses the logL of the random part.
-        part = RandomPart(data, solution.power, solution.count)
-        here = replace(solution.best, log_likelihood=part.log_likelihood_of(solution.best))
-        low, high, drop = profile_interval(
-            solution.power,
-            solution.count,
-            solution.columns,
-            here,
-            solution.processes.index(own),
-            logl_scale(solution, own, data),
-        )
-        low, high = float(np.sqrt(low)), float(np.sqrt(high))
-        if is_fitted_to_ordinates(effect, data):
-            # A narrow band is detected mainly by the single ordinates within the bins.
-            drop += _loss_of_single_ordinates(solution, own, data)
-        detected = drop > (
-            MIN_SHAPED_DELTA_LOGL if effect.free_shapes else MIN_COEFFICIENT_DELTA_LOGL
-        )
-        relative = shaped.get(name)
-        error = None if relative is None else value * relative
-        if detected and relative is not None and not low:
-            spread = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
-            low, high = value / spread, value * spread
-        elif detected and relative is not None:
-            # The profile interval is for fixed shapes; widen it for the uncertainty of the shapes.
-            low, high = widened(value, (low, high), shape_widening(solution, own, relative, data))
-        if not detected:
-            low = 0.0
-        elif effect.white:
-            low, high = widened_by_tails(value, (low, high), solution, data)
-        low, high = (effect.limits.clipped(name, end) for end in (low, high))
-        out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
-    for shape in effect.free_shapes:
-        found = _shape_estimate(
-            effect, shape, shaped.get(shape), detected, _unit(effect, shape, unit)
-        )
-        out[shape] = _extended_to_lowest(found, effect, data) if _has_interval(found) else found
-    for parameter in effect.parameters:
-        if parameter.name in out:
-            continue
-        number = effect.values[parameter.name]
-        if number is None or isinstance(number, (str, tuple)):
-            out[parameter.name] = number
-            continue
-        interval = None
-        if parameter.role == "derived" and value > 0.0 and name not in effect.held:
-            interval = (number * low / value, number * high / value)
-        out[parameter.name] = Estimate(
-            float(number),
-            None,
-            interval,
-            _unit(effect, parameter.name, unit),
-            detected,
-            parameter.name,
-        )
-    return {p.name: out[p.name] for p in effect.parameters}
+        return Estimate(value, None, None, own_unit, True, name)
+    # The profile uses the logL of the random part.
+    part = RandomPart(data, solution.power, solution.count)
+    low, high, drop = profile_interval(
+        solution.power,
+        solution.count,
+        solution.columns,
+        replace(solution.best, log_likelihood=part.log_likelihood_of(solution.best)),
+        solution.processes.index(own),
+        logl_scale(solution, own, data),
+    )
+    low, high = float(np.sqrt(low)), float(np.sqrt(high))
+    if is_fitted_to_ordinates(effect, data):
+        # A narrow band is detected mainly by the single ordinates within the bins.
+        drop += _loss_of_single_ordinates(solution, own, data)
+    detected = drop > (MIN_SHAPED_DELTA_LOGL if effect.free_shapes else MIN_COEFFICIENT_DELTA_LOGL)
+    if not detected:
+        low = 0.0
+    elif relative is not None and not low:
+        low, high = _log_interval(value, relative)
+    elif relative is not None:
+        # The profile interval is for fixed shapes; widen it for the uncertainty of the shapes.
+        low, high = widened(value, (low, high), shape_widening(solution, own, relative, data))
+    if detected and effect.white:
+        low, high = widened_by_tails(value, (low, high), solution, data)
+    low, high = (effect.limits.clipped(name, end) for end in (low, high))
+    error = None if relative is None else value * relative
+    return Estimate(value, error, (low, high), own_unit, detected, name)
+
+
+def _is_number(value: Any) -> bool:
+    """True if a value of an effect is a single number: not unknown, text or several numbers."""
+    return value is not None and not isinstance(value, (str, tuple))
+
+
+def _log_interval(value: float, relative: float) -> tuple[float, float]:
+    """95 % interval of a positive value whose logarithm has the standard error `relative`."""
+    factor = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
+    return value / factor, value * factor
 
 
 def _loss_of_single_ordinates(solution: Solution, own: Process, data: Data) -> float:
@@ -224,7 +228,7 @@ def _loss_of_single_ordinates(solution: Solution, own: Process, data: Data) -> f
     return with_it - without
 
 
-def _has_interval(value: Any) -> bool:
+def has_interval(value: Any) -> bool:
     """True if a value is an estimate with an interval."""
     return isinstance(value, Estimate) and value.interval is not None
 
@@ -265,23 +269,14 @@ def _shape_estimate(
     if value is None or isinstance(value, str):
         return value
     if relative is None:
-        return Estimate(float(value), None, None, own_unit, detected, name)
+        return Estimate(value, None, None, own_unit, detected, name)
     declared = effect.parameter(name)
-    if declared.low < 0.0:
-        interval = (
-            max(value - NORMAL * relative, declared.low),
-            min(value + NORMAL * relative, declared.high),
-        )
-        return Estimate(float(value), relative, interval, own_unit, detected, name)
-    spread = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
-    return Estimate(
-        float(value),
-        float(value * relative),
-        (value / spread, value * spread),
-        own_unit,
-        detected,
-        name,
-    )
+    if declared.low >= 0.0:
+        interval = _log_interval(value, relative)
+        return Estimate(value, value * relative, interval, own_unit, detected, name)
+    low, high = value - NORMAL * relative, value + NORMAL * relative
+    interval = max(low, declared.low), min(high, declared.high)
+    return Estimate(value, relative, interval, own_unit, detected, name)
 
 
 def _modifier_values(
@@ -297,17 +292,15 @@ def _modifier_values(
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
         own_unit = _unit(effect, name, unit, column_units)
-        if isinstance(value, (tuple, str)) or value is None or name not in errors:
-            out[name] = (
-                value
-                if isinstance(value, tuple)
-                else _shape_estimate(effect, name, shaped.get(name), True, own_unit)
-            )
-            continue
-        low, high = value - NORMAL * errors[name], value + NORMAL * errors[name]
-        if effect.parameter(name).unit == "s":
-            low, high = max(low, data.span[0]), min(high, data.span[1])
-        out[name] = Estimate(value, errors[name], (low, high), own_unit, True, name)
+        if isinstance(value, tuple):
+            out[name] = value
+        elif name in errors and _is_number(value):
+            low, high = value - NORMAL * errors[name], value + NORMAL * errors[name]
+            if parameter.unit == "s":
+                low, high = max(low, data.span[0]), min(high, data.span[1])
+            out[name] = Estimate(value, errors[name], (low, high), own_unit, True, name)
+        else:
+            out[name] = _shape_estimate(effect, name, shaped.get(name), True, own_unit)
     return out
 
 
@@ -330,11 +323,11 @@ def _deterministic_values(
     for parameter in effect.parameters:
         value = effect.values[parameter.name]
         own_unit = _unit(effect, parameter.name, unit, column_units)
-        if value is None or isinstance(value, (str, tuple)):
+        if not _is_number(value):
             out[parameter.name] = value
             continue
         if parameter.name in effect.held:
-            out[parameter.name] = Estimate(float(value), None, None, own_unit, True, parameter.name)
+            out[parameter.name] = Estimate(value, None, None, own_unit, True, parameter.name)
             continue
         if parameter.role == "shape":
             error = effect.shape_error(parameter.name, float(covariance[0, 0]), data.duration)
@@ -348,13 +341,10 @@ def _deterministic_values(
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
         if error is not None and parameter.role == "shape" and parameter.low > 0.0:
             # The interval of a positive shape, e.g. a time constant, is symmetric in the logarithm.
-            factor = float(np.exp(min(NORMAL * error / value, MAX_LOG_HALF_WIDTH)))
-            interval = (value / factor, value * factor)
+            interval = _log_interval(value, error / value)
         elif interval is not None and parameter.low == 0.0:
             interval = (max(0.0, interval[0]), interval[1])
-        out[parameter.name] = Estimate(
-            float(value), error, interval, own_unit, detected, parameter.name
-        )
+        out[parameter.name] = Estimate(value, error, interval, own_unit, detected, parameter.name)
     return out
 
 

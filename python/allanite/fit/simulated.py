@@ -12,6 +12,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.threads import Pool
+from allanite.fit.models import parameter_label
 from allanite.simulate import simulate
 from allanite.spectrum import bridge_gaps
 
@@ -171,7 +172,7 @@ def simulate_check(
 def _free_parameters(fit: Fit) -> list[tuple[str, Any]]:
     """Name of each free parameter of a fit, with its effect and its declaration."""
     return [
-        (label if p.name == label else f"{label}.{p.name}", (effect, p))
+        (parameter_label(label, p.name), (effect, p))
         for effect, label in zip(fit.model, fit.model.labels, strict=True)
         for p in effect.parameters
         if p.role != "derived" and p.name not in effect.held

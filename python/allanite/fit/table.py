@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.numbers import figures_for_interval, harmonics_text, number, numbers_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed, relative_unit
+from allanite.fit.models import parameter_label
 
 if TYPE_CHECKING:
     from allanite.effects import Parameter
@@ -134,7 +135,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
             declared = effect.parameter(name)
             over = in_table(over, declared.unit, declared.sheet, fit.recording.unit)
             unit = "" if over.unit == "1" else printed(over.unit, effect.follows or "")
-            short = label if name == label else f"{label}.{name}"
+            short = parameter_label(label, name)
             if not high:
                 wider.append(f"no {short}")
                 continue

@@ -79,14 +79,9 @@ def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Jud
     return Judged(*likelihood(count).judge(power, spectrum, scale))
 
 
-def profile(power: Array, count: Array, spectrum: Array, scales: slice = slice(None)) -> Array:
-    """Marginal logL of a spectrum at each δ in a slice of `SCALES`, shape (scales,)."""
-    return judge_many(power, count, spectrum[None], scales)[:, 0]
-
-
-def judge_many(power: Array, count: Array, spectra: Array, scales: slice) -> Array:
-    """Marginal logL, shape (scales, m), of m spectra, shape (m, bins), at each δ in a slice of `SCALES`."""
-    return likelihood(count).profile(power, spectra, range(SCALES.size)[scales])
+def profile(power: Array, count: Array, spectrum: Array) -> Array:
+    """Marginal logL of a spectrum at each δ of `SCALES`, shape (scales,)."""
+    return likelihood(count).profile(power, spectrum[None], range(SCALES.size))[:, 0]
 
 
 def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]:

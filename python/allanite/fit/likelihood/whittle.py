@@ -7,6 +7,7 @@ O'Sullivan 1994). With exact columns G it is unbiased (Sykulski et al. 2019, "de
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from allanite.fit.likelihood.discrepancy import (
     likelihood,
     linearized,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 Array = NDArray[np.float64]
 #: Maximum degrees of freedom of a bin in the second start of a fit, which gives all bins a similar weight.
@@ -175,6 +179,22 @@ def information(count: Array, weight: Array, slopes: Array) -> Array:
     return np.asarray(0.5 * rows.T @ rows)
 
 
+def profile_loss(
+    power: Array, count: Array, columns: Array, best: Maximum, index: int
+) -> Callable[[float], float]:
+    """Function that returns the loss of logL if θ_index has a given value and the other θ are fitted from `best`."""
+    others, column = np.delete(columns, index, axis=1), columns[:, index]
+    rest = np.delete(best.theta, index)
+
+    def loss(theta: float) -> float:
+        """Loss of logL if the coefficient has this squared value."""
+        fixed = np.maximum(column * theta, 1e-300)
+        found = climb(power, count, others, rest, best.scale, fixed)
+        return best.log_likelihood - found.log_likelihood
+
+    return loss
+
+
 def profile_interval(
     power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
@@ -188,14 +208,11 @@ def profile_interval(
     tuple of float
         (low, high, drop): 95 % limits of θ, with low = 0 if 0 is inside; and the fall of logL at θ_index = 0.
     """
-    others = np.delete(columns, index, axis=1)
-    column = columns[:, index]
-    rest = np.delete(best.theta, index)
+    loss = profile_loss(power, count, columns, best, index)
 
     def drop(theta: float) -> float:
-        """Fall of logL if the coefficient has this squared value."""
-        found = climb(power, count, others, rest, best.scale, column * theta)
-        return logl_scale * (best.log_likelihood - found.log_likelihood)
+        """Fall of the scaled logL if the coefficient has this squared value."""
+        return logl_scale * loss(theta)
 
     def search(inside: float, outside: float, level: float) -> float:
         """The squared value between `inside` and `outside` at which logL has fallen by `level`."""
@@ -210,10 +227,10 @@ def profile_interval(
         return float((0.5 * (a + b)) ** 2)
 
     center = float(best.theta[index])
-    at_zero = drop(0.0) if others.shape[1] else np.inf
+    at_zero = drop(0.0) if columns.shape[1] > 1 else np.inf
     low = search(center, 0.0, HALF_CHI2_95) if at_zero > HALF_CHI2_95 else 0.0
     # Start the search for the upper end at twice the standard error with all other coefficients fixed.
-    slopes = column / best.spectrum
+    slopes = columns[:, index] / best.spectrum
     known = logl_scale * float(information(count, best.weight, slopes[:, None])[0, 0])
     step = 1.0 / np.sqrt(max(known, 1e-300))
     outside = center + 2.0 * step

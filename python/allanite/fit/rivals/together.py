@@ -27,6 +27,8 @@ from allanite.fit.rivals.evidence import (
 from allanite.fit.shapes.matched import filter_ordinates
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
     from allanite.fit.solution import Solution
@@ -200,14 +202,26 @@ class _PairSearch:
                     found.append((evidence(one) + gain - cost, one.model + other))
         for one in [*starts, *processes]:
             first = one.model.effects[-1]
-            # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
-            hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
-            for cls in self._kinds():
-                if cls.kind != first.kind and self._has_rival(first, cls):
-                    both = self._process(cls, one, hopeless)
-                    if both is not None:
-                        found.append((evidence(both), both.model))
+            found += self._with_second(
+                one,
+                [
+                    cls
+                    for cls in self._kinds()
+                    if cls.kind != first.kind and self._has_rival(first, cls)
+                ],
+            )
         return found
+
+    def _with_second(
+        self, one: Solution, kinds: Sequence[type[Effect]]
+    ) -> Iterator[tuple[float, Model]]:
+        """Yields ln evidence and model of a fit with one more effect of each kind, without hopeless ones."""
+        # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
+        hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
+        for cls in kinds:
+            both = self._process(cls, one, hopeless)
+            if both is not None:
+                yield evidence(both), both.model
 
     def _has_rival(self, *pair: Effect | type[Effect]) -> bool:
         """True if one of a pair is a declared alternative of the removed effect."""
@@ -215,17 +229,15 @@ class _PairSearch:
 
     def _filtered(self) -> list[tuple[float, Model]]:
         """Pairs of a process and a filter: quantization behind a filter has the edge of another filter, or of a hump."""
-        found = []
-        filters = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "spectral"]
-        for process in self._kinds():
-            one = self._process(process, self.base)
-            if one is not None:
-                hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
-                for cls in filters:
-                    both = self._process(cls, one, hopeless) if cls.may_be(self.out) else None
-                    if both is not None:
-                        found.append((evidence(both), both.model))
-        return found
+        filters = [
+            cls
+            for cls in CATALOGUE
+            if issubclass(cls, Modifier) and cls.screened == "spectral" and cls.may_be(self.out)
+        ]
+        first = (self._process(process, self.base) for process in self._kinds())
+        return [
+            pair for one in first if one is not None for pair in self._with_second(one, filters)
+        ]
 
     def _kinds(self) -> list[type[Effect]]:
         """Kinds of random processes that a pair may contain."""

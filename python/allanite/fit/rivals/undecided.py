@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.effects import Deterministic
 from allanite.fit.engine import solve
-from allanite.fit.estimates import estimates
+from allanite.fit.estimates import estimates, has_interval
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 
@@ -110,7 +110,7 @@ def undecided(fit: Fit) -> Undecided | None:
         own = {}
         for name, estimate in values.items():
             laws = [_distribution(each.get(key, {}).get(name)) for each in coefficients_of_models]
-            if _has_interval(estimate):
+            if has_interval(estimate):
                 own[name] = _interval(laws, weights)
         intervals.append(own)
     names = (solution.model.name for _, solution in found.values())
@@ -188,11 +188,6 @@ def _coefficients_by_kind(
         out[effect.kind, seen[effect.kind]] = kept
         seen[effect.kind] += 1
     return out
-
-
-def _has_interval(value: Any) -> bool:
-    """True if a value is an estimate with an interval."""
-    return isinstance(value, Estimate) and value.interval is not None
 
 
 def _distribution(value: Any) -> _Distribution:

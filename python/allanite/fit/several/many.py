@@ -7,7 +7,7 @@ with one degree of freedom fewer than recordings. All other parameters are compa
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,8 @@ from allanite.common.parameters import NORMAL
 from allanite.common.validation import require_recording
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
-from allanite.fit.likelihood.whittle import climb
+from allanite.fit.likelihood.whittle import climb, profile_loss
+from allanite.fit.models import parameter_label
 from allanite.fit.several.many_table import aligned, many_table
 
 if TYPE_CHECKING:
@@ -211,7 +212,7 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
     tables = aligned(fits)
     by_likelihood = _coefficient_places(fits)
     out = []
-    for name, first in tables[0].items():
+    for name in tables[0]:
         if not all(name in table for table in tables):
             continue
         estimates = [table[name] for table in tables]
@@ -219,7 +220,7 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
         if place is not None:
             out.append(_pooled_by_likelihood(name, estimates, fits, place))
         elif all(e.std_error is not None for e in estimates):
-            out.append(pooled_by_errors(name, first.unit, estimates))
+            out.append(pooled_by_errors(name, estimates))
     return tuple(out)
 
 
@@ -236,7 +237,7 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
     for place, (effect, label) in enumerate(processes):
         name = effect.coefficient
         if not effect.held and not effect.free_shapes:
-            out[name if name == label else f"{label}.{name}"] = place
+            out[parameter_label(label, name)] = place
     held = any(e.held for fit in fits for e in fit.model if isinstance(e, Stochastic))
     return {} if held else out
 
@@ -244,17 +245,10 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
 def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
     """Function that returns the loss of logL of a fit if one squared coefficient is fixed and the others are free."""
     s = fit.solution
-    others = np.delete(s.columns, place, axis=1)
-    rest = np.delete(s.theta, place)
     best = climb(s.power, s.count, s.columns, s.theta, s.scale)
-
-    def loss(square: float) -> float:
-        """Loss of logL if the squared coefficient has this value."""
-        fixed = np.maximum(s.columns[:, place] * square, 1e-300)
-        found = climb(s.power, s.count, others, rest, s.scale, fixed)
-        return max(0.0, best.log_likelihood - found.log_likelihood)
-
-    return loss
+    start = replace(best, theta=s.theta)
+    loss = profile_loss(s.power, s.count, s.columns, start, place)
+    return lambda square: max(0.0, loss(square))
 
 
 def _pooled_by_likelihood(
@@ -292,12 +286,21 @@ def _pooled_by_likelihood(
         outside *= 2.0
     high = float(brentq(over, value, outside, xtol=1e-6 * top))
     low = float(brentq(over, 0.0, value, xtol=1e-6 * top)) if over(0.0) > 0.0 else 0.0
-    spread = _spread(estimates)
-    if p_value < MIN_AGREEMENT_P and spread is not None:
-        value, (low, high) = _random_effects_mean(estimates, spread)
-    return Pooled(
-        name, estimates[0].unit, value, (low, high), spread, p_value, p_value >= MIN_AGREEMENT_P
-    )
+    return _pooled(name, estimates, value, (low, high), p_value)
+
+
+def _pooled(
+    name: str,
+    estimates: list[Estimate],
+    value: float,
+    interval: tuple[float, float],
+    p_value: float,
+) -> Pooled:
+    """A pooled parameter: the common value, or the random-effects mean if the recordings disagree."""
+    spread, agree = _spread(estimates), p_value >= MIN_AGREEMENT_P
+    if not agree and spread is not None:
+        value, interval = _random_effects_mean(estimates, spread)
+    return Pooled(name, estimates[0].unit, value, interval, spread, p_value, agree)
 
 
 def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
@@ -344,7 +347,7 @@ def _random_effects_mean(
     return float(np.exp(mean)), (float(np.exp(mean - half)), float(np.exp(mean + half)))
 
 
-def pooled_by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
+def pooled_by_errors(name: str, estimates: list[Estimate]) -> Pooled:
     """A parameter pooled by standard errors, in logarithms if all estimates are detected and positive."""
     from scipy.special import chdtrc
 
@@ -357,11 +360,6 @@ def pooled_by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
     weights = 1.0 / error**2
     mean, half = float(weights @ y / weights.sum()), NORMAL / float(np.sqrt(weights.sum()))
     p_value = float(chdtrc(y.size - 1, float(weights @ (y - mean) ** 2)))
-    value, low, high = mean, mean - half, mean + half
-    spread = None
-    if logs is not None:
-        value, low, high = (float(np.exp(v)) for v in (value, low, high))
-        spread = _spread(estimates)
-        if p_value < MIN_AGREEMENT_P and spread is not None:
-            value, (low, high) = _random_effects_mean(estimates, spread)
-    return Pooled(name, unit, value, (low, high), spread, p_value, p_value >= MIN_AGREEMENT_P)
+    ends = mean, mean - half, mean + half
+    value, low, high = ends if logs is None else (float(np.exp(v)) for v in ends)
+    return _pooled(name, estimates, value, (low, high), p_value)

@@ -9,6 +9,8 @@ from allanite.common.numbers import number, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
 from allanite.effects import Deterministic
+from allanite.fit.estimates import has_interval
+from allanite.fit.models import parameter_label
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -92,9 +94,12 @@ def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
                 continue
             for name, value in fit.estimates[place[i]].items():
                 declared = effect.parameter(name)
-                known = isinstance(value, Estimate) and value.interval is not None
-                if known and declared.role not in ("derived", "time") and declared.unit != "rad":
-                    table[name if name == label else f"{label}.{name}"] = value
+                if (
+                    has_interval(value)
+                    and declared.role not in ("derived", "time")
+                    and declared.unit != "rad"
+                ):
+                    table[parameter_label(label, name)] = value
         out.append(table)
     return out
 

@@ -1,0 +1,20 @@
+"""Copies of a model with one effect replaced or removed, and names of its parameters."""
+
+from __future__ import annotations
+
+from allanite.effects import Effect, Model
+
+
+def with_effect(model: Model, place: int, effect: Effect) -> Model:
+    """The model with the effect at index `place` replaced."""
+    return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
+
+
+def without_effect(model: Model, place: int) -> Model:
+    """The model without the effect at index `place`."""
+    return Model(model.effects[:place] + model.effects[place + 1 :])
+
+
+def parameter_label(label: str, name: str) -> str:
+    """Name of a parameter of the effect with this label: ``N`` for the coefficient N, else ``GM.q_c``."""
+    return name if name == label else f"{label}.{name}"
