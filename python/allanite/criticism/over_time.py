@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.likelihood.whitened import with_normal_tails
 from allanite.fit.likelihood.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -80,7 +79,7 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)
     ratio, z = [], []
-    judged = {band[0]: band[2] for band in with_normal_tails(whitened).bands}
+    judged = {band[0]: band[2] for band in whitened.with_normal_tails.bands}
     for low, _, power, each in bands:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
         count = np.bincount(place, minlength=SEGMENTS).astype(float)

@@ -103,7 +103,7 @@ def bands(
     tail = (1.0 - level) / 2.0
     together = _simultaneous_tail(covariance / np.sqrt(np.outer(variance, variance)), level)
     low, high = np.empty((2, m.size)), np.empty((2, m.size))
-    bias = np.ones(m.size) if kind != "totdev" else expected / _true_variance(terms, m)
+    bias = np.ones(m.size) if kind != "totdev" else expected / expected_variance(terms, m)
     for k, freedom in enumerate(edf):
         probabilities = [tail, 1.0 - tail, together, 1.0 - together]
         q = bias[k] * _quantiles(plain, n, int(m[k]), float(freedom), probabilities, kind)
@@ -111,10 +111,10 @@ def bands(
     return Bands(low[0], high[0], low[1], high[1], edf, level)
 
 
-def _true_variance(terms: Sequence[Term], m: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Allan variance of a sum of terms at averaging factors, shape (k,)."""
-    variances = [t.allan_variance(m.astype(np.float64)) for t in terms]
-    return np.asarray(np.sum(variances, axis=0), dtype=np.float64)
+def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Allan variance of a sum of terms at integer averaging factors, U², shape (k,)."""
+    m = factors.astype(float)
+    return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def degrees_of_freedom(

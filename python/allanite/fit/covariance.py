@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Model, Stochastic
+from allanite.effects import Deterministic, Stochastic
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.peaks import bins_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whittle import information
@@ -51,7 +51,9 @@ def joint_covariance(
             signed = declared.low < 0.0
             moved = [value + s if signed else value * np.exp(s) for s in (step, -step)]
             moved = [min(max(float(v), declared.low), declared.high) for v in moved]
-            up, down = (_total(model, position, name, v, data) for v in moved)
+            up, down = (
+                column(data.terms(model.replaced(position, **{name: v})), data) for v in moved
+            )
             width = moved[0] - moved[1] if signed else float(np.log(moved[0] / moved[1]))
             names.append((position, name))
             slopes.append((up - down) / width / spectrum)
@@ -154,13 +156,6 @@ def logl_scale(solution: Solution, own: Process, data: Data) -> float:
     real = float(_covariance(solution, data, slopes)[0, 0])
     claimed = float(_independent_covariance(solution, slopes)[0, 0])
     return claimed / real if real > 0.0 else 1.0
-
-
-def _total(model: Model, position: int, name: str, value: float, data: Data) -> NDArray[np.float64]:
-    """Expected bin power of a model with one parameter changed, shape (bins,)."""
-    effects = list(model.effects)
-    effects[position] = effects[position].with_values(**{name: value})
-    return column(data.terms(Model(tuple(effects))), data)
 
 
 def shape_widening(solution: Solution, own: Process, relative: float, data: Data) -> float:

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
 from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
-from allanite.fit.bands import bands
+from allanite.fit.bands import bands, degrees_of_freedom, expected_variance
 from allanite.fit.likelihood.crowding import crowding_ratio
 from allanite.fit.likelihood.whittle import normal_scores
 
 if TYPE_CHECKING:
-    from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
 #: Minimum equivalent degrees of freedom of a deviation that counts in the Allan error. Below, the measured deviation has a
@@ -176,12 +174,6 @@ def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
     )
 
 
-def expected_variance(terms: tuple[Term, ...], factors: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Allan variance of a sum of terms at integer averaging factors, U², shape (k,)."""
-    m = factors.astype(float)
-    return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
-
-
 def compare_curves(data: Data, model: Model) -> Curve:
     """Measured Allan curve (gaps and outliers bridged, as in the fit) compared with that of a model with values.
 
@@ -198,7 +190,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
         whole = data.signal(model.deterministic)
         total = noise + data.deviation_of(whole, factors) ** 2
         residual = data.deviation(factors, whole) ** 2
-    edf = degrees_of_freedom(terms, data.n, factors)
+    edf = np.maximum(degrees_of_freedom(terms, data.n, factors), 1.0)
     if any(e.passing for e in model.modifiers) and model.white is not None:
         # Loud segments dominate, so that fewer samples determine the deviation.
         white = Model(tuple(e for e in model if e is model.white or isinstance(e, Modifier)))
@@ -235,12 +227,3 @@ def components_at(
         name = known.kind if known.kind not in out else f"{known.kind} {i}"
         out[name] = data.deviation_of(known.signal(data.time, data.covariates), factors)
     return out
-
-
-def degrees_of_freedom(
-    terms: tuple[Term, ...], n: int, factors: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Equivalent degrees of freedom 2σ⁴/var(σ̂²) under the model's noise, at least 1, shape (k,)."""
-    plain = [t.kernel for t in terms]
-    expected, variance = _kernels.allan_variances(plain, n, factors)
-    return np.maximum(2.0 * expected**2 / variance, 1.0)

@@ -18,7 +18,13 @@ from allanite.fit.likelihood.crowding import effective_freedom, has_changing_pow
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
+from allanite.fit.shapes.deterministic import (
+    Design,
+    Regression,
+    design_of,
+    regress,
+    regressors_at,
+)
 from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import fit_narrow_bands, ordinates_delta_logl
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, with_open_shapes
@@ -248,7 +254,8 @@ class _ResidualOrdinates:
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
         before = {id(e): e for e in self.effects}
-        everywhere, nearby = [], []
+        everywhere: list[tuple[Deterministic, Array]] = []
+        nearby: list[tuple[Deterministic, Array]] = []
         now, near = [], []
         for effect, own in zip(functions.effects, functions.design.parts, strict=True):
             amplitudes = effect.amplitudes()
@@ -275,7 +282,7 @@ class _ResidualOrdinates:
             left = left.copy() if left is self.ordinates else left
             j = functions.design.ordinates
             for effect, amplitudes in nearby:
-                left[j] -= design_of((effect,), data, j).matrix @ amplitudes
+                left[j] -= regressors_at(effect, j, data) @ amplitudes
         return _ResidualOrdinates(tuple(now), left, tuple(near))
 
 

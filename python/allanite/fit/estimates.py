@@ -421,7 +421,7 @@ def shape_slope(
     effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64] | None:
     """Derivative of the effect's ordinates by one of its shapes; None if the shape cannot be changed."""
-    from allanite.fit.shapes.deterministic import design_of
+    from allanite.fit.shapes.deterministic import regressors_at
 
     value = effect.values[name]
     steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
@@ -435,5 +435,5 @@ def shape_slope(
         moved = [effect.with_values(**{name: value + s}) for s in (step, -step)]
     except ValueError:
         return None
-    up, down = (design_of((m,), data, ordinates).matrix for m in moved)
+    up, down = (regressors_at(m, ordinates, data) for m in moved)
     return np.asarray((up - down) @ effect.amplitudes() / (2.0 * step))

@@ -24,7 +24,7 @@ from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.stop_band import is_empty
 from allanite.fit.prediction_in_time import BLOCKS, function_costs, level_change_costs
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.shape import free_places
+from allanite.fit.shapes.scan import free_places
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:

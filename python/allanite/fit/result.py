@@ -23,10 +23,11 @@ from allanite.fit.likelihood.stop_band import empty_ranges
 from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.measures import Discrepancy, Error, Misfit
 from allanite.fit.missing.completion import complete
+from allanite.fit.models import without_effect
 from allanite.fit.prediction import predict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from allanite.effects import Effect, Model
     from allanite.fit.classical.methods import MethodTable
@@ -216,14 +217,7 @@ class Fit:
         """Fits in which another effect replaces the effect at index `place` of the model; computed once."""
         from allanite.fit.rivals.alternatives import alternatives
 
-        if place not in self._alternatives:
-            self._alternatives[place] = tuple(alternatives(self, place))
-        return self._alternatives[place]
-
-    @cached_property
-    def _alternatives(self) -> dict[int, tuple[Alternative, ...]]:
-        """Cache of `alternatives` by index of the effect."""
-        return {}
+        return self._searched(alternatives, place)
 
     @cached_property
     def instead_of_two(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
@@ -236,13 +230,18 @@ class Fit:
         """Pairs of effects that may replace the effect at index `place` of the model; computed once."""
         from allanite.fit.rivals.together import together
 
-        if place not in self._together:
-            self._together[place] = tuple(together(self, place))
-        return self._together[place]
+        return self._searched(together, place)
+
+    def _searched(self, search: Callable[[Fit, int], Iterable[Any]], place: int) -> tuple[Any, ...]:
+        """Result of a search of rivals of the effect at index `place`; computed once."""
+        key = search.__name__, place
+        if key not in self._rivals:
+            self._rivals[key] = tuple(search(self, place))
+        return self._rivals[key]
 
     @cached_property
-    def _together(self) -> dict[int, tuple[Pair, ...]]:
-        """Cache of `together` by index of the effect."""
+    def _rivals(self) -> dict[tuple[str, int], tuple[Any, ...]]:
+        """Cache of `_searched` by name of the search and index of the effect."""
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:
@@ -268,10 +267,7 @@ class Fit:
 
     def remove(self, place: int) -> Fit:
         """Fit of the model without the effect at index `place`."""
-        from allanite.effects import Model
-
-        effects = self.model.effects
-        return self._with(Model(effects[:place] + effects[place + 1 :]))
+        return self._with(without_effect(self.model, place))
 
     def _with(self, model: Model) -> Fit:
         """Fit of another model by the same method; missing samples are completed under the new model."""

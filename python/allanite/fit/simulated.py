@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.effects import Effect, Parameter
     from allanite.fit.result import Fit
 
 #: Number of threads. Transforms release the interpreter lock; more threads mainly need more memory. Chosen by judgment; not
@@ -147,18 +148,17 @@ def simulate_check(
         again = fit_model(twin, fit.model, method=fit.method)
         return again.misfit.chi2, _parameter_values(again)
 
-    found: list[tuple[float, dict[str, float]] | None] = [None] * n
     with Pool(MAX_THREADS) as pool:
-        jobs = {pool.submit(replicate, number): number for number in range(n)}
+        jobs = [pool.submit(replicate, number) for number in range(n)]
         try:
             for done, job in enumerate(as_completed(jobs), start=1):
-                found[jobs[job]] = job.result()
+                job.result()
                 if progress is not None:
                     progress(done, n)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    replicates = [f for f in found if f is not None]
+    replicates = [job.result() for job in jobs]
     fitted = _parameter_values(fit)
     return SimulatedCheck(
         fit.misfit.chi2,
@@ -169,21 +169,21 @@ def simulate_check(
     )
 
 
-def _free_parameters(fit: Fit) -> list[tuple[str, Any]]:
-    """Name of each free parameter of a fit, with its effect and its declaration."""
-    return [
-        (parameter_label(label, p.name), (effect, p))
+def _free_parameters(fit: Fit) -> dict[str, tuple[Effect, Parameter]]:
+    """Each free parameter of a fit by name, with its effect and its declaration."""
+    return {
+        parameter_label(label, p.name): (effect, p)
         for effect, label in zip(fit.model, fit.model.labels, strict=True)
         for p in effect.parameters
         if p.role != "derived" and p.name not in effect.held
-    ]
+    }
 
 
 def _parameter_values(fit: Fit) -> dict[str, float]:
     """Values of the free numeric parameters of a fit's model, without the cost of intervals."""
     return {
         name: float(value)
-        for name, (effect, p) in _free_parameters(fit)
+        for name, (effect, p) in _free_parameters(fit).items()
         if isinstance(value := effect.values[p.name], (int, float)) and not isinstance(value, bool)
     }
 
@@ -192,4 +192,4 @@ def _units(fit: Fit) -> dict[str, str]:
     """Units of the free parameters of a fit, by name."""
     estimates = [v for values in fit.estimates for v in values.items()]
     known = {name: e.unit for name, e in estimates if isinstance(e, Estimate)}
-    return {name: known.get(p.name, "") for name, (_, p) in _free_parameters(fit)}
+    return {name: known.get(p.name, "") for name, (_, p) in _free_parameters(fit).items()}

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.effects import Deterministic, Effect, Periodic, Stochastic
-from allanite.fit.curve import MIN_FAILING_SCORE, components_at, expected_variance
+from allanite.fit.bands import expected_variance
+from allanite.fit.curve import MIN_FAILING_SCORE, components_at
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import has_all_ordinates, is_narrow
 from allanite.fit.solution import Process

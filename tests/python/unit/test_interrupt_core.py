@@ -84,7 +84,7 @@ def slowly(values):
 _kernels.order = slowly
 x = np.random.default_rng(1).laplace(size=5_000_000)
 try:
-    whitened.with_normal_tails(whitened._samples_and_bands(_kernels.cosine_transform(x), []))
+    whitened._samples_and_bands(_kernels.cosine_transform(x)).with_normal_tails
 except KeyboardInterrupt:
     print(len(sorted_), flush=True)
 """

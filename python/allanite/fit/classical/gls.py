@@ -12,7 +12,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.fit.classical.gls_intervals import interval
 from allanite.fit.classical.mixtures import Mixtures
-from allanite.fit.likelihood.data import TAUS_PER_DECADE
+from allanite.fit.likelihood.data import averaging_factors
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,8 +43,6 @@ class GlsFit:
         Number of factors minus number of positive squares.
     expected : ndarray, shape (k,)
         Fitted Allan variances.
-    rounds : int
-        Number of iterations of the covariance.
     target : ndarray, shape (k,)
         Measured Allan variances.
     mixtures : Mixtures
@@ -56,7 +54,6 @@ class GlsFit:
     chi2: float
     dof: int
     expected: NDArray[np.float64]
-    rounds: int
     target: NDArray[np.float64]
     mixtures: Mixtures
 
@@ -93,10 +90,7 @@ def gls_factors(n: int) -> NDArray[np.int64]:
 
     More factors would add no information and make the covariance ill-conditioned.
     """
-    top = max(1, n // 4)
-    return np.unique(
-        np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / TAUS_PER_DECADE)).astype(np.int64)
-    )
+    return averaging_factors(n // 4)
 
 
 def fit_gls(
@@ -132,34 +126,40 @@ def fit_gls(
     TooShortError
         Fewer factors than effects.
     """
-    target = np.asarray(allan_variances, dtype=float)
-    m = np.asarray(factors, dtype=np.int64)
-    if target.ndim != 1 or target.shape != m.shape:
-        raise InputError(
-            f"Allan variances of shape {target.shape} and factors of shape {m.shape} do not match"
-        )
-    if not unit_terms:
-        raise InputError("the model has no noise: give it at least one effect")
-    if m.size < len(unit_terms):
-        raise TooShortError(
-            f"{len(unit_terms)} effects need at least as many averaging factors, found {m.size}"
-        )
-    if not (np.isfinite(target) & (target > 0)).all():
-        raise InputError("Allan variances must be positive; remove factors without an estimate")
+    target, m = _checked_curve(allan_variances, factors, len(unit_terms))
     mixtures = Mixtures.of(unit_terms, n, m, target)
     # First guess of the covariance: relative errors grow with the square root of the factor.
     covariance: NDArray[np.float64] = np.diag(target**2 * m.astype(np.float64))
-    squares, _, _ = _kernels.gls_nonnegative(mixtures.columns, target, covariance)
-    rounds, settled = 0, False
-    while not settled and rounds < MAX_ROUNDS:
-        rounds += 1
+    squares, spread, chi2 = _kernels.gls_nonnegative(mixtures.columns, target, covariance)
+    for _ in range(MAX_ROUNDS):
         before = mixtures.columns @ squares
         if not squares.any():
             raise InputError("no effect of the model fits the curve: all coefficients are 0")
         squares, spread, chi2 = _kernels.gls_nonnegative(
             mixtures.columns, target, mixtures.covariance(squares)
         )
-        settled = bool(np.all(np.abs(mixtures.columns @ squares / before - 1.0) < CURVE_TOLERANCE))
+        if np.all(np.abs(mixtures.columns @ squares / before - 1.0) < CURVE_TOLERANCE):
+            break
     dof = m.size - int(np.count_nonzero(squares))
-    expected = mixtures.columns @ squares
-    return GlsFit(squares, spread, chi2, dof, expected, rounds, target, mixtures)
+    return GlsFit(squares, spread, chi2, dof, mixtures.columns @ squares, target, mixtures)
+
+
+def _checked_curve(
+    allan_variances: ArrayLike, factors: ArrayLike, effects: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Allan variances and their factors as arrays, after the checks of `fit_gls`."""
+    target = np.asarray(allan_variances, dtype=float)
+    m = np.asarray(factors, dtype=np.int64)
+    if target.ndim != 1 or target.shape != m.shape:
+        raise InputError(
+            f"Allan variances of shape {target.shape} and factors of shape {m.shape} do not match"
+        )
+    if not effects:
+        raise InputError("the model has no noise: give it at least one effect")
+    if m.size < effects:
+        raise TooShortError(
+            f"{effects} effects need at least as many averaging factors, found {m.size}"
+        )
+    if not (np.isfinite(target) & (target > 0)).all():
+        raise InputError("Allan variances must be positive; remove factors without an estimate")
+    return target, m

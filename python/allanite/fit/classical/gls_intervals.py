@@ -8,6 +8,8 @@ at the estimate ignores.
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,79 +53,101 @@ def interval(
         (low, high, p): limits of the square, and the probability p of an estimate at least as large if the coefficient
         is 0. If 0 is inside, low = 0 and high is an upper limit.
     """
-    from scipy.optimize import brentq
-    from scipy.special import ndtri
+    test = _TestInversion(mixtures, target, squares, index, squares)
+    center = float(squares[index])
+    p_zero = 1.0 - test.below(0.0, bounded=False) if squares.size > 1 else 0.0
+    above_zero = p_zero < TAIL_PROBABILITY
+    low = test.search(center, 0.0, 1.0 - TAIL_PROBABILITY) if above_zero else 0.0
+    column = mixtures.columns[:, index]
+    outside = max(center, float((target / column).min()) * 1e-3) * 2.0
+    for _ in range(60):
+        test.trial = squares
+        if test.below(outside) < TAIL_PROBABILITY:
+            break
+        outside *= 2.0
+    high = test.search(center, outside, TAIL_PROBABILITY)
+    return min(low, center), max(high, center), p_zero
 
-    others = np.delete(np.arange(squares.size), index)
-    rest = squares.copy()
 
-    def below(t: float, bounded: bool = True) -> float:
+@dataclass(slots=True, eq=False)
+class _TestInversion:
+    """Probabilities of an estimate under tried values of one squared coefficient.
+
+    Attributes
+    ----------
+    mixtures, target, squares, index
+        See `interval`.
+    trial : ndarray, shape (p,)
+        Squared coefficients fitted for the last tried value, from which the next fit starts.
+    """
+
+    mixtures: Mixtures
+    target: Array
+    squares: Array
+    index: int
+    trial: Array
+
+    def _fitted(self, t: float) -> Array:
+        """Squared coefficients with the value t and the others fitted."""
+        columns = self.mixtures.columns
+        others = np.delete(np.arange(self.squares.size), self.index)
+        trial = self.trial.copy()
+        trial[self.index] = t
+        left = self.target - t * columns[:, self.index]
+        for _ in range(MAX_ROUNDS if others.size else 0):
+            before = trial[others]
+            if not trial.any():
+                break
+            trial[others] = _kernels.gls_nonnegative(
+                columns[:, others], left, self.mixtures.covariance(trial)
+            )[0]
+            moved = columns[:, others] @ np.abs(trial[others] - before)
+            if np.all(moved < 1e-3 * (columns @ trial)):
+                break
+        return trial
+
+    def below(self, t: float, bounded: bool = True) -> float:
         """Probability of an estimate smaller than the one found, if t is true.
 
         With `bounded`, effects that are fitted as 0 for this t are fixed at 0. If they are not 0, the estimate is too
         large; this makes an upper limit conservative, but a lower limit too high.
         """
-        nonlocal rest
-        trial = rest.copy()
-        trial[index] = t
-        if others.size:
-            left = target - t * mixtures.columns[:, index]
-            for _ in range(MAX_ROUNDS):
-                before = trial[others]
-                if not trial.any():
-                    break
-                trial[others] = _kernels.gls_nonnegative(
-                    mixtures.columns[:, others], left, mixtures.covariance(trial)
-                )[0]
-                moved = mixtures.columns[:, others] @ np.abs(trial[others] - before)
-                if np.all(moved < 1e-3 * (mixtures.columns @ trial)):
-                    break
+        columns, trial = self.mixtures.columns, self._fitted(t)
         if not trial.any():
             return 1.0
-        covariance = mixtures.covariance(trial)
+        covariance = self.mixtures.covariance(trial)
         scale = np.sqrt(np.diag(covariance))
         white = _root(covariance / np.outer(scale, scale))
-        kept = np.flatnonzero((trial > 0.0) | (not bounded) | (np.arange(trial.size) == index))
-        design = np.linalg.solve(white, mixtures.columns[:, kept] / scale[:, None])
+        kept = np.flatnonzero((trial > 0.0) | (not bounded) | (np.arange(trial.size) == self.index))
+        design = np.linalg.solve(white, columns[:, kept] / scale[:, None])
         norm = np.sqrt((design**2).sum(axis=0))
         inverse = np.linalg.pinv((design / norm).T @ (design / norm), hermitian=True)
-        own = int(np.searchsorted(kept, index))
+        own = int(np.searchsorted(kept, self.index))
         readout = np.linalg.solve(white.T, (design / norm) @ inverse[own]) / scale / norm[own]
-        rest = trial
-        deviation = float(readout @ (target - mixtures.columns @ trial))
+        self.trial = trial
+        deviation = float(readout @ (self.target - columns @ trial))
         return _gamma_probability(
             deviation / np.sqrt(float(readout @ covariance @ readout)),
-            mixtures.skewness(trial, readout),
+            self.mixtures.skewness(trial, readout),
         )
 
-    def search(inside: float, outside: float, probability: float) -> float:
+    def search(self, inside: float, outside: float, probability: float) -> float:
         """The square between `inside` and `outside` at which `below` has a probability."""
+        from scipy.optimize import brentq
+        from scipy.special import ndtri
+
         # As normal score against the square root, the curve is nearly straight.
         level = float(ndtri(probability))
 
         def over(root: float) -> float:
             """Normal score of `below` at the square of `root`, minus the score `level` of the interval end."""
-            score = float(ndtri(below(root**2, bounded=outside > inside)))
+            score = float(ndtri(self.below(root**2, bounded=outside > inside)))
             return float(np.clip(score, -9.0, 9.0)) - level
 
         ends = np.sqrt(inside), np.sqrt(outside)
         if over(ends[0]) * over(ends[1]) >= 0.0:
             return outside
         return float(brentq(over, *ends, rtol=1e-4, xtol=1e-4 * max(ends))) ** 2
-
-    center = float(squares[index])
-    p_zero = 1.0 - below(0.0, bounded=False) if others.size else 0.0
-    above_zero = p_zero < TAIL_PROBABILITY
-    low = search(center, 0.0, 1.0 - TAIL_PROBABILITY) if above_zero else 0.0
-    column = mixtures.columns[:, index]
-    outside = max(center, float((target / column).min()) * 1e-3) * 2.0
-    for _ in range(60):
-        rest = squares.copy()
-        if below(outside) < TAIL_PROBABILITY:
-            break
-        outside *= 2.0
-    high = search(center, outside, TAIL_PROBABILITY)
-    return min(low, center), max(high, center), p_zero
 
 
 def _root(correlation: Array) -> Array:
@@ -132,14 +156,10 @@ def _root(correlation: Array) -> Array:
     Neighboring τ are nearly collinear.
     """
     unit = np.eye(correlation.shape[0])
-    for jitter in DIAGONAL_JITTERS[:-1]:
-        try:
+    for jitter in DIAGONAL_JITTERS:
+        with suppress(np.linalg.LinAlgError):
             return np.asarray(np.linalg.cholesky(correlation + jitter * unit), dtype=np.float64)
-        except np.linalg.LinAlgError:
-            continue
-    return np.asarray(
-        np.linalg.cholesky(correlation + DIAGONAL_JITTERS[-1] * unit), dtype=np.float64
-    )
+    raise np.linalg.LinAlgError("the correlations of the Allan variances are not positive definite")
 
 
 def _gamma_probability(z: float, skewness: float) -> float:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import NORMAL
+from allanite.deviation import oadev
 from allanite.effects import standard
 from allanite.fit.likelihood.data import TAUS_PER_DECADE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
+    from allanite.deviation import Deviation
     from allanite.effects import StraightLine
 
 #: Ratio of the longest to the shortest averaging time of a window in which a local slope is estimated.
@@ -29,31 +33,6 @@ MAX_SLOPE_ERROR = 0.125
 #: A measured value may lie below a line only if this happens by chance with at least the probability 1 − 0.999.
 #: Chosen by judgment; not measured.
 CURVE_PROBABILITY = 0.999
-
-
-class DeviationLike(Protocol):
-    """Attributes of an overlapping Allan deviation that `read_lines` needs."""
-
-    @property
-    def tau(self) -> NDArray[np.float64]:
-        """Averaging times, s."""
-
-    @property
-    def factors(self) -> NDArray[np.int64]:
-        """Samples averaged at each time."""
-
-    @property
-    def n(self) -> NDArray[np.int64]:
-        """Number of differences in each estimate."""
-
-    @property
-    def deviation(self) -> NDArray[np.float64]:
-        """Deviation at each averaging time."""
-
-    @property
-    def edf(self) -> NDArray[np.float64]:
-        """Degrees of freedom of each estimate."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +90,7 @@ class LineReadings:
         return {"lines": [line.to_dict() for line in self.lines]}
 
 
-def read_lines(deviation: DeviationLike) -> LineReadings:
+def read_lines(deviation: Deviation) -> LineReadings:
     """Fit lines of slope −1, −½, 0, +½, +1 to an Allan curve and read their coefficients.
 
     The local slope is a generalized least-squares fit over a factor of 4 in τ, with the covariance that noise of this
@@ -123,7 +102,7 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     Parameters
     ----------
     deviation : Deviation
-        Overlapping Allan deviation with `tau`, `factors`, `n`, `deviation`, `edf`.
+        Overlapping Allan deviation.
 
     Returns
     -------
@@ -134,10 +113,7 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     TooShortError
         Fewer than three averaging times with an estimate.
     """
-    tau: NDArray[np.float64] = np.asarray(deviation.tau, dtype=np.float64)
-    sigma: NDArray[np.float64] = np.asarray(deviation.deviation, dtype=np.float64)
-    edf: NDArray[np.float64] = np.asarray(deviation.edf, dtype=np.float64)
-    m: NDArray[np.int64] = np.asarray(deviation.factors, dtype=np.int64)
+    tau, sigma, edf, m = deviation.tau, deviation.deviation, deviation.edf, deviation.factors
     good = np.isfinite(sigma) & (sigma > 0) & np.isfinite(edf)
     if np.count_nonzero(good) < 3:
         raise TooShortError(
@@ -188,54 +164,52 @@ def _read(
     if not windows:
         return absent("the curve spans less than a factor of 4 in averaging time")
     fits = [_slope(x[w], y[w], relative[w, w]) for w in windows]
-    sharp = [f[1] <= MAX_SLOPE_ERROR for f in fits]
-    if not any(sharp):
+    sharp = [f[0] for f in fits if f[1] <= MAX_SLOPE_ERROR]
+    if not sharp:
         return absent("no local slope is accurate enough")
-    holds = [
-        s and abs(f[0] - slope) < SLOPE_TOLERANCE + 2.0 * f[1]
-        for f, s in zip(fits, sharp, strict=True)
-    ]
+    holds = [e <= MAX_SLOPE_ERROR and abs(f - slope) < SLOPE_TOLERANCE + 2.0 * e for f, e in fits]
     if not any(holds):
-        nearest = min(
-            (f[0] for f, s in zip(fits, sharp, strict=True) if s), key=lambda v: abs(v - slope)
-        )
+        nearest = min(sharp, key=lambda v: abs(v - slope))
         return absent(f"no part of the curve has this slope (nearest {nearest:+.2f})")
-    reason = ""
-    from scipy.special import chdtri
-
     # Use the larger of two scatters, so that a misjudged noise type does not make long τ look certain.
-    freedom = np.minimum(edf, 0.5 / np.diag(relative))
-    largest = y + 0.5 * np.log(freedom / chdtri(freedom, CURVE_PROBABILITY))
-    order = sorted(np.flatnonzero(holds), key=lambda k: abs(fits[k][0] - slope) + fits[k][1])
-    for k in order:
-        level, error = _fitted_level(
-            x[windows[k]], y[windows[k]], relative[windows[k], windows[k]], slope
-        )
+    largest = _largest_values(y, np.minimum(edf, 0.5 / np.diag(relative)))
+    reason = ""
+    for k in sorted(
+        np.flatnonzero(holds).tolist(), key=lambda k: abs(fits[k][0] - slope) + fits[k][1]
+    ):
+        w = windows[k]
+        level, error = _fitted_level(x[w], y[w], relative[w, w], slope)
         over = level + slope * x - 3.0 * error > largest
-        if over.any():
-            worst = int(np.argmax(np.where(over, level + slope * x - largest, -np.inf)))
-            reason = reason or (
-                f"the slope holds near {tau[windows[k]][0]:.3g} s, but the curve lies below its line at {tau[worst]:.3g} s"
-            )
-            continue
-        low, high = k, k
-        while low > 0 and holds[low - 1]:
-            low -= 1
-        while high < len(windows) - 1 and holds[high + 1]:
-            high += 1
-        at = level + (slope * np.log(where) if where is not None else 0.0) - np.log(line.level)
-        return LineReading(
-            name,
-            slope,
-            where,
-            present=True,
-            value=float(np.exp(at)),
-            low=float(np.exp(at - NORMAL * error)),
-            high=float(np.exp(at + NORMAL * error)),
-            tau_low_s=float(tau[windows[low]][0]),
-            tau_high_s=float(tau[windows[high]][-1]),
+        if not over.any():
+            at = level + (slope * np.log(where) if where is not None else 0.0) - np.log(line.level)
+            value, low, high = (float(np.exp(at + s * error)) for s in (0.0, -NORMAL, NORMAL))
+            first, last = _neighbors_that_hold(holds, k)
+            ends = float(tau[windows[first]][0]), float(tau[windows[last]][-1])
+            return LineReading(name, slope, where, True, value, low, high, *ends)
+        worst = int(np.argmax(np.where(over, level + slope * x - largest, -np.inf)))
+        reason = reason or (
+            f"the slope holds near {tau[w][0]:.3g} s, but the curve lies below its line at {tau[worst]:.3g} s"
         )
     return absent(reason)
+
+
+def _largest_values(
+    log_deviation: NDArray[np.float64], edf: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Largest plausible ln true deviation at each τ, with probability `CURVE_PROBABILITY`."""
+    from scipy.special import chdtri
+
+    return np.asarray(log_deviation + 0.5 * np.log(edf / chdtri(edf, CURVE_PROBABILITY)))
+
+
+def _neighbors_that_hold(holds: Sequence[bool], k: int) -> tuple[int, int]:
+    """First and last index of the run of True that contains index k."""
+    first = last = k
+    while first > 0 and holds[first - 1]:
+        first -= 1
+    while last < len(holds) - 1 and holds[last + 1]:
+        last += 1
+    return first, last
 
 
 def _window(tau: NDArray[np.float64], a: int) -> slice | None:
@@ -324,8 +298,6 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
     TooShortError
         Fewer than 8 samples.
     """
-    from allanite.deviation import oadev
-
     x = np.asarray(samples, dtype=float)
     if x.ndim != 1 or not np.isfinite(x).all():
         raise InputError("the published recipe needs one column of finite samples")
@@ -345,20 +317,9 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
         k = int(np.argmin(np.abs(slopes - slope)))
         return float(10.0 ** (np.log10(sigma[k]) + slope * np.log10(at / tau[k]))), float(tau[k])
 
-    (n_value, n_tau), (k_value, k_tau), (plateau, b_tau) = (
-        read(-0.5, 1.0),
-        read(0.5, 3.0),
-        read(0.0, 1.0),
-    )
+    (n_value, n_tau), (k_value, k_tau) = read(-0.5, 1.0), read(0.5, 3.0)
+    plateau, b_tau = read(0.0, 1.0)
     flicker = standard()["B"].standard
     assert flicker is not None
-    return NearestSlopes(
-        tau.copy(),
-        sigma.copy(),
-        n_value,
-        k_value,
-        plateau / flicker.level,
-        n_tau,
-        k_tau,
-        b_tau,
-    )
+    values = n_value, k_value, plateau / flicker.level
+    return NearestSlopes(tau.copy(), sigma.copy(), *values, n_tau, k_tau, b_tau)

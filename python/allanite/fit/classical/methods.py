@@ -97,7 +97,7 @@ class MethodTable:
                     "" if row.unit == "1" else row.unit,
                     _cell(row.whittle),
                     _cell(row.gls),
-                    "–" if line is None else _line_cell(line),
+                    "–" if line is None else _value_cell(line.value, line.low, line.high),
                     ""
                     if line is None or line.tau_low_s is None
                     else f"slope holds {line.tau_low_s:.3g}–{line.tau_high_s:.3g} s",
@@ -113,19 +113,16 @@ def _cell(estimate: Estimate | None) -> str:
     """Table cell of an estimate: value with interval, upper limit, "not detected" or a dash."""
     if estimate is None:
         return "–"
-    low, high = estimate.interval or (None, None)
     if not estimate.detected:
-        return "not detected" if high is None else f"< {high:.3g}"
-    if low is None or high is None:
-        return f"{float(estimate):.4g}"
-    return f"{float(estimate):.4g} ({low:.3g} … {high:.3g})"
+        return "not detected" if estimate.interval is None else f"< {estimate.interval[1]:.3g}"
+    return _value_cell(float(estimate), *(estimate.interval or (None, None)))
 
 
-def _line_cell(line: LineReading) -> str:
-    """Table cell of a line reading: value with interval, or "not valid"."""
-    if line.value is None or line.low is None or line.high is None:
+def _value_cell(value: float | None, low: float | None, high: float | None) -> str:
+    """Table cell of a value with its interval, if it has one; "not valid" without a value."""
+    if value is None:
         return "not valid"
-    return f"{line.value:.4g} ({line.low:.3g} … {line.high:.3g})"
+    return f"{value:.4g}" if low is None else f"{value:.4g} ({low:.3g} … {high:.3g})"
 
 
 def compare_methods(fit: Fit) -> MethodTable:

@@ -23,8 +23,6 @@ from allanite.fit.likelihood.whittle import log_likelihood
 from allanite.fit.solution import Fitted, Process, Regressed
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from allanite.fit.result import Fit
 
 
@@ -61,19 +59,11 @@ def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
     return own
 
 
-def _residual(fit: Fit) -> NDArray[np.float64]:
-    """Samples minus the model's known functions of time, shape (n,)."""
-    samples = np.asarray(fit.data.samples)
-    for effect in fit.model.deterministic:
-        samples = samples - effect.signal(fit.data.time, fit.data.covariates)
-    return samples
-
-
 def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
     """Estimates of each effect with coefficients of random processes by GLS."""
     data, model = fit.data, fit.model
     factors = gls_factors(data.n)
-    curve = oadev(_residual(fit), rate=data.rate, factors=factors)
+    curve = oadev(data.residual(model), rate=data.rate, factors=factors)
     found = fit_gls(
         curve.deviation**2,
         factors,

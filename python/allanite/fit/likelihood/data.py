@@ -97,6 +97,11 @@ class Data:
         return times_of(self.n, self.rate, self.start)
 
     @property
+    def present_samples(self) -> NDArray[np.float64]:
+        """Samples without the missing ones, U."""
+        return self.samples if self.missing is None else self.samples[~self.missing]
+
+    @property
     def lost(self) -> float:
         """Fraction of the samples that are missing."""
         return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
@@ -193,9 +198,7 @@ class Data:
 
     def factors(self) -> NDArray[np.int64]:
         """Averaging factors of the Allan curve: eight per decade, up to a third of the record."""
-        top = max(1, self.n // 3)
-        at = np.arange(0.0, np.log10(top) + 1e-9, 1 / TAUS_PER_DECADE)
-        return np.unique(np.round(10**at).astype(np.int64))
+        return averaging_factors(self.n // 3)
 
     def deviation(
         self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
@@ -271,6 +274,12 @@ class Data:
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
+def averaging_factors(top: int) -> NDArray[np.int64]:
+    """Averaging factors up to `top`: eight per decade."""
+    at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
+    return np.unique(np.round(10**at).astype(np.int64))
+
+
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     """A one-column recording prepared for fitting.
 
@@ -287,21 +296,10 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     TooShortError
         Fewer than 32 samples present, fewer than one in 200 present, or (nearly) constant samples.
     """
-    samples = np.asarray(recording.rate_samples())
     label = (
         f"column {recording.columns[0]!r}" if getattr(recording, "columns", None) else "the record"
     )
-    if samples.ndim != 1:
-        raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
-    if samples.size < MIN_SAMPLES:
-        raise TooShortError(
-            f"{label} has {samples.size} samples; a fit needs at least {MIN_SAMPLES}, and hours for slow effects"
-        )
-    values = samples.astype(np.float64, copy=False)
-    if np.isinf(values).any():
-        raise InputError(
-            f"{label} has {int(np.isinf(values).sum())} infinite samples; remove them or mark them as NaN"
-        )
+    values = _checked_values(np.asarray(recording.rate_samples()), label)
     holes = np.isnan(values)
     if missing is not None:
         holes |= missing
@@ -312,14 +310,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
             f" {1 / MIN_PRESENT_FRACTION:g}, and hours for slow effects"
         )
     filled = bridge_gaps(values, missing)
-    if float(np.ptp(filled)) == 0.0:
-        raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
-    changes = int(np.count_nonzero(filled[1:] != filled[:-1]))
-    if changes < 2 * MIN_FLIPS:  # one flip changes the value twice: to another value and back
-        raise TooShortError(
-            f"{label} changes its value only {changes} time{'s' * (changes > 1)}; there is no noise to fit"
-        )
-    check_size(filled, label, "a fit")
+    _require_noise(filled, label)
     covariates = {
         name: without_steps(bridge_gaps(np.asarray(values)))
         for name, values in dict(recording.covariates).items()
@@ -334,6 +325,34 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         missing=holes if there < holes.size else None,
         functions=series_cache(filled.size),
     )
+
+
+def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
+    """Samples of one column as floats; raises an error for several columns, too few or infinite samples."""
+    if samples.ndim != 1:
+        raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
+    if samples.size < MIN_SAMPLES:
+        raise TooShortError(
+            f"{label} has {samples.size} samples; a fit needs at least {MIN_SAMPLES}, and hours for slow effects"
+        )
+    values = samples.astype(np.float64, copy=False)
+    if np.isinf(values).any():
+        raise InputError(
+            f"{label} has {int(np.isinf(values).sum())} infinite samples; remove them or mark them as NaN"
+        )
+    return values
+
+
+def _require_noise(filled: NDArray[np.float64], label: str) -> None:
+    """Raise an error for (nearly) constant samples, and for samples beyond the range of a fit."""
+    if float(np.ptp(filled)) == 0.0:
+        raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
+    changes = int(np.count_nonzero(filled[1:] != filled[:-1]))
+    if changes < 2 * MIN_FLIPS:  # one flip changes the value twice: to another value and back
+        raise TooShortError(
+            f"{label} changes its value only {changes} time{'s' * (changes > 1)}; there is no noise to fit"
+        )
+    check_size(filled, label, "a fit")
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:

@@ -52,8 +52,7 @@ def widened_by_tails(
     if data.missing is not None:
         samples = samples[~data.missing]
     sizes = np.abs(samples - np.median(samples))
-    there = data.samples if data.missing is None else data.samples[~data.missing]
-    if coarse_step(there) > 0.0:
+    if coarse_step(data.present_samples) > 0.0:
         few, many = _quantiles_by_kurtosis(sizes)
     else:
         tail = tail_of(sizes, CENSORED_SHARES[0])

@@ -41,9 +41,9 @@ class Linear:
     __repr__ = brief
 
     @property
-    def offset(self) -> Array:
-        """Power of the held effects, shape (bins,)."""
-        return self.matrix @ self.fixed
+    def offset(self) -> Array | None:
+        """Power of the held effects, shape (bins,); None if it is 0."""
+        return self.matrix @ self.fixed if self.fixed.any() else None
 
     def whole(self, found: Maximum) -> Maximum:
         """The maximum `found` over the free coefficients, with the held coefficients included in its θ."""
@@ -92,16 +92,14 @@ class RandomPart:
         `start` is a maximum at other shapes, or of a model with one effect fewer. θ of the result includes held effects.
         """
         linear = self.linear(model)
-        free = linear.matrix[:, linear.free]
-        offset = linear.offset if linear.fixed.any() else None
         if self.is_expected:
-            start_theta = np.ones(free.shape[1])
-            return linear.whole(climb(self.power, self.count, free, start_theta, None, offset))
+            return self.climb(linear, np.ones(linear.free.size), None)
         if start is not None:
             theta = np.zeros(linear.free.size)
             theta[: start.theta.size] = start.theta[: theta.size]
             start = replace(start, theta=theta[linear.free])
-        return linear.whole(maximize(self.power, self.count, free, start, offset))
+        free = linear.matrix[:, linear.free]
+        return linear.whole(maximize(self.power, self.count, free, start, linear.offset))
 
     def climb(self, linear: Linear, theta: Array, scale: int | None, rounds: int = 80) -> Maximum:
         """Maximum of the likelihood that is reached uphill from `theta` in at most `rounds` iterations."""
@@ -112,7 +110,7 @@ class RandomPart:
                 linear.matrix[:, linear.free],
                 theta[linear.free],
                 scale,
-                linear.offset if linear.fixed.any() else None,
+                linear.offset,
                 rounds,
             )
         )

@@ -31,6 +31,8 @@ from allanite.fit.likelihood.stop_band import zero_empty_bins
 from allanite.recording.tails import CENSORED_SHARES, coarse_step, tail_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
@@ -95,8 +97,12 @@ class Whitened:
         return _without_outliers(self)
 
     @cached_property
-    def normalized(self) -> Whitened:
-        """Cached result of `with_normal_tails`."""
+    def with_normal_tails(self) -> Whitened:
+        """The whitened residual with normal tails: unchanged if normal, otherwise with samples replaced by normal scores.
+
+        With heavy tails the few largest samples would decide when a level changes; with a coarse step most samples are
+        equal. Changes over time remain; single outliers do not.
+        """
         return _normalized(self)
 
 
@@ -129,9 +135,7 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
     samples = whitened.samples / np.sqrt(1.0 + share * (_relative_power(solution, data) - 1.0))
     by_octave = {}
     if samples.size == data.n:
-        by_octave = {
-            b[0]: b for b in _samples_and_bands(_kernels.cosine_transform(samples), []).bands
-        }
+        by_octave = {b[0]: b for b in _samples_and_bands(_kernels.cosine_transform(samples)).bands}
     bands = []
     for low, high, power, each in whitened.bands:
         own = white_share(solution, data, (low + high) // 2)
@@ -158,15 +162,6 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
     if data.missing is not None:
         gain[data.missing] = 1.0  # completed samples have the mean power of the record at all times
     return gain
-
-
-def with_normal_tails(whitened: Whitened) -> Whitened:
-    """The whitened residual with normal tails: unchanged if normal, otherwise with samples replaced by normal scores.
-
-    With heavy tails the few largest samples would decide when a level changes; with a coarse step most samples are equal.
-    Changes over time remain; single outliers do not.
-    """
-    return whitened.normalized
 
 
 def _without_outliers(whitened: Whitened) -> Whitened:
@@ -197,7 +192,7 @@ def _is_from_summary(whitened: Whitened) -> bool:
 
 def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
     """The whitened residual with replaced samples, and its octave bands computed from them."""
-    found = _samples_and_bands(_kernels.cosine_transform(samples), [])
+    found = _samples_and_bands(_kernels.cosine_transform(samples))
     kept = {low for low, *_ in whitened.bands}
     return replace(
         found, bands=tuple(band for band in found.bands if band[0] in kept), step=whitened.step
@@ -205,7 +200,7 @@ def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
 
 
 def _normalized(whitened: Whitened) -> Whitened:
-    """The whitened residual with normal scores as samples if they are not normal (see `with_normal_tails`)."""
+    """The whitened residual with normal scores as samples if they are not normal (see `Whitened.with_normal_tails`)."""
     from scipy.special import ndtri
 
     samples = whitened.samples
@@ -242,7 +237,7 @@ def _is_normal(samples: NDArray[np.float64]) -> bool:
 
 def rounding_step(data: Data, samples: NDArray[np.float64]) -> float:
     """Rounding step of a record in units of its whitened `samples`; 0 if the step is small."""
-    some = data.samples if data.missing is None else data.samples[~data.missing]
+    some = data.present_samples
     step = coarse_step(some)
     if step == 0.0:
         return 0.0
@@ -255,14 +250,15 @@ def end_samples(n: int) -> int:
 
 
 def _samples_and_bands(
-    white: NDArray[np.float64], bands: list[tuple[int, int, NDArray[np.float64], float]]
+    white: NDArray[np.float64],
+    bands: Sequence[tuple[int, int, NDArray[np.float64], float]] = (),
 ) -> Whitened:
-    """Whitened samples and octave bands of white ordinates; the octaves are appended to the given `bands`."""
+    """Whitened samples and octave bands of white ordinates; `bands` are known higher octaves."""
     from scipy.fft import next_fast_len
 
     # With a deep stop band, leakage makes the ends loud.
     n = white.size
-    ends = end_samples(n)
+    ends, octaves = end_samples(n), list(bands)
     high = n
     # The octave is extended so that its transform, with one more ordinate, has a fast length.
     while high - (low := high + 1 - next_fast_len(high - high // 2 + 1)) >= MIN_BAND_VALUES:
@@ -273,10 +269,10 @@ def _samples_and_bands(
         edge = -(-ends * power.size // n)
         power[:edge] = power[edge : 5 * edge].mean()
         power[power.size - edge :] = power[power.size - 5 * edge : power.size - edge].mean()
-        bands.append((low, low + own.size, power, 1.0))
+        octaves.append((low, low + own.size, power, 1.0))
     samples = _kernels.inverse_cosine_transform(white)
     samples[:ends] = samples[n - ends :] = 0.0
-    return Whitened(samples, tuple(bands))
+    return Whitened(samples, tuple(octaves))
 
 
 def _residual_without_gaps(solution: Solution, data: Data) -> NDArray[np.float64]:

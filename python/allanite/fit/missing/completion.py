@@ -192,20 +192,8 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     signal = data.signal(model.deterministic) if model.deterministic else None
     noise = data.samples if signal is None else data.samples - signal
     mean = bridge.mean(noise)
-    rng = np.random.default_rng(seed)
-    root = np.sqrt(spectrum)
-    root[0] = 0.0
-    unseen, seen = np.zeros(data.n), np.zeros(data.n)
+    unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum, seed)
     solved = data.n <= MAX_CELLS
-    draws = 1 if solved else min(MAX_DRAWS, max(MIN_DRAWS, DRAWN_SAMPLES // data.n))
-    for _ in range(draws):
-        drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(data.n))
-        start = drawn.copy()
-        start[missing] = 0.0
-        known = bridge.mean(start)
-        unknown = drawn - known
-        unseen += _kernels.cosine_transform(unknown) ** 2 / draws
-        seen += _kernels.cosine_transform(known) ** 2 / draws
     share = unknown_share(missing, spectrum, None if solved else (unseen, seen), data.bins)
     gain = np.sqrt(1.0 - share)
     ordinates = _kernels.cosine_transform(mean) / gain
@@ -219,8 +207,8 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     power = column(data.terms(model), replace(data, mixing=None))
     mixing *= np.outer(power, 1.0 / power)
     number = np.diff(data.bins.edges)
-    unknown = 1.0 - known_ordinates(share, data.bins) / number
-    few = bool((unknown * np.sqrt(0.5 * number) < MAX_NEGLECTED_MIXING).all())
+    unknown_part = 1.0 - known_ordinates(share, data.bins) / number
+    few = bool((unknown_part * np.sqrt(0.5 * number) < MAX_NEGLECTED_MIXING).all())
     bins = replace(data.bins, count=np.where(is_empty(data.bins), EMPTY_BIN_FREEDOM * count, count))
     return replace(
         data,
@@ -231,6 +219,27 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         mixing=None if few else mixing,
         mixed=ArrayCache(CACHE_BYTES_LOWEST),
     )
+
+
+def _drawn_unknown_part(
+    bridge: _ConditionalMean, spectrum: Array, seed: int
+) -> tuple[Array, Array, Array]:
+    """One draw of the unknown part, and mean squared ordinates of the unknown and the known part of draws."""
+    n = spectrum.size
+    rng = np.random.default_rng(seed)
+    root = np.sqrt(spectrum)
+    root[0] = 0.0
+    unknown, unseen, seen = np.zeros((3, n))
+    draws = 1 if n <= MAX_CELLS else min(MAX_DRAWS, max(MIN_DRAWS, DRAWN_SAMPLES // n))
+    for _ in range(draws):
+        drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(n))
+        start = drawn.copy()
+        start[bridge.missing] = 0.0
+        known = bridge.mean(start)
+        unknown = drawn - known
+        unseen += _kernels.cosine_transform(unknown) ** 2 / draws
+        seen += _kernels.cosine_transform(known) ** 2 / draws
+    return unknown, unseen, seen
 
 
 def _logl_difference(one: Data, other: Data) -> float:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
+from allanite.effects import CATALOGUE, Deterministic, Effect, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.models import without_effect
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
-from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import scan_added_effect, simplest_design, worth_polishing
-from allanite.fit.shapes.shape import free_places, grid_models
+from allanite.fit.shapes.scan import polished_designs, scan_added_effect, simplest_design
+from allanite.fit.shapes.shape import grid_models
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -63,25 +63,19 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
 
     Yields nothing for white noise, one-time events and held effects.
     """
-    effects = fit.model.effects
-    out = effects[place]
+    out = fit.model.effects[place]
     if not is_removable(out) or out.screened not in {"spectral", "slow"}:
         return
-    less = Model(effects[:place] + effects[place + 1 :])
+    less = without_effect(fit.model, place)
     if not len(less):
         return
     # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
     base = solve(fit.data, less, like=fit.solution, polish=False)
-    part = RandomPart(fit.data, base.power, base.count)
+    least = fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
-        solution = fit_replacement(
-            cls,
-            base,
-            part,
-            fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL,
-        )
+        solution = fit_replacement(cls, base, fit.data, least)
         if solution is None:
             continue
         effect = solution.model.effects[-1]
@@ -91,7 +85,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
 
 
 def fit_replacement(
-    cls: type[Effect], base: Solution, part: RandomPart, least: float
+    cls: type[Effect], base: Solution, data: Data, least: float = -np.inf
 ) -> Solution | None:
     """Fit of the base model plus an effect of kind `cls`; None if no grid point reaches the log likelihood `least`.
 
@@ -100,13 +94,12 @@ def fit_replacement(
     cls : type of Effect
     base : Solution
         Fit of the base model.
-    part : RandomPart
-        Random part of the base fit.
+    data : Data
     least : float
         Log likelihood of the whole model that a grid point must reach: an absolute value, not a difference.
     """
-    data = part.data
     if cls.screened == "spectral":
+        part = RandomPart(data, base.power, base.count)
         blanks = cls.candidates(base.model, data.covariates)
         if not blanks:
             return None
@@ -117,13 +110,7 @@ def fit_replacement(
         below = base.log_likelihood - part.log_likelihood_of(base.best)
         if scanned[0][0].log_likelihood + below < least:
             return None
-        ends = [
-            polish(
-                model, [p for p in free_places(model) if p[0] == place], found, part, roughly=True
-            )
-            for found, model in worth_polishing(scanned)
-        ]
-        model, found = simplest_design(ends, place)
+        model, found = simplest_design(polished_designs(scanned, place, part), place)
         model = with_coefficients(model, found.theta)
         return solve(data, model, start=found, like=base, rounds=3, polish=False)
     if cls.screened == "slow":

@@ -10,7 +10,6 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
     best_slow,
@@ -114,13 +113,13 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
             and all(cls.kind != effects[place].kind for place in out)
         ]
         base = solve(fit.data, less, like=fit.solution, polish=False)
-        ones = [one for cls in kinds if (one := _with_process(cls, base, fit.data)) is not None]
+        ones = [one for cls in kinds if (one := fit_replacement(cls, base, fit.data)) is not None]
         twos = [
             two
             for one in ones
             for cls in kinds
             if not (one.model.effects[-1].last_resort or cls().last_resort)
-            and (two := _with_process(cls, one, fit.data)) is not None
+            and (two := fit_replacement(cls, one, fit.data)) is not None
         ]
         for rough in (*ones, *twos):
             solution = solve(fit.data, rough.model, like=fit.solution)
@@ -128,11 +127,6 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
             if lead > -MAX_RIVAL_LOG_EVIDENCE:
                 found.append((lead, out, solution))
     return tuple(found)
-
-
-def _with_process(cls: type[Effect], base: Solution, data: Data) -> Solution | None:
-    """Fit of a base model plus a process of kind `cls`; None if the kind cannot be added."""
-    return fit_replacement(cls, base, RandomPart(data, base.power, base.count), -np.inf)
 
 
 def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
@@ -192,7 +186,9 @@ class _PairSearch:
             for _, e in slow
         ]
         processes = [
-            s for s in (self._process(cls, self.base) for cls in self._kinds()) if s is not None
+            s
+            for cls in self._kinds()
+            if (s := fit_replacement(cls, self.base, self.data)) is not None
         ]
         for one in processes:
             first = one.model.effects[-1]
@@ -219,7 +215,7 @@ class _PairSearch:
         # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
         hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
         for cls in kinds:
-            both = self._process(cls, one, hopeless)
+            both = fit_replacement(cls, one, self.data, hopeless)
             if both is not None:
                 yield evidence(both), both.model
 
@@ -234,7 +230,7 @@ class _PairSearch:
             for cls in CATALOGUE
             if issubclass(cls, Modifier) and cls.screened == "spectral" and cls.may_be(self.out)
         ]
-        first = (self._process(process, self.base) for process in self._kinds())
+        first = (fit_replacement(cls, self.base, self.data) for cls in self._kinds())
         return [
             pair for one in first if one is not None for pair in self._with_second(one, filters)
         ]
@@ -250,13 +246,6 @@ class _PairSearch:
             and cls.kind != self.out.kind
             and cls.may_be(self.out)
         ]
-
-    def _process(
-        self, cls: type[Effect], base: Solution, least: float = -np.inf
-    ) -> Solution | None:
-        """Fit of a base model plus a process of kind `cls`; None if its logL stays below `least`."""
-        part = RandomPart(self.data, base.power, base.count)
-        return fit_replacement(cls, base, part, least)
 
     def _slow(self, base: Solution) -> dict[str, tuple[float, Deterministic]]:
         """Best grid point of each kind of slow function added to a base fit, with its ΔlogL."""

@@ -168,29 +168,28 @@ def design_of(
     effects: tuple[Deterministic, ...], data: Data, at: NDArray[np.int64] | None = None
 ) -> Design:
     """Regressors of the effects at their present shapes, at the ordinates `at` or at those that contain the effects."""
-    lines = {i: e for i, e in enumerate(effects) if isinstance(e, Periodic)}
-    slow = [i for i, e in enumerate(effects) if e.low]
-    combs = {i: (e.frequency or 0.0, [m for m, _, _ in e.lines]) for i, e in lines.items()}
     if at is None:
-        parts = [comb_window(*comb, data) for comb in combs.values()]
-        parts += [
-            ordinates_of_drift(e, data)
-            for i, e in enumerate(effects)
-            if not e.low and i not in lines
-        ]
-        if slow:
+        parts = [_ordinates_of(e, data) for e in effects if not e.low]
+        if any(e.low for e in effects):
             parts.append(np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64))
         at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))
-    blocks = []
-    for i, effect in enumerate(effects):
-        block = (
-            comb_ordinates(*combs[i], at, data)
-            if i in lines
-            else regressor_ordinates([effect], at, data).T
-        )
-        blocks.append(block)
+    blocks = [regressors_at(e, at, data) for e in effects]
     ends = np.cumsum([0, *(block.shape[1] for block in blocks)]).tolist()
     return Design(at, np.column_stack(blocks), tuple(map(slice, ends[:-1], ends[1:])))
+
+
+def _ordinates_of(effect: Deterministic, data: Data) -> NDArray[np.int64]:
+    """Ordinates in which a line, a comb or a drifting line is regressed."""
+    if isinstance(effect, Periodic):
+        return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
+    return ordinates_of_drift(effect, data)
+
+
+def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
+    """Ordinates j of the regressors of an effect, shape (k, p)."""
+    if isinstance(effect, Periodic):
+        return comb_ordinates(effect.frequency or 0.0, [m for m, _, _ in effect.lines], j, data)
+    return regressor_ordinates([effect], j, data).T
 
 
 def without_at(
@@ -199,11 +198,7 @@ def without_at(
     """Ordinates j of the record minus those of known functions of time."""
     left = data.ordinates[j]
     for effect in effects:
-        if isinstance(effect, Periodic):
-            rows = comb_ordinates(effect.frequency or 0.0, [m for m, _, _ in effect.lines], j, data)
-        else:
-            rows = regressor_ordinates([effect], j, data).T
-        left = left - rows @ effect.amplitudes()
+        left = left - regressors_at(effect, j, data) @ effect.amplitudes()
     return left
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.random_part import Linear
+from allanite.fit.models import with_effect, without_effect
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import RandomPart
@@ -40,7 +41,7 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
     effect = model.effects[place]
     assert isinstance(effect, Stochastic)
     pieces = type(effect).pieces(part.data.n, part.data.rate)
-    others = Model(model.effects[:place] + model.effects[place + 1 :])
+    others = without_effect(model, place)
     middle = [pieces[len(pieces) // 2]]
     chosen, variances = middle, np.ones(1)
     if others.stochastic:
@@ -70,7 +71,7 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
     made = made.with_values(
         **held, hold=effect.hold, limits=effect.limits, at_limit=effect.at_limit
     )
-    return Model((*model.effects[:place], made, *model.effects[place + 1 :]))
+    return with_effect(model, place, made)
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:

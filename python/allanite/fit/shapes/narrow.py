@@ -19,6 +19,7 @@ from allanite.fit.likelihood.peaks import (
     is_narrow,
     ordinates_of_bins,
 )
+from allanite.fit.models import with_effect, without_effect
 from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ class Window:
         """Window around the effect at index `place` of a model with values."""
         effect = model.effects[place]
         near = bins_near(effect, data.bins, data.rate)
-        others = Model((*model.effects[:place], *model.effects[place + 1 :]))
+        others = without_effect(model, place)
         j = ordinates_of_bins(near, data.bins)
         return cls(
             model, place, data, j, ordinates[j] ** 2, _mean_density_of_bins(others, near, data)
@@ -142,8 +143,7 @@ class Window:
     def spectrum(self, x: Array) -> Array:
         """Expected squared ordinates with the band at coordinates x, shape (k,)."""
         effect = self.effect(x)
-        effects = (*self.model.effects[: self.place], effect, *self.model.effects[self.place + 1 :])
-        model = Model(effects)
+        model = with_effect(self.model, self.place, effect)
         terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]
         return np.exp(x[3]) * self.rest + density(tuple(terms), self.j, self.data.n)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Model, Stochastic
+from allanite.effects import Deterministic, Model, Stochastic
 from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.whittle import (
     MAX_EQUAL_WEIGHT_FREEDOM,
@@ -21,6 +21,7 @@ from allanite.fit.likelihood.whittle import (
     climb_many,
     first_guess,
 )
+from allanite.fit.models import with_effect
 from allanite.fit.shapes.polish import polish
 from allanite.spectrum.spectrum import cells_of
 
@@ -115,29 +116,26 @@ def _maxima_of_selected(
     thetas, values, scales = climbed(kept, thetas[kept], RANKING_STEPS)
     if base.scale is not None:
         # With a discrepancy the likelihood has several maxima.
-        votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
-        even = np.stack([first_guess(part.power, votes, matrices[k], None) for k in kept])
-        others, heights, rough = climbed(kept, even, RANKING_STEPS)
+        others, heights, rough = climbed(kept, _even_starts(matrices[kept], part), RANKING_STEPS)
         higher = heights > values
         thetas[higher], values[higher] = others[higher], heights[higher]
         scales = [b if up else a for a, b, up in zip(scales, rough, higher, strict=True)]
     if not narrow:
-        place = {int(k): i for i, k in enumerate(kept)}
-        kept = ahead(kept, values, MIN_RANKED_POINTS)
-        starting = thetas[[place[int(k)] for k in kept]]
+        ranked = ahead(kept, values, MIN_RANKED_POINTS)
+        starting = thetas[np.searchsorted(kept, ranked)]
+        kept = ranked
         thetas, values, scales = climb_many(
             part.power, part.count, matrices[kept], starting, base.scale, SELECTION_STEPS
         )
-    return {
-        int(k): Maximum(
-            thetas[i],
-            np.maximum(matrices[k] @ thetas[i], 1e-300),
-            float(values[i]),
-            scales[i],
-            base.weight,
-        )
-        for i, k in enumerate(kept)
-    }
+    spectra = np.maximum(np.einsum("kbp,kp->kb", matrices[kept], thetas), 1e-300)
+    found = zip(thetas, spectra, values.tolist(), scales, strict=True)
+    return {int(k): Maximum(*each, base.weight) for k, each in zip(kept, found, strict=True)}
+
+
+def _even_starts(matrices: Array, part: RandomPart) -> Array:
+    """Start of each grid point, shape (m, p), that fits all coefficients with similar weights of all bins."""
+    votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
+    return np.stack([first_guess(part.power, votes, matrix, None) for matrix in matrices])
 
 
 def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
@@ -164,8 +162,29 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
     return np.asarray(total / np.convolve(count, window, mode="same"))
 
 
-def worth_polishing(
-    scanned: list[tuple[Maximum, Model]], place: int = -1
+def polished_designs(
+    scanned: list[tuple[Maximum, Model]], place: int, part: RandomPart
+) -> list[tuple[Model, Maximum]]:
+    """Models and maxima with roughly optimized shapes of the effect at index `place`, from the points worth it."""
+    return [
+        polish(model, free_places(model, place), found, part, roughly=True)
+        for found, model in _worth_polishing(scanned, place)
+    ]
+
+
+def free_places(model: Model, place: int | None = None) -> list[tuple[int, str]]:
+    """(index of the effect, name) of every free shape of random effects and modifiers, or of the effect at `place`."""
+    return [
+        (i, name)
+        for i, effect in enumerate(model.effects)
+        if not isinstance(effect, Deterministic) and place in (None, i)
+        for name in effect.free_shapes
+        if not isinstance(effect.values[name], (str, type(None)))
+    ]
+
+
+def _worth_polishing(
+    scanned: list[tuple[Maximum, Model]], place: int
 ) -> list[tuple[Maximum, Model]]:
     """Scanned points whose shapes should be optimized: the best of every design, and at least two in total.
 
@@ -207,7 +226,7 @@ def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tu
     """The model with another form of the effect at index `place` (`Effect.equal_forms`) if logL rises clearly."""
     found = model, best
     for effect in model.effects[place].equal_forms():
-        other = Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
+        other = with_effect(model, place, effect)
         places = [(place, name) for name in effect.free_shapes]
         tried = polish(other, places, part.maximize(other, best), part, roughly=True)
         if tried[1].log_likelihood > max(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Periodic
+from allanite.fit.models import with_effect
 from allanite.fit.shapes.deterministic import (
     LOWEST_ORDINATES,
     comb_gains,
@@ -35,7 +36,12 @@ from allanite.fit.shapes.matched import (
     regressor_ordinates,
 )
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import better_form, simplest_design, worth_polishing
+from allanite.fit.shapes.scan import (
+    better_form,
+    free_places,
+    polished_designs,
+    simplest_design,
+)
 from allanite.fit.shapes.tones import polish_burst
 
 if TYPE_CHECKING:
@@ -56,17 +62,6 @@ MAX_JOINT_LINES = 3
 #: Tolerance of a shape of a slow function, as a fraction of the distance between its neighbors on the grid.
 #: Chosen by judgment; not measured.
 SHAPE_TOLERANCE = 1e-3
-
-
-def free_places(model: Model) -> list[tuple[int, str]]:
-    """(index of the effect, name) of every free shape of random effects and modifiers."""
-    return [
-        (place, name)
-        for place, effect in enumerate(model.effects)
-        if not isinstance(effect, Deterministic)
-        for name in effect.free_shapes
-        if not isinstance(effect.values[name], (str, type(None)))
-    ]
 
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
@@ -103,22 +98,19 @@ def fit_shapes(
     ]
     # Open shapes of later effects start in the middle of their grids; a second pass runs when all have values.
     for place in opened * (2 if len(opened) > 1 else 1):
-        points = grid_models(_with_effect(model, place, blank[place]), place, part.data)
+        points = grid_models(with_effect(model, place, blank[place]), place, part.data)
         points += [
-            _with_effect(model, place, e) for e in _suggested_by_ordinates(blank[place], part)
+            with_effect(model, place, e) for e in _suggested_by_ordinates(blank[place], part)
         ]
-        tried = [(part.maximize(m), m) for m in map(_WithGridMiddles(part.data), points)]
+        tried = [(part.maximize(m), m) for m in (_with_grid_middles(p, part.data) for p in points)]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
         ends = [(m, found) for found, m in tried[:1]]
         if polished:
-            ends += [
-                polish(m, [p for p in free_places(m) if p[0] == place], found, part, roughly=True)
-                for found, m in worth_polishing(tried, place)
-            ]
+            ends += polished_designs(tried, place, part)
         chosen, start = simplest_design(ends, place)
         if polished:
             chosen, start = better_form(chosen, place, start, part)
-        model = _with_effect(model, place, chosen.effects[place])
+        model = with_effect(model, place, chosen.effects[place])
     for place in places_without_form(model, part):
         model, start = built_from_pieces(model, place, part), None
     found = part.maximize(model, start)
@@ -147,11 +139,6 @@ def with_open_shapes(model: Model, given: Model) -> Model | None:
     return Model(tuple(effects)) if tuple(effects) != model.effects else None
 
 
-def _with_effect(model: Model, place: int, effect: Effect) -> Model:
-    """The model with the effect at index `place` replaced."""
-    return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
-
-
 def _has_open_shape(effect: Effect) -> bool:
     """True if a shape or a choice of a random effect has no value."""
     undecided = len(effect.variants()) > 1 and any(
@@ -160,20 +147,13 @@ def _has_open_shape(effect: Effect) -> bool:
     return undecided or any(effect.values[n] is None for n in effect.free_shapes)
 
 
-class _WithGridMiddles:
-    """Function that gives every open random effect of a model the middle of its grid."""
-
-    def __init__(self, data: Data) -> None:
-        self.data = data
-
-    def __call__(self, model: Model) -> Model:
-        for place, effect in enumerate(model.effects):
-            if isinstance(effect, Deterministic) or not _has_open_shape(effect):
-                continue
-            points = grid_models(Model((effect,)), 0, self.data)
-            middle = points[len(points) // 2].effects[0]
-            model = _with_effect(model, place, middle)
-        return model
+def _with_grid_middles(model: Model, data: Data) -> Model:
+    """The model in which every open random effect has the values in the middle of its grid."""
+    for place, effect in enumerate(model.effects):
+        if not isinstance(effect, Deterministic) and _has_open_shape(effect):
+            points = grid_models(model, place, data)
+            model = points[len(points) // 2]
+    return model
 
 
 def fit_deterministic_shapes(
@@ -213,11 +193,11 @@ def fit_deterministic_shapes(
                 left = without_at(rest, j, data)
                 size = regress(line, left, noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
-                model = _with_effect(model, place, placed)
+                model = with_effect(model, place, placed)
         elif not effect.low:
             if slow or place == len(model.effects) - 1 or effect.values["frequency"] is None:
                 left = data.without(_with_values(others))
-                model = _with_effect(
+                model = with_effect(
                     model, place, SHAPE_OPTIMIZERS[effect.screened](effect, left, noise, data)
                 )
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -169,87 +169,124 @@ def fit_noise(
     start : FittedNoise, optional
         Fit of some of the effects; its values start the optimization.
     """
-    from scipy.optimize import minimize, minimize_scalar
-
-    length = float(series.times[-1] - series.times[0])
-    n = max(16, int(np.ceil(length * rate)) + 1)
-    sizes = len(candidate.effects)
-    fixed = [
-        added([form(term, rate, n) for term in effect.unit_terms(rate)])
-        for effect in candidate.effects[: sizes - (candidate.exponents is not None)]
-    ]
-    # Normalize each part by the scatter that it adds to the samples, so that relevant ratios are near 1.
-    weights = [1.0 / _scatter(part, length) for part in fixed]
-
-    def last(exponent: float) -> StampedNoise:
-        """Noise of the last effect with this exponent, scaled so that it adds about 1 to the scatter of the samples."""
-        effect: Any = candidate.effects[-1].with_values(exponent=float(exponent))
-        part = added([form(term, rate, n) for term in effect.unit_terms(rate)])
-        return part.scaled(1.0 / _scatter(part, length))
-
-    def at(place: Array) -> StampedNoise:
-        """Noise at log-variances (and an exponent)."""
-        parts = [
-            part.scaled(weight * float(np.exp(v)))
-            for part, weight, v in zip(fixed, weights, place, strict=False)
-        ]
-        if candidate.exponents is not None:
-            parts.append(last(place[-1]).scaled(float(np.exp(place[-2]))))
-        return added(parts)
-
-    def whole(free: Array) -> Array:
-        """All log-variances from those relative to the first."""
-        return np.concatenate([[0.0], free])
-
-    def loss(free: Array) -> float:
-        """Negative profiled log-likelihood at relative log-variances (and an exponent)."""
-        stop_if_unwanted()
-        return -series.regressed(at(whole(np.asarray(free, dtype=float)))).profiled
-
-    if sizes == 1 and candidate.exponents is None:
-        free = np.zeros(0)
-    elif sizes == 2 and candidate.exponents is None:
-        ratio = minimize_scalar(
-            lambda v: loss(np.array([v])),
-            bounds=(-MAX_LOG_VARIANCE_RATIO, MAX_LOG_VARIANCE_RATIO),
-            method="bounded",
-            options={"xatol": RATIO_TOLERANCE},
-        )
-        free = np.array([ratio.x])
-    else:
-        limits = [(-MAX_LOG_VARIANCE_RATIO, MAX_LOG_VARIANCE_RATIO)] * (sizes - 1)
-        limits += [] if candidate.exponents is None else [candidate.exponents]
-        first = _start_values(candidate, start, limits)
-        found = minimize(
-            loss,
-            first,
-            method="L-BFGS-B",
-            bounds=limits,
-            options={"eps": GRADIENT_STEP, "ftol": 1e-7, "gtol": 1e-2, "maxiter": MAX_ITERATIONS},
-        )
-        free = np.asarray(found.x)
-    place = whole(free)
-    scale = series.regressed(at(place)).scale
+    parts = _Parts.of(candidate, series, rate, form)
+    place = np.concatenate([[0.0], _relative_log_variances(series, parts, start)])
+    scale = series.regressed(parts.at(place)).scale
     # Rounding to doubles is no noise.
     if scale <= (np.finfo(float).eps * np.abs(series.values).max()) ** 2:
         raise InputError(
             "the samples have no noise: they are all equal, or a known function of time"
         )
-    place[:sizes] += np.log(scale)
-    noise = at(place)
-    regressed = series.regressed(noise)
-    effects: list[Stochastic] = []
-    for i, effect in enumerate(candidate.effects):
-        if i == len(fixed):
-            effect = effect.with_values(exponent=float(place[-1]))
-            part = added([form(term, rate, n) for term in effect.unit_terms(rate)])
-            weight = 1.0 / _scatter(part, length)
-        else:
-            weight = weights[i]
-        size = float(np.sqrt(weight * np.exp(place[i])))
-        effects.append(effect.with_values(**{effect.coefficient: size}))
+    place[: len(candidate.effects)] += np.log(scale)
+    noise = parts.at(place)
     price = 0.5 * candidate.numbers * float(np.log(max(series.n, 2)))
-    return FittedNoise(candidate, Model(tuple(effects)), noise, regressed, price, place, at, series)
+    regressed = series.regressed(noise)
+    return FittedNoise(
+        candidate, parts.model(place), noise, regressed, price, place, parts.at, series
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Noise of a candidate as a function of its log-variances, and of the exponent of its last effect.
+
+    Each part is normalized by the scatter that it adds to the samples, so that relevant ratios are near 1.
+
+    Attributes
+    ----------
+    candidate : Candidate
+    normalized : callable
+        Returns the noise of an effect at coefficient 1, and its weight: 1 over its scatter over the record.
+    fixed : list of (StampedNoise, float)
+        Noise and weight of the effects without a fitted exponent.
+    """
+
+    candidate: Candidate
+    normalized: Callable[[Stochastic], tuple[StampedNoise, float]]
+    fixed: list[tuple[StampedNoise, float]]
+
+    @classmethod
+    def of(
+        cls,
+        candidate: Candidate,
+        series: StampedSeries,
+        rate: float,
+        form: Callable[[Term, float, int], StampedNoise],
+    ) -> _Parts:
+        """Parts of a candidate for the times of a series; `rate` and `form` as for `fit_noise`."""
+        length = float(series.times[-1] - series.times[0])
+        n = max(16, int(np.ceil(length * rate)) + 1)
+
+        def normalized(effect: Stochastic) -> tuple[StampedNoise, float]:
+            """Noise of an effect at coefficient 1, and 1 over its scatter."""
+            noise = added([form(term, rate, n) for term in effect.unit_terms(rate)])
+            return noise, 1.0 / _scatter(noise, length)
+
+        fixed = candidate.effects[: len(candidate.effects) - (candidate.exponents is not None)]
+        return cls(candidate, normalized, [normalized(effect) for effect in fixed])
+
+    def _last(self, exponent: float) -> Stochastic:
+        """The last effect with this exponent."""
+        return self.candidate.effects[-1].with_values(exponent=float(exponent))
+
+    def at(self, place: Array) -> StampedNoise:
+        """Noise at log-variances (and an exponent)."""
+        sizes = np.exp(place).tolist()
+        parts = [
+            part.scaled(weight * size)
+            for (part, weight), size in zip(self.fixed, sizes, strict=False)
+        ]
+        if self.candidate.exponents is not None:
+            part, weight = self.normalized(self._last(place[-1]))
+            parts.append(part.scaled(weight).scaled(sizes[-2]))
+        return added(parts)
+
+    def model(self, place: Array) -> Model:
+        """The effects with the coefficients at log-variances (and an exponent)."""
+        effects, weights = list(self.candidate.effects), [weight for _, weight in self.fixed]
+        if self.candidate.exponents is not None:
+            effects[-1] = self._last(place[-1])
+            weights.append(self.normalized(effects[-1])[1])
+        sizes = np.sqrt(weights * np.exp(place[: len(effects)]))
+        values = zip(effects, sizes.tolist(), strict=True)
+        return Model(tuple(e.with_values(**{e.coefficient: size}) for e, size in values))
+
+
+def _relative_log_variances(
+    series: StampedSeries, parts: _Parts, start: FittedNoise | None
+) -> Array:
+    """Most likely log-variances relative to that of the first effect, and the exponent if it is fitted."""
+    from scipy.optimize import minimize, minimize_scalar
+
+    candidate = parts.candidate
+    sizes = len(candidate.effects)
+    if sizes == 1 and candidate.exponents is None:
+        return np.zeros(0)
+
+    def loss(free: Array) -> float:
+        """Negative profiled log-likelihood at relative log-variances (and an exponent)."""
+        stop_if_unwanted()
+        place = np.concatenate([[0.0], np.asarray(free, dtype=float)])
+        return -series.regressed(parts.at(place)).profiled
+
+    limits = [(-MAX_LOG_VARIANCE_RATIO, MAX_LOG_VARIANCE_RATIO)] * (sizes - 1)
+    if sizes == 2 and candidate.exponents is None:
+        ratio = minimize_scalar(
+            lambda v: loss(np.array([v])),
+            bounds=limits[0],
+            method="bounded",
+            options={"xatol": RATIO_TOLERANCE},
+        )
+        return np.array([ratio.x])
+    limits += [] if candidate.exponents is None else [candidate.exponents]
+    found = minimize(
+        loss,
+        _start_values(candidate, start, limits),
+        method="L-BFGS-B",
+        bounds=limits,
+        options={"eps": GRADIENT_STEP, "ftol": 1e-7, "gtol": 1e-2, "maxiter": MAX_ITERATIONS},
+    )
+    return np.asarray(found.x)
 
 
 def _scatter(noise: StampedNoise, length: float) -> float:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError
-from allanite.effects.terms import Blue, Exponential, Flicker, PowerLaw, RandomWalk, White
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -23,6 +22,8 @@ Array = NDArray[np.float64]
 #: Decay rate of the lag that represents a random walk, times the duration of the record. Its variance at the end of the
 #: record then differs by 0.01 %.
 RANDOM_WALK_DECAY = 1e-4
+#: Exponents of the spectra of terms with a variance; the variance is the level.
+POWER_LAW_EXPONENTS = {"blue": 2.0, "white": 0.0, "flicker": -1.0, "random_walk": -2.0}
 
 
 @dataclass(frozen=True)
@@ -74,17 +75,20 @@ def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
     n : int
         Number of samples of the record at that rate; determines the slowest lag.
     """
-    if isinstance(term, White):
-        return StampedNoise(white=term.variance)
-    if isinstance(term, RandomWalk):
-        return StampedNoise(walk=term.variance * rate)
-    if isinstance(term, Exponential) and complex(term.phi).imag == 0.0:
-        return _noise_of_lags([(complex(term.phi).real, complex(term.a).real)], 1.0, rate)
-    exponent, level = _power_law_of(term)
+    lag = _lag_of(term)
+    if lag is not None:
+        return _noise_of_lags([lag], 1.0, rate)
+    return _sampled_power_law(*_power_law_of(term), rate, n)
+
+
+def _sampled_power_law(exponent: float, level: float, rate: float, n: int) -> StampedNoise:
+    """Noise of samples that follow a power law with an exponent from −2 to 0; the parameters are as above."""
+    if exponent == 0.0:
+        return StampedNoise(white=level)
     if exponent == -2.0:
         return StampedNoise(walk=level * rate)
-    if not -2.0 < exponent <= 0.0:
-        raise _unsupported(term)
+    if not -2.0 < exponent < 0.0:
+        raise _unsupported(exponent)
     return _noise_of_lags(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
 
 
@@ -94,38 +98,44 @@ def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
     Each lag keeps its density at frequencies far below the sampling rate. The parameters are those of `sampled_noise`.
     Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself.
     """
+    lag = _lag_of(term)
+    if lag is not None:
+        return _integrated_lags([lag], 1.0, rate)
+    exponent, level = _power_law_of(term)
     step = 1.0 / rate
-    if isinstance(term, Blue):
-        return StampedNoise(white=term.variance * step**2)
-    if isinstance(term, White):
-        return StampedNoise(walk=term.variance * step)
-    exponent, level = (-2.0, term.variance) if isinstance(term, RandomWalk) else (0.0, 0.0)
-    if isinstance(term, Exponential) and complex(term.phi).imag == 0.0:
-        return _integrated_lags([(complex(term.phi).real, complex(term.a).real)], 1.0, rate)
+    if exponent > 0.0:
+        return _sampled_power_law(exponent - 2.0, level * step**2, rate, n)
     if exponent == 0.0:
-        exponent, level = _power_law_of(term)
+        return StampedNoise(walk=level * step)
     if exponent == -2.0:
         slow = RANDOM_WALK_DECAY * rate / n
         return StampedNoise(lags=((0.5 * level * rate / slow, slow, True),))
-    if 0.0 < exponent <= 2.0:
-        return sampled_noise(PowerLaw(exponent - 2.0, level * step**2), rate, n)
-    if not -2.0 < exponent <= 0.0:
-        raise _unsupported(term)
+    if exponent < -2.0:
+        raise _unsupported(exponent)
     return _integrated_lags(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
+
+
+def _lag_of(term: Term) -> tuple[float, float] | None:
+    """Decay per sample and variance of a term that is a lag, else None."""
+    name, numbers = term.kernel
+    if name != "exponential" or numbers[3] != 0.0:
+        return None
+    return numbers[2], numbers[0]
 
 
 def _power_law_of(term: Term) -> tuple[float, float]:
     """Exponent and level of a term that is a power law."""
-    if isinstance(term, Flicker):
-        return -1.0, term.variance
-    if isinstance(term, PowerLaw):
-        return term.exponent, term.level
-    raise _unsupported(term)
+    name, numbers = term.kernel
+    if name == "power_law":
+        return numbers[0], numbers[1]
+    if name not in POWER_LAW_EXPONENTS:
+        raise _unsupported(repr(name))
+    return POWER_LAW_EXPONENTS[name], numbers[0]
 
 
-def _unsupported(term: Term) -> InputError:
-    """Error for a term that cannot be evaluated at arbitrary times."""
-    return InputError(f"process {term.name!r} is not supported for samples at arbitrary times")
+def _unsupported(process: object) -> InputError:
+    """Error for a process, or an exponent of a power law, that cannot be evaluated at arbitrary times."""
+    return InputError(f"process {process} is not supported for samples at arbitrary times")
 
 
 def _noise_of_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:

@@ -12,7 +12,7 @@ from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.bands_in_time import band_ordinates, band_series, cell_shares, share_of
-from allanite.fit.likelihood.whitened import MIN_WHITE_SHARE, with_normal_tails
+from allanite.fit.likelihood.whitened import MIN_WHITE_SHARE
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
@@ -63,7 +63,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n:
         return None  # a summary keeps no samples
-    whitened = with_normal_tails(whitened)
+    whitened = whitened.with_normal_tails
     ordinates = _kernels.cosine_transform(whitened.samples)
     octaves = octaves_of(whitened)
     bands = list(_dominated(solution, data))

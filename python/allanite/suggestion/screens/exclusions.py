@@ -11,7 +11,7 @@ from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import without_samples
-from allanite.fit.likelihood.whitened import end_samples, rounding_step, with_normal_tails
+from allanite.fit.likelihood.whitened import end_samples, rounding_step
 from allanite.fit.missing.completion import complete
 from allanite.recording.repeats import longest_run
 from allanite.recording.tails import outlier_limit
@@ -222,7 +222,7 @@ def _disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidat
     stuck = _stuck_value(solution, data)
     if stuck is not None:
         return stuck
-    bands = octaves_of(with_normal_tails(whitened))
+    bands = octaves_of(whitened.with_normal_tails)
     samples = data.residual(solution.model)
     found: list[_SeenByOctave] = []
     with_sharp_ends: list[_SeenByOctave] = []
@@ -372,7 +372,7 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
 def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float) -> float:
     """ΔlogL of separate levels of all octaves, louder or quieter, between two fractions of the record."""
     return sum(
-        rise for rise, _ in _octave_levels(octaves_of(with_normal_tails(whitened)), first, last)
+        rise for rise, _ in _octave_levels(octaves_of(whitened.with_normal_tails), first, last)
     )
 
 

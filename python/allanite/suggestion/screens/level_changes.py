@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Level, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.crowding import crowding_ratio, peak_level
-from allanite.fit.likelihood.whitened import end_samples, white_power, whiten, with_normal_tails
+from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.recording.tails import coarse_step
 from allanite.suggestion.constants import (
@@ -115,7 +115,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
     power, share, freedom = white_power(solution, data, calm)
     if power is None or power.size < MIN_POWER_VALUES or _dithered(data):
         return None
-    steady = with_normal_tails(whitened)
+    steady = whitened.with_normal_tails
     judged = power if steady is calm else white_power(solution, data, steady)[0]
     assert judged is not None
     return series_of(power, judged, freedom, share, data.span)
@@ -249,7 +249,7 @@ def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
 
     The unknown ends of the record get the power of the samples nearby.
     """
-    square = with_normal_tails(whitened).samples ** 2
+    square = whitened.with_normal_tails.samples**2
     n, ends = square.size, end_samples(square.size)
     square[:ends] = square[ends : 5 * ends].mean()
     square[n - ends :] = square[n - 5 * ends : n - ends].mean()

@@ -19,7 +19,6 @@ from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
     cell_means,
     expected_level,
-    with_normal_tails,
 )
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
@@ -303,7 +302,7 @@ def _share_with_normal_tails(
     if not 0 < last - first <= MAX_SHORT_EVENT_SAMPLES or data.ordinates.size != data.n:
         return 1.0
     given = whitened()
-    parts = [w.samples[first:last].sum() ** 2 for w in (with_normal_tails(given), given)]
+    parts = [w.samples[first:last].sum() ** 2 for w in (given.with_normal_tails, given)]
     return float(min(1.0, parts[0] / parts[1])) if parts[1] > 0.0 else 1.0
 
 

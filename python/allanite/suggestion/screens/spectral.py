@@ -26,11 +26,11 @@ from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import (
     MAX_SIMPLER_LOSS,
     better_form,
+    free_places,
+    polished_designs,
     scan_added_effect,
     simplest_design,
-    worth_polishing,
 )
-from allanite.fit.shapes.shape import free_places
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     MAX_DESIGNS_POLISHED,
@@ -223,7 +223,7 @@ def _with_richer_form(
     for plain, start in sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_FORMS_TRIED]:
         for effect in plain.effects[last].extended():
             richer = Model((*plain.effects[:last], effect))
-            places = [p for p in free_places(richer) if p[0] == last]
+            places = free_places(richer, last)
             climbed = part.climb(part.linear(richer), start.theta, start.scale)
             tried = polish(richer, places, climbed, part, roughly=True)
             if tried[1].log_likelihood > max(
@@ -288,10 +288,7 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
         return None
     last = len(base.model)
-    ends = [
-        polish(model, [p for p in free_places(model) if p[0] == last], found, part, roughly=True)
-        for found, model in worth_polishing(scanned)
-    ]
+    ends = polished_designs(scanned, last, part)
     model, best = simplest_design(ends, last)
     if best.log_likelihood > base.best.log_likelihood + MIN_DELTA_LOGL_OVER_SIMPLER:
         top = sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_DESIGNS_POLISHED]
