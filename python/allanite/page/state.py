@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.numbers import tidy
 from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
@@ -268,7 +269,7 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "audit": [
             {
                 "severity": f.severity,
-                "message": sentence(f.worded(WORDS)),
+                "message": sentence(tidy(f.worded(WORDS))),
                 "offers": offers(f, column.rate, column.duration),
             }
             for f in found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import re
 import sys
 import textwrap
 import warnings
@@ -41,10 +42,14 @@ SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 #: Heights of the title and of a line of the subtitle, in inches.
 TITLE, LINE_HEIGHT = 0.29, 0.22
+#: Sizes of the title and of a table in points, and the size of the title relative to other letters in a style.
+TITLE_POINTS, TABLE_POINTS, TITLE_GROWTH = 13.0, 9.5, 1.25
 #: Height of a row of a table or a legend, in inches.
 ROW = 0.185
 #: Width of a legend of `WIDTH`, and of the symbol before each label, in letters.
 LETTERS, KEY = 177, 9
+#: Width of a bold letter of the title and of a letter of a table, relative to their size (measured in DejaVu Sans).
+BOLD_LETTER, MONO_LETTER = 0.68, 0.602
 MONO = "DejaVu Sans Mono"
 FONT = "DejaVu Sans"  # included in matplotlib; contains all characters that are used
 #: Texts are literal: a dollar sign does not start a formula.
@@ -70,6 +75,8 @@ class Style:
         Size of all letters; None for the sizes on the screen.
     strokes : float
         Widths of lines and sizes of points relative to those on the screen.
+    brief : bool
+        True to omit the table, and to label the axis of a strip of residuals by its unit alone.
     """
 
     width: float = WIDTH
@@ -77,13 +84,14 @@ class Style:
     column: bool = False
     points: float | None = None
     strokes: float = 1.0
+    brief: bool = False
 
 
 #: Styles: screen, one column of a journal (88 mm, 8 pt), and slides (16:9).
 STYLES = {
     "screen": Style(),
     "paper": Style(88.0 / 25.4, 1.8, True, 8.0, 0.6),
-    "slides": Style(WIDTH, HEIGHT, False, 18.0, 1.8),
+    "slides": Style(16.0, 9.0, False, 18.0, 1.8, True),
 }
 
 
@@ -149,6 +157,12 @@ def draw(
     if style not in STYLES:
         raise InputError(f"unknown style {style!r}: {', '.join(STYLES)}")
     form = STYLES[style]
+    across = (form.width if size is None else size[0]) * 72.0 * 0.96
+    if form.brief:
+        figure = _brief(figure)
+    elif figure.below:
+        letters = int(across / (MONO_LETTER * (form.points or TABLE_POINTS)))
+        figure = replace(figure, below=_in_blocks(figure.below, letters))
     if form.column:
         figure = _in_one_column(figure)
         lines = len(figure.below.splitlines()) if figure.below else len(figure.legend())
@@ -214,6 +228,38 @@ def _in_one_column(figure: Figure) -> Figure:
     )
 
 
+def _brief(figure: Figure) -> Figure:
+    """The figure without its table; the axis of a panel below another one is labeled by its unit alone."""
+    panels = tuple(
+        replace(p, y=replace(p.y, label=f"({p.y.label.rpartition(' (')[2]}"))
+        if p.row > 0 and " (" in p.y.label
+        else p
+        for p in figure.panels
+    )
+    return replace(figure, panels=panels, below="")
+
+
+def _in_blocks(table: str, letters: int) -> str:
+    """The table with columns that do not fit into a width of `letters` moved below, next to the first column."""
+    lines = table.splitlines()
+    if max(map(len, lines)) <= letters:
+        return table
+    columns = list(zip(*(re.split(r" {2,}", line.strip()) for line in lines), strict=True))
+    widths = [max(map(len, column)) for column in columns]
+    blocks, width = [[0]], widths[0]
+    for i in range(1, len(columns)):
+        if width + 2 + widths[i] > letters and len(blocks[-1]) > 1:
+            blocks.append([0])
+            width = widths[0]
+        blocks[-1].append(i)
+        width += 2 + widths[i]
+    rows = range(len(lines))
+    return "\n\n".join(
+        "\n".join("  ".join(columns[i][r].rjust(widths[i]) for i in block) for r in rows)
+        for block in blocks
+    )
+
+
 def _resize(canvas: Any, form: Style) -> None:
     """Set letters, lines and points to the sizes of a style."""
     if form.points is None:
@@ -223,9 +269,10 @@ def _resize(canvas: Any, form: Style) -> None:
     from matplotlib.text import Text
 
     for text in canvas.findobj(Text):
-        text.set_fontsize(
-            form.points * (1.25 if text.get_weight() == "bold" and not form.column else 1)
-        )
+        text.set_fontsize(form.points)
+    for text in canvas.texts:
+        if text.get_weight() == "bold":
+            text.set_fontsize(TITLE_GROWTH * form.points)
     for line in canvas.findobj(Line2D):
         line.set_linewidth(form.strokes * line.get_linewidth())
         line.set_markersize(form.strokes * line.get_markersize())
@@ -242,14 +289,15 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
         lines = figure.below.splitlines()
         bottom = (0.10 + grown * ROW * len(lines)) / height
         canvas.text(
-            0.02, bottom, figure.below, ha="left", va="top", fontsize=9.5, color=look.text, family=MONO,
+            0.02, bottom, figure.below, ha="left", va="top", fontsize=TABLE_POINTS, color=look.text, family=MONO,
             parse_math=False, linespacing=1.3,
         )  # fmt: skip
     top = 0.13 if figure.title or figure.subtitle else 0.06
     style = {"ha": "left", "va": "top", "color": look.text} | TEXT
-    if figure.title:
-        canvas.text(0.012, 1 - top / height, figure.title, fontsize=13, weight="bold", **style)
-        top += TITLE * grown
+    size = TITLE_POINTS if form.points is None else TITLE_GROWTH * form.points
+    for part in textwrap.wrap(figure.title, int(0.96 * 72.0 * width / (BOLD_LETTER * size))):
+        canvas.text(0.012, 1 - top / height, part, fontsize=TITLE_POINTS, weight="bold", **style)
+        top += TITLE * size / TITLE_POINTS
     letters = int(LETTERS * width / WIDTH / grown * 0.95)
     for line in figure.subtitle.splitlines():
         for part in textwrap.wrap(line, letters) or [""]:

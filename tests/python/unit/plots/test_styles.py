@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -47,6 +48,37 @@ def test_slides_have_large_letters_and_keep_the_title(fits):
     canvas = drawn(fits[0].plot(), "slides")
     assert min(t.get_fontsize() for t in texts(canvas)) >= 18
     assert any(t.get_weight() == "bold" for t in texts(canvas))
+
+
+def outside(canvas):
+    """Texts that leave the canvas, and pairs of labels of axes that meet."""
+    canvas.draw_without_rendering()
+    whole = canvas.bbox
+    boxes = [(t.get_text(), t.get_window_extent()) for t in texts(canvas) if t.get_visible()]
+    found = [
+        text for text, b in boxes if b.x0 < 0 or b.x1 > whole.x1 or b.y0 < 0 or b.y1 > whole.y1
+    ]
+    labels = [axes.yaxis.label.get_window_extent() for axes in canvas.axes]
+    return found + [a for a, b in itertools.combinations(labels, 2) if a.overlaps(b)]
+
+
+@pytest.mark.parametrize("style", ["screen", "paper", "slides"])
+def test_no_words_leave_a_figure_or_meet(fits, style):
+    figure = fits[2].plot()
+    assert outside(drawn(figure, style)) == []
+    long = replace(figure, title=" · ".join([figure.title] * 3))
+    assert outside(drawn(long, style)) == []
+
+
+@pytest.mark.parametrize("style", ["screen", "paper", "slides"])
+def test_no_table_leaves_its_figure(clock, style):
+    kinds = [getattr(al, kind)(clock).at_confidence(0.683) for kind in ("oadev", "mdev", "hdev")]
+    figure = plot_stability(kinds)
+    assert outside(drawn(figure, style)) == []
+    table = "".join(t.get_text() for t in drawn(figure, style).texts if "τ (s)" in t.get_text())
+    # Slides have no table; paper has one for each deviation.
+    assert table.count("τ (s)") == {"screen": 1, "paper": 3, "slides": 0}[style]
+    assert all(d.kind in table for d in kinds) is (style != "slides")
 
 
 def test_an_unknown_style_is_refused(fits, tmp_path):
