@@ -363,7 +363,7 @@ def recording_of(
     *,
     for_fit: bool = True,
 ) -> Recording:
-    """Read and check a log with all columns that the options select.
+    """Recording of a log with all columns that the options select, checked.
 
     With `for_fit`, a log that is mostly motion is refused.
 
@@ -386,7 +386,7 @@ def recordings_of(
     options: LogOptions,
     check_columns: Callable[[Sequence[Recording]], None] | None = None,
 ) -> list[Recording]:
-    """Read a log as `recording_of` does; one recording for each sampling rate in the log."""
+    """Recordings of a log, one for each of its sampling rates, read as `recording_of` does."""
     from allanite.readers import read_sensors
 
     with log_file(path) as file, named(file, path):
@@ -399,7 +399,7 @@ def recordings_of(
 def _prepared_recording(
     recording: Recording, path: str, options: LogOptions, *, for_fit: bool = True
 ) -> Recording:
-    """Trim, check, decimate and convert a recording as the options say."""
+    """Copy of a recording: trimmed, checked, decimated and converted as the options say."""
     from allanite.readers.plausibility import checked
 
     if path == PIPE:

@@ -279,7 +279,7 @@ class Model(AsModel):
         return self
 
     def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
-        """Fit the model to every column; for `method` see `allanite.fit_model`."""
+        """Fits of the model, one for every column; for `method` see `allanite.fit_model`."""
         import allanite as al
 
         return al.fit_columns(recording, self, method)

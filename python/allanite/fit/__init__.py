@@ -86,7 +86,7 @@ def fit_model(
 
 
 def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
-    """Fit a model of any size to a recording, see `fit_model`; stepwise model building may exceed its size limit."""
+    """Fit of a model of any size to a recording, see `fit_model`; stepwise model building may exceed its size limit."""
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
     if isinstance(recording, Summary) and recording.whole:

@@ -86,7 +86,7 @@ def solve(
     model = _with_white(model)
 
     def fit(tried: Model) -> Solution:
-        """Fit a model with the given options and without limits."""
+        """Solution of a model with the given options and without limits."""
         return _fit(data, tried, start, like, polish, settled, rounds)
 
     return within_limits(model, fit)
@@ -101,7 +101,7 @@ def _fit(
     settled: int,
     rounds: int,
 ) -> Solution:
-    """Fit a model without limits, except that shapes are searched within limits; see `solve`."""
+    """Solution of a model without limits, except that shapes are searched within limits; see `solve`."""
     given = model
     free = effective_freedom(model, data) if has_changing_power(model) else data.bins.count
     if not polish:
@@ -304,7 +304,7 @@ def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
 
 
 def _with_white(model: Model) -> Model:
-    """Add white noise if the model has no stochastic effect."""
+    """Model with white noise added if it has no stochastic effect."""
     if not model.stochastic:
         return Model((white_noise(), *model.effects))
     return model

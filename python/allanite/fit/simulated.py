@@ -113,7 +113,7 @@ class SimulatedCheck:
 def simulate_check(
     fit: Fit, n: int, seed: int, progress: Callable[[int, int], None] | None
 ) -> SimulatedCheck:
-    """Refit `n` records simulated from a fit; see `Fit.simulate_check`."""
+    """Comparison of a fit with refits of `n` records simulated from it; see `Fit.simulate_check`."""
     from allanite.fit import fit_model
     from allanite.recording import Recording
 

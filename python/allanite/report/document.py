@@ -151,7 +151,7 @@ class Report:
         return text(self, figures)
 
     def save(self, path: str | Path, interactive: bool = False) -> Path:
-        """Write HTML or Markdown, according to the suffix of `path`; `interactive` as for `to_html`.
+        """Write HTML or Markdown, according to the suffix of `path`; return the path. `interactive` is as for `to_html`.
 
         The figures of a Markdown file are written to a folder next to it, whose name ends in ``_figures``.
 

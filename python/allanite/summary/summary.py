@@ -316,7 +316,7 @@ class Summary(Record):
 
     @classmethod
     def load(cls, path: str | Path) -> Summary:
-        """Read a summary that `save` has written to `path`.
+        """Summary that `save` has written to `path`.
 
         Raises
         ------

@@ -141,7 +141,7 @@ def fit_many(
     model: Model | Effect | str,
     method: str = "whittle",
 ) -> ManyFits:
-    """Fit one model to each of several recordings, pool the coefficients and test whether they agree.
+    """Fits of one model to several recordings, with pooled coefficients and tests whether they agree.
 
     Parameters
     ----------

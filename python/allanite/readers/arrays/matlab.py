@@ -39,7 +39,7 @@ RATES = (
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """Read the numeric arrays of the largest length, also in structures; each array is one or several columns.
+    """`Table` of the numeric arrays of the largest length, also in structures; each array is one or several columns.
 
     A scalar named Fs, rate, … is the sampling rate. An array of three columns named omega gives omega_x, omega_y and
     omega_z.
@@ -137,7 +137,7 @@ def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read a file of version 7.3, which is HDF5."""
+    """`Table` of the arrays in a file of version 7.3, which is HDF5."""
     import h5py
 
     with refused_as("a MATLAB 7.3 file"), h5py.File(path, "r") as file:

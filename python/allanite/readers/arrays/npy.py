@@ -23,7 +23,7 @@ MAPPED = 1 << 26
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read an array of shape (n,) or (n, columns); pickled objects are never loaded."""
+    """`Table` of an array of shape (n,) or (n, columns); pickled objects are never loaded."""
     data = load(path)
     k = data.shape[1]
     names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))

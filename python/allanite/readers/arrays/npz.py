@@ -24,7 +24,7 @@ KEYS = ("data", "rate_hz", "channels", "unit", "t")
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the array ``data`` of shape (n,) or (n, channels), with rate, names, units and time from other keys.
+    """`Table` of the array ``data`` of shape (n,) or (n, channels), with rate, names, units and time from other keys.
 
     Raises
     ------

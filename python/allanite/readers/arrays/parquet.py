@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the numeric columns; a column of date-times is the time. Columns of text and of lists are not read.
+    """`Table` of the numeric columns; a column of date-times is the time. Columns of text and of lists are not read.
 
     Raises
     ------

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the clock offsets in s, one column per clock; epochs without a value are missing samples.
+    """`Table` of the clock offsets in s, one column per clock; epochs without a value are missing samples.
 
     Raises
     ------

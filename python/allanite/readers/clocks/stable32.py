@@ -29,7 +29,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """Read one column of values, or two columns with time tags in days (MJD) and values.
+    """`Table` of one column of values, or two columns with time tags in days (MJD) and values.
 
     A line such as ``# Tau: 1.0`` states the interval in s. Without it, the caller must give the rate. The header, or else
     the suffix, states whether the values are phases or frequencies.

@@ -28,7 +28,7 @@ _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the time errors in s, one column per channel. The file does not state the rate.
+    """`Table` of the time errors in s, one column per channel. The file does not state the rate.
 
     Raises
     ------

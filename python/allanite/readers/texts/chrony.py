@@ -47,7 +47,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the offset of the local clock in s, and further numbers of the log.
+    """`Table` of the offset of the local clock in s, and further numbers of the log.
 
     If there are several sources, the one with most rows is read; a note names the others.
 

@@ -32,7 +32,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
-    """Read the observations; days without an observation are missing samples.
+    """`Table` of the observations; days without an observation are missing samples.
 
     Raises
     ------

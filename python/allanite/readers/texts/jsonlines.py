@@ -62,7 +62,7 @@ def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the numbers of the objects; numbers in nested objects are named by their path.
+    """`Table` of the numbers of the objects; numbers in nested objects are named by their path.
 
     Raises
     ------

@@ -33,7 +33,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """Read the channels of the first segment; the X values are the time if the header says so.
+    """`Table` of the channels of the first segment; the X values are the time if the header says so.
 
     Raises
     ------

@@ -44,7 +44,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the offset of the clock in s, with frequency and delay.
+    """`Table` of the offset of the clock in s, with frequency and delay.
 
     If there are several clocks, the one with most lines is read. Samples before the servo locks are excluded, because the
     servo steps the clock there. Notes report both.

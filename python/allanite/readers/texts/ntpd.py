@@ -41,7 +41,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the offset in s, and the frequency or the delay. If there are several peers, the one with most rows is read.
+    """`Table` of the offset in s, and the frequency or the delay, of the peer with most rows.
 
     Raises
     ------

@@ -91,7 +91,7 @@ def _round_period(step: float) -> float | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the phase in s: the time of each edge minus the whole periods since the first edge.
+    """`Table` of the phase in s: the time of each edge minus the whole periods since the first edge.
 
     Raises
     ------

@@ -49,7 +49,7 @@ def _is_kept(field: str) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says which fields are samples
-    """Read the fields that can be samples. The time is the stamp in the header of each message if it is filled in.
+    """`Table` of the fields that can be samples. The time is the stamp in the header of each message if it is filled in.
 
     Raises
     ------

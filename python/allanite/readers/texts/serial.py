@@ -56,7 +56,7 @@ def _pairs(line: str) -> list[tuple[str, str]] | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """Read the values after the time stamps or after their labels.
+    """`Table` of the values after the time stamps or after their labels.
 
     Lines of text before the first values are skipped. The time stamp of the terminal is the time, unless a column of the
     log is the time. It states when the line arrived.

@@ -61,7 +61,7 @@ def _matched(line: str) -> re.Match[str] | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read one sample from each group of lines; every group begins with the sensor of the first line.
+    """`Table` with one sample from each group of lines; every group begins with the sensor of the first line.
 
     The time stamp of the terminal at the beginning of a line is the time. It states when the line arrived.
 

@@ -37,7 +37,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read east, north and up of each day; days without a solution are missing samples.
+    """`Table` of east, north and up of each day; days without a solution are missing samples.
 
     Raises
     ------

@@ -48,7 +48,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - roles need all
-    """Read the rows of one sensor: of the topic, or else of the gyroscope, or else of the accelerometer.
+    """`Table` of the rows of one sensor: of the topic, or else of the gyroscope, or else of the accelerometer.
 
     Raises
     ------

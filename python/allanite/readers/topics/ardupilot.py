@@ -29,7 +29,7 @@ FIELDS |= {"T": ("temperature", "degC")}
 
 @isolated("pymavlink", 1.4, ["pymavlink.DFReader"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the messages of the topic, or ``IMU`` messages of the first instance; ``IMU.1`` is the second instance.
+    """`Table` of the messages of the topic, or of the ``IMU`` messages of the first instance; ``IMU.1`` is the second.
 
     Raises
     ------

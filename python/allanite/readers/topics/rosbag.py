@@ -35,7 +35,7 @@ AXES = {
 
 @isolated("rosbags", 0.07, ["rosbags.highlevel", "rosbags.typesys"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the given topics, or the first topic of type ``sensor_msgs/msg/Imu``. Stamps in headers are the time.
+    """`Table` of the given topics, or of the first topic of type ``sensor_msgs/msg/Imu``. Stamps in headers are the time.
 
     For other types of messages, every number is a column. Temperatures are interpolated to the times of the samples.
 

@@ -30,7 +30,7 @@ FIELDS = {
 
 @isolated("pyulog", 0.1, ["pyulog.core"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the given topic, or ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, ….
+    """`Table` of the given topic, or of ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, ….
 
     ``sensor_gyro.1`` is the second instance. ``sensor_combined`` has no temperature, and gets that of ``sensor_gyro`` or
     ``sensor_accel``.
