@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -319,6 +320,7 @@ def _setup(
     """Setup of the child processes."""
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
+    from allanite.readers import FORMATS
 
     start = as_model(model)
     effects = _registered()
@@ -328,7 +330,12 @@ def _setup(
         "rate": rate if rate is None or isinstance(rate, str) else positive_rate(rate),
         "unit": unit,
         "anyway": anyway,
-        "effects": [f"{effect.__module__}.{effect.__qualname__}" for effect in effects],
+        "effects": [_with_digest(effect) for effect in effects],
+        "formats": sorted(
+            _with_digest(one.read)
+            for one in FORMATS
+            if not one.read.__module__.startswith("allanite.")
+        ),
     }
     return Setup(
         start,
@@ -343,6 +350,16 @@ def _setup(
         tuple(path for path in sys.path if path),
         _program(effects),
     )
+
+
+def _with_digest(declared: Any) -> str:
+    """Name of a class or function, and a digest of the file that declares it, if there is one."""
+    file = getattr(sys.modules.get(declared.__module__), "__file__", None)
+    try:
+        digest = "" if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest()
+    except OSError:  # a module of an archive
+        digest = ""
+    return f"{declared.__module__}.{declared.__qualname__} {digest}".strip()
 
 
 def _registered() -> tuple[type[Effect], ...]:

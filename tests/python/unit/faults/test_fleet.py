@@ -168,6 +168,43 @@ def test_whatever_changes_a_result_changes_the_key(tmp_path):
     assert key() == keys[0]
 
 
+MODULE = """
+import allanite as al
+from allanite.readers._format import LogFormat
+class Breathing(al.Sinusoid):
+    kind, short, title = "breathing", "BREATH", "breathing of the mount"
+def read(path, pick):
+    raise al.InputError("nothing to read")
+FORMAT = LogFormat("a format", read, suffixes=(".breath",))
+# changed: {}
+"""
+
+
+@pytest.mark.parametrize("what", ["effect", "format"])
+def test_an_extension_that_changes_changes_the_key(tmp_path, monkeypatch, what):
+    """The rows of an effect or a reader that was corrected were once taken from the journal."""
+    from importlib import import_module, reload
+
+    from allanite.readers import FORMATS
+
+    monkeypatch.syspath_prepend(tmp_path)
+    keys = []
+    for change in (1, 2):
+        (tmp_path / "breathing_module.py").write_text(MODULE.format(change))
+        module = import_module("breathing_module")
+        module = reload(module) if change == 2 else module
+        with monkeypatch.context() as patch:
+            if what == "format":
+                patch.setattr("allanite.readers.FORMATS", [*FORMATS, module.FORMAT], raising=True)
+            else:
+                al.register(module.Breathing)
+            keys.append(_setup("N", 1.0, None, False, 1.0, 1, {}).settings)
+            if what == "effect":
+                al.CATALOGUE.remove(module.Breathing)
+    sys.modules.pop("breathing_module")
+    assert keys[0] != keys[1]
+
+
 @pytest.mark.parametrize(
     "line", [b"{", b"5", b"null", b"[]", b"[[{}]]", b"\xff\xfe", b"[" * 20_000, b'{"form": 2}']
 )
