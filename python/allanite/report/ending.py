@@ -81,7 +81,7 @@ def curve_table(document: dict[str, Any], place: str) -> list[Block]:
                 )
             )
         )
-    head = ("τ (s)", "m", "samples", f"deviation ({unit})", "95 % low", "high", "edf")
+    head = ("τ (s)", "m", "differences", f"deviation ({unit})", "95 % low", "high", "edf")
     words = "Overlapping Allan deviation. The interval uses the noise type identified at each τ and needs no model."
     table = Table(head, tuple(rows), tuple(range(7)), small=True)
     return [Heading("Allan deviation in numbers"), Paragraph(words, "quiet"), table]

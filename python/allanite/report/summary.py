@@ -103,6 +103,7 @@ def _next_steps(report: Report) -> tuple[str, ...]:
         log = Path(report.entries[0].recording.path or "LOG").name
         which = "the adequate axes" if out else "every axis"
         out.append(
-            f"Use the values of {which}: allanite characterize {log} writes a filter configuration file."
+            f"Use the values of {which}. To write the parameter file of a filter, run allanite characterize {log};"
+            " its help lists the options."
         )
     return tuple(out)
