@@ -29,8 +29,8 @@ def many_table(many: ManyFits) -> str:
         cells = (_cell(_in_table(fit, row.name, found[row.name])) for row in pooled)
         table.append([label, *cells])
     table.append(["all", *(_pooled_cell(row) for row in pooled)])
-    spreads = ("?" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
-    table.append([f"between {many.of}", *spreads])
+    spreads = ("–" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
+    table.append([f"spread between {many.of}", *spreads])
     table.append(["p-value of agreement", *(f"{row.p_value:.2g}" for row in pooled)])
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
