@@ -30,7 +30,7 @@ def unpacked(path: Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The file is damaged or truncated.
+        The file is damaged or truncated, or holds another compressed file.
     """
     inner = path.stem if path.suffix.lower() == ".gz" else path.name
     with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
@@ -40,6 +40,9 @@ def unpacked(path: Path) -> Iterator[Path]:
                 _copy(source, sink)
         except (EOFError, gzip.BadGzipFile, zlib.error) as error:
             raise InputError(f"damaged or truncated gzip file ({error})") from None
+        if is_packed(target):
+            # Each file of a chain may be as large as the budget, and all of them are on the disk together.
+            raise InputError("a gzip file within a gzip file: unpack it with gunzip")
         with about(path, instead=target):
             yield target
 
@@ -84,7 +87,9 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
     """Name of the log to read: the requested topic, or the gyroscope, accelerometer or only log in `logs`."""
-    listed = ", ".join(sorted(logs)) or "none"
+    if not logs:
+        raise InputError("no text log in the archive")
+    listed = ", ".join(sorted(logs))
     if topics:
         if len(topics) > 1 or topics[0] not in logs:
             raise InputError(

@@ -171,6 +171,23 @@ def test_holes_and_counts(tmp_path, forked, monkeypatch, name):
     refused(sparse(tmp_path / name, begin, size), words)
 
 
+def test_a_compressed_file_within_another_is_refused(tmp_path):
+    """A chain of them was unpacked to its end, and each of a thousand files may be as large as the budget."""
+    import gzip
+
+    text = "gx\n" + "\n".join(map(str, X))
+    (tmp_path / "x.csv.gz").write_bytes(gzip.compress(text.encode()))
+    assert al.read(tmp_path / "x.csv.gz", rate=1).n == 1000
+    (tmp_path / "x.csv.gz").write_bytes(gzip.compress(gzip.compress(text.encode())))
+    refused(tmp_path / "x.csv.gz", "a gzip file within a gzip file")
+
+
+def test_an_archive_of_archives_holds_no_text_log(tmp_path):
+    with zipfile.ZipFile(tmp_path / "x.zip", "w") as archive:
+        archive.writestr("y.zip", b"PK")
+    refused(tmp_path / "x.zip", "no text log in the archive")
+
+
 def test_clocks_that_share_no_epoch(tmp_path, monkeypatch):
     monkeypatch.setenv(VARIABLE, "100M")
     rows = [
