@@ -69,8 +69,12 @@ def temperature(low: float, high: float, unit: str) -> Callable[..., list[Expect
         found = [s for s in check.suggestions if s.kind == "covariate" and s.effect.column == "temperature"]  # fmt: skip
         if found:
             value = found[0].effect.coefficient
-            text = f"{value:.4g} {unit}, lag {number(found[0].effect.lag or 0.0)} s"
-            out.append(Expected(f"coefficient {low}…{high} {unit}", text, low <= value <= high))
+            text = f"{number(value)} {unit}, lag {number(found[0].effect.lag or 0.0)} s"
+            out.append(
+                Expected(
+                    f"coefficient {number(low)} … {number(high)} {unit}", text, low <= value <= high
+                )
+            )
         before, after = long_error(study.ladder[0].fit, 1e3), long_error(study.fit, 1e3)
         claim = "Allan error beyond 1000 s falls to less than half"
         out.append(Expected(claim, f"{before:.0f} % → {after:.0f} %", after < 0.5 * before))
@@ -108,13 +112,14 @@ def roll_off(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected
 
 
 def band(low: float, high: float, kinds: tuple[str, ...]) -> Callable[..., list[Expected]]:
-    """An effect with its frequency in a range is added."""
+    """An effect with its middle frequency in a range is added; a band that drifts is a resonance, too."""
 
     def expect(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
         inside = [
-            f"{e.kind} at {e.frequency:.4g} Hz"
+            f"{e.kind} at {middle:.4g} Hz"
             for e in added(study)
-            if e.kind in kinds and low <= (getattr(e, "frequency", None) or 0.0) <= high
+            if e.kind.removeprefix("drifting_") in kinds
+            and low <= (middle := 0.5 * sum(e.occupies or (0.0, 0.0))) <= high
         ]
         claim = f"the ladder adds a {' or '.join(kinds)} at {low:g}–{high:g} Hz"
         return [Expected(claim, ", ".join(inside) or "none", bool(inside))]

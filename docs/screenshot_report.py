@@ -8,6 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from pictures import small
 from PIL import Image  # comes with matplotlib
 
 import allanite as al
@@ -40,7 +41,7 @@ def main() -> None:
                  f"--window-size={WIDTH},{HEIGHT}", f"--screenshot={raw}", page.as_uri()],
                 check=True, capture_output=True,
             )  # fmt: skip
-            Image.open(raw).convert("RGB").save(FOLDER / f"report-{theme}.png", optimize=True)
+            small(Image.open(raw)).save(FOLDER / f"report-{theme}.png", optimize=True)
 
 
 if __name__ == "__main__":

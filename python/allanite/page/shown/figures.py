@@ -287,7 +287,7 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
         noun, _, cause = growth.quantity.partition(" ")
         shown = f"{number(float(total[-1]), 2)}{'' if name == '°' else ' '}{name}"
         said.append(f"the {noun} error {cause}{' ' if cause else ''}{'' if i else 'is '}{shown}")
-        x = log_axis("time since the last fix (s)", growth.tau)
+        x = log_axis("time without a fix (s)", growth.tau)
         y = log_axis(f"error, {growth.quantity} ({name})", total, 0.1 * total)
         panels.append(Panel(x, y, tuple(marks), 0, i, title=growth.quantity.capitalize()))
     left = {name for g in found for name in g.left_out}

@@ -2,6 +2,8 @@
 import { $, S, capital, short } from "./core.js";
 
 const plot = () => $("plot"), NARROW = 560, LOW = 320;
+// Height of the figure in px for each color bar, from which on the title of the color bar fits beside it.
+const BAR = 260;
 const options = { displaylogo: false, displayModeBar: false, doubleClick: false, responsive: false, scrollZoom: false };
 let small = null;
 export const shown = { view: null, base: [], held: false, later: null };
@@ -17,7 +19,8 @@ export async function show(view) {
 export async function paint(node, view) {
   const layout = structuredClone(view.layout);
   narrow(layout, view, node);
-  await Plotly.react(node, node.clientWidth > NARROW ? view.data : view.data.map(untitled), layout, options);
+  const bars = view.data.filter(trace => trace.colorbar).length, low = node.clientWidth <= NARROW || node.clientHeight < bars * BAR;
+  await Plotly.react(node, low ? view.data.map(untitled) : view.data, layout, options);
   // Elements above may have changed their height; correct the size now instead of waiting for the observer.
   const { width, height } = node._fullLayout;
   if (width !== node.clientWidth || height !== node.clientHeight) await Plotly.relayout(node, { autosize: true });
