@@ -3,7 +3,8 @@
 For each axis, prints the Allan deviation after correction over that before: with the law of `al.thermal`, and with the
 functions of temperature that make the deviations smallest. These are fitted to the deviations themselves, so no law of
 these functions leaves less. The functions are the powers 1 to 3 of the temperature, alone, with its rate of change, and of
-the temperature behind six lags (0 to 10 000 s).
+the temperature behind six lags (0 to 10 000 s). The last column of a law is the ratio of the root mean squares over all
+averaging times above 1000 s.
 
     python benches/claims/thermal_limit.py FOLDER
 
@@ -75,7 +76,10 @@ def main():
         for axis in AXES:
             remainder = found[axis].remainder
             places = [int(np.argmin(np.abs(remainder.tau - m))) for m in FACTORS]
-            rows = {found[axis].form.name: (remainder.after / remainder.before)[places]}
+            slow = remainder.tau > 1000.0
+            after, before = remainder.after[slow], remainder.before[slow]
+            total = np.linalg.norm(after) / np.linalg.norm(before)
+            rows = {found[axis].form.name: [*(remainder.after / remainder.before)[places], total]}
             samples = [np.asarray(log.column(axis).samples, float) for log in some]
             heat = [np.asarray(log.covariates["temperature"], float) for log in some]
             for kind in ("powers", "rate", "six lags"):
