@@ -208,7 +208,7 @@ def test_the_page_of_the_manual_runs(capsys):
     try:
         exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
     finally:
-        al.CATALOGUE.remove(names.get("Ageing"))
+        al.CATALOGUE.remove(names.get("Aging"))
         if there:
             al.register(Ageing)
     assert "AGE(" in capsys.readouterr().out
