@@ -59,7 +59,7 @@ class Averaged:
         )
         return (
             f"{', '.join(self.columns)}: averaged with the weights {weights}, their Allan deviation is lower than that of"
-            f" the best one by {gains}"
+            f" the best one by {gains}; `allanite combine` also weights slow and shared noise"
         )
 
 
