@@ -122,9 +122,8 @@ def _fit(
             scale = best.scale if turn else None
             level = bin_levels(part.power, part.count, best.spectrum, scale)
             noise = Noise(data.terms(model), data.bins, level)
-            slow = polish and turn < 4
             model = fit_deterministic_shapes(
-                model, noise, data, lines=polish, slow=slow, settled=settled
+                model, noise, data, lines=polish, slow=polish and turn < 4, settled=settled
             )
             functions = functions.refitted(model.deterministic, noise, data)
             model = _with_replaced(model, Deterministic, iter(functions.effects))

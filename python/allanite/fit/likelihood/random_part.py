@@ -45,6 +45,14 @@ class Linear:
         """Power of the held effects, shape (bins,); None if it is 0."""
         return self.matrix @ self.fixed if self.fixed.any() else None
 
+    def without(self, place: int) -> Linear:
+        """The linear form without the effect at index `place`."""
+        return Linear(
+            np.delete(self.matrix, place, axis=1),
+            np.delete(self.free, place),
+            np.delete(self.fixed, place),
+        )
+
     def whole(self, found: Maximum) -> Maximum:
         """The maximum `found` over the free coefficients, with the held coefficients included in its θ."""
         theta = self.fixed.copy()

@@ -303,12 +303,20 @@ def _log_density(
     solution: Solution, data: Data, level: NDArray[np.float64], log_j: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """ln(model density × level of the bin), interpolated at ordinates given by their logarithms."""
-    bins = data.bins
-    nodes = nodes_of(solution.model, bins, data.rate)
-    owner = np.searchsorted(bins.edges, nodes, side="right") - 1
-    known = np.log(density(data.terms(solution.model), nodes, data.n) * level[owner])
-    at = np.log(nodes)
+    at, known = log_density_at_nodes(solution.model, data, level)
     return np.interp(log_j, at, _without_gaps(known, at))
+
+
+def log_density_at_nodes(
+    model: Model, data: Data, level: NDArray[np.float64] | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Logarithms of the ordinates at the model's nodes, and of the model density × level of the bin there."""
+    bins = data.bins
+    nodes = nodes_of(model, bins, data.rate)
+    known = density(data.terms(model), nodes, data.n)
+    if level is not None:
+        known = known * level[np.searchsorted(bins.edges, nodes, side="right") - 1]
+    return np.log(nodes), np.log(known)
 
 
 def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.threads import stop_if_unwanted
 from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST
-from allanite.fit.likelihood.expected import column, density
-from allanite.fit.likelihood.peaks import nodes_of
+from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.remembered import ArrayCache
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_FREEDOM, is_empty
+from allanite.fit.likelihood.whitened import log_density_at_nodes
 from allanite.fit.missing.mixing import known_ordinates, mixing_of
 from allanite.fit.missing.shares import MAX_CELLS, unknown_share
 
@@ -67,13 +67,9 @@ MAX_GRADIENT_STEPS = 400
 
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
     """Expected squared ordinates of the model's noise times the level of each bin, shape (n,)."""
-    bins = data.bins
-    nodes = nodes_of(model, bins, data.rate)
-    known = density(data.terms(model), nodes, data.n)
-    if level is not None:
-        known = known * level[np.searchsorted(bins.edges, nodes, side="right") - 1]
+    at, known = log_density_at_nodes(model, data, level)
     j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
-    return np.asarray(np.exp(np.interp(np.log(j), np.log(nodes), np.log(known))))
+    return np.asarray(np.exp(np.interp(np.log(j), at, known)))
 
 
 class _ConditionalMean:

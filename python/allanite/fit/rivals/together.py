@@ -198,14 +198,8 @@ class _PairSearch:
                     found.append((evidence(one) + gain - cost, one.model + other))
         for one in [*starts, *processes]:
             first = one.model.effects[-1]
-            found += self._with_second(
-                one,
-                [
-                    cls
-                    for cls in self._kinds()
-                    if cls.kind != first.kind and self._has_rival(first, cls)
-                ],
-            )
+            others = [c for c in self._kinds() if c.kind != first.kind]
+            found += self._with_second(one, [c for c in others if self._has_rival(first, c)])
         return found
 
     def _with_second(

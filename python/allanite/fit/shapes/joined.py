@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Model, Stochastic
-from allanite.fit.likelihood.random_part import Linear
 from allanite.fit.models import with_effect, without_effect
 
 if TYPE_CHECKING:
-    from allanite.fit.likelihood.random_part import RandomPart
+    from allanite.fit.likelihood.random_part import Linear, RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
 #: Maximum number of pieces of an effect of free form. Chosen by judgment; not measured.
@@ -56,13 +55,18 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
                 if (theta > 0.0).all()
                 else [int(theta.argmin())]
             )
-            ends = {i: _maximum_without(linear, first + i, found, part) for i in tried}
+            ends = {
+                i: part.climb(
+                    linear.without(first + i), np.delete(found.theta, first + i), found.scale
+                )
+                for i in tried
+            }
             least = max(ends, key=lambda i: ends[i].log_likelihood)
             lost = found.log_likelihood - ends[least].log_likelihood
             if (theta > 0.0).all() and kept.size <= MAX_PIECES and lost > price:
                 break
             found = ends[least]
-            linear = _without_effect(linear, first + least)
+            linear = linear.without(first + least)
             kept = np.delete(kept, least)
         if kept.size:
             chosen, variances = [pieces[i] for i in kept], found.theta[first:]
@@ -81,17 +85,3 @@ def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomP
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]
     known = theta[first:] ** 2 / np.maximum(variance, 1e-300)
     return [int(i) for i in np.argsort(known)[:MAX_TRIED_REMOVALS]]
-
-
-def _without_effect(linear: Linear, place: int) -> Linear:
-    """The linear problem without the effect at index `place`."""
-    return Linear(
-        np.delete(linear.matrix, place, axis=1),
-        np.delete(linear.free, place),
-        np.delete(linear.fixed, place),
-    )
-
-
-def _maximum_without(linear: Linear, place: int, found: Maximum, part: RandomPart) -> Maximum:
-    """Maximum without the effect at index `place`, started from the other coefficients."""
-    return part.climb(_without_effect(linear, place), np.delete(found.theta, place), found.scale)
