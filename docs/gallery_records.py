@@ -116,7 +116,7 @@ def band(low: float, high: float, kinds: tuple[str, ...]) -> Callable[..., list[
 
     def expect(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
         inside = [
-            f"{e.kind} at {middle:.4g} Hz"
+            f"{e.title} at {middle:.4g} Hz"
             for e in added(study)
             if e.kind.removeprefix("drifting_") in kinds
             and low <= (middle := 0.5 * sum(e.occupies or (0.0, 0.0))) <= high

@@ -18,6 +18,7 @@ from pictures import picture
 import allanite as al
 from allanite._kernels import version
 from allanite.common.numbers import number, tidy
+from allanite.effects import find
 from allanite.plots import plot_check, plot_study
 from allanite.plots.words import values_text
 from allanite.report.words import verdict
@@ -134,7 +135,8 @@ def suggestions(check: al.Check) -> list[str]:
     """The first three suggestions with their parameters and alternatives."""
     told = []
     for s in check.significant[:3]:
-        rivals = f"; alternatives {', '.join(s.rivals)}" if s.rivals else ""
+        titles = [cls.title for kind in s.rivals if (cls := find(kind)) is not None]
+        rivals = f"; alternatives {', '.join(titles)}" if titles else ""
         numbers = values_text(s.effect, s.estimates)
         told.append(
             f"{check.fit.display_name(s.effect)} ({numbers}; ΔlogL {number(s.delta_log_likelihood)}{rivals})"
