@@ -157,8 +157,8 @@ class Axis:
 
     @property
     def has_noise(self) -> bool:
-        """True if a random process has a positive upper limit."""
-        return any(getattr(e, e.coefficient) > 0.0 for e in self.limits.stochastic)
+        """True if a random process has a positive expected size."""
+        return any(getattr(e, e.coefficient) > 0.0 for e in self.expected_steady.stochastic)
 
     @property
     def broad(self) -> Model:
@@ -353,8 +353,9 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
     overbound : bool
         Whether every effect gets its upper limit.
     """
-    entries = document.get("effects") or [{}] * len(model)
-    pairs = [_sizes(e, entry) for e, entry in zip(model.effects, entries, strict=True)]
+    with as_expected("the intervals do not have the format of a fit"):
+        entries = document.get("effects") or [{}] * len(model)
+        pairs = [_sizes(e, entry) for e, entry in zip(model.effects, entries, strict=True)]
     return Model(tuple(upper if overbound else likely for likely, upper in pairs))
 
 

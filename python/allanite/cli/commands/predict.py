@@ -140,7 +140,9 @@ def _models(
                 raise InputError(
                     f"{m.name}: the unit or the rate of the samples is missing: add --unit UNIT and --rate HZ"
                 )
-            yield m.name, sized(m.document, m.model, overbound=overbound), unit, rate, None
+            with about(text):
+                own = sized(m.document, m.model, overbound=overbound)
+            yield m.name, own, unit, rate, None
         return
     for column in columns_of(log, options):
         m = for_column(models, column.columns[0], text)
@@ -148,7 +150,8 @@ def _models(
         if any(getattr(e, e.coefficient) is None for e in own.stochastic):
             fit = own.fit(column)
             own, document = fit.model, fit.to_dict()
-        own = sized(document, own, overbound=overbound)
+        with about(text):
+            own = sized(document, own, overbound=overbound)
         # The values of a model file are in the unit of its own recording.
         here = column if m.unit is None else column.to(m.unit)
         yield column.columns[0], own, here.unit, here.rate, here

@@ -297,6 +297,33 @@ def test_a_fit_with_one_value_replaced_is_exported_or_one_line(tmp_path):
     assert refusals > 10
 
 
+def test_a_model_whose_only_noise_is_0_is_no_division_by_zero(tmp_path, run):
+    path = tmp_path / "x.json"
+    x = np.random.default_rng(1).standard_normal(200)
+    found = al.parse_model("N").fit(al.Recording(x, rate=10, unit="rad/s")).to_dict()
+    found["effects"][0]["parameters"]["N"]["value"] = 0
+    path.write_text(json.dumps(found))
+    code, _, said = run("export", path, "--format", "robot_localization", "--rate", 10)
+    assert (code, said.count("\n")) == (2, 1), said
+    assert "no noise" in said
+
+
+@pytest.mark.slow
+def test_a_fit_with_one_value_replaced_is_predicted_or_one_line(tmp_path, run):
+    """The interval of a parameter was once used before it was checked."""
+    path = tmp_path / "x.json"
+    x = np.random.default_rng(1).standard_normal(200)
+    found = al.parse_model("N").fit(al.Recording(x, rate=10, unit="rad/s")).to_dict()
+    small = {name: found[name] for name in ("schema", "effects")}
+    for document in changed_documents(small):
+        path.write_text(json.dumps(document))
+        code, _, said = run(
+            "predict", "--aided", 1, "--model", path, "--rate", 10, "--unit", "rad/s"
+        )
+        assert code in (0, 2), said
+        assert said.count("\n") == (code == 2), said
+
+
 def test_a_characterization_with_one_value_replaced_is_simulated_or_one_line():
     from allanite.axes.twin import twin
 
