@@ -118,7 +118,7 @@ def test_a_walk_that_is_all_there_is_stays_as_it_is():
 
 
 def test_options_that_exclude_each_other():
-    with pytest.raises(InputError, match="overbound and as_fitted"):
+    with pytest.raises(InputError, match="overbound or as_fitted"):
         written("K(K=2e-5)", as_fitted=True, overbound=True)
     with pytest.raises(InputError, match="horizon = -1 s"):
         written("K(K=2e-5)", -1.0)
