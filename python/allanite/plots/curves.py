@@ -321,7 +321,7 @@ def spectrum_panels(
             "expected scatter (95 %) if the model is true",
         )
     )
-    at, place, near = _line_frequencies(fit, frequency)
+    at, place, near = _line_frequencies(fit, frequency, (bottom[first], top[last]))
 
     def along(power: Array, terms: tuple[Term, ...], theta: float) -> Array:
         """Density at `at`: means of the bin power, and near narrow bands the density at single ordinates."""
@@ -389,19 +389,21 @@ def _theta_at_limit(fit: Fit, part: Part, own: Process) -> float:
     return top**2
 
 
-def _line_frequencies(fit: Fit, frequency: Array) -> tuple[Array, NDArray[np.intp], Ordinates]:
+def _line_frequencies(
+    fit: Fit, frequency: Array, limits: tuple[Array, Array]
+) -> tuple[Array, NDArray[np.intp], Ordinates]:
     """Frequencies in Hz at which the lines of the spectrum are drawn: (frequencies, order, ordinates).
 
-    The lines join the points at `frequency`. Near narrow bands, which are narrower than the distance of these points,
-    the lines follow single `ordinates` instead. `order` sorts the points followed by the ordinates, without the points
-    that the ordinates replace.
+    The lines join the points at `frequency`, which are means between `limits`. Narrow bands are narrower than these
+    ranges; near them the lines follow single `ordinates` instead. `order` sorts the points followed by the ordinates,
+    without the points that the ordinates replace.
     """
     step = fit.data.rate / (2.0 * fit.data.n)
     near, kept = [np.zeros(0, dtype=np.int64)], np.ones(frequency.size, dtype=bool)
     for low, high in _around_narrow_bands(fit):
         f, _ = ordinates_between(fit, low, high)
         near.append(np.round(f / step).astype(np.int64))
-        kept &= (frequency < low) | (frequency > high)
+        kept &= (limits[1] < low) | (limits[0] > high)
     ordinates = np.unique(np.concatenate(near))
     joined = np.concatenate([frequency, ordinates * step])
     order = np.argsort(joined, kind="stable")

@@ -119,6 +119,10 @@ def test_a_band_narrower_than_a_bin_is_drawn_on_single_ordinates():
     assert least * top < band.y.max() < top
     assert model.x[model.y.argmax()] == pytest.approx(f, abs=0.01)
     assert np.all(np.diff(model.x) > 0.0)
+    # No point of a line is the mean of a range that holds the band: 1 % away from the center the density has fallen by
+    # (damping / 1 %)²; the mean of the next range is that of its near end at most.
+    away = np.abs(model.x / f - 1.0) > 0.01
+    assert band.y[away].max() < top * (own["damping"] / 0.01) ** 2
     # The single ordinates scatter about this line: their sum is that of the density to 4 standard deviations.
     (single,) = marks(spectrum, Line, "raw")
     drawn = np.interp(single.x, model.x, model.y)
