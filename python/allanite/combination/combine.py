@@ -125,7 +125,8 @@ class Combination:
         best = self.labels[self.best_unit]
         text = f"{len(self.labels)} units: averaging divides the Allan deviation of the best unit, {best}, by {shown}"
         if self.deviating:
-            text += f"; {', '.join(one.unit for one in self.deviating)} deviates from the others"
+            verb = "deviates" if len(self.deviating) == 1 else "deviate"
+            text += f"; {', '.join(one.unit for one in self.deviating)} {verb} from the others"
         return text
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
