@@ -1,14 +1,17 @@
 """Limits of the shell: ``ulimit -v`` (address space) and ``ulimit -f`` (size of a file, as a disk that fills up)."""
 
+import json
 import os
 import resource
+import signal
 import subprocess
 import sys
+import urllib.request
 
 import numpy as np
 import pytest
 
-from command_line import refused
+from command_line import HEARS_INTERRUPT, refused, until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of processes as on Linux")
 CODE = "from allanite.cli import main; main()"
@@ -99,3 +102,37 @@ def test_a_command_in_little_address_space(words, name):
     code, out, err = limited(800, name, *words((READING | WRITING)[name]))
     assert (code, err) == (0, "")
     assert out or name in ("report",)
+
+
+@pytest.mark.long
+def test_the_page_in_little_address_space(words):
+    """The child of the page reads the log, and the page ends as at any other time."""
+    for module in ("starlette", "uvicorn", "multipart"):
+        pytest.importorskip(module)
+    most = 800 << 20
+    limit = f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({most}, {most}))\n"
+    log = words(("{log}",))
+    with subprocess.Popen(
+        [sys.executable, "-c", HEARS_INTERRUPT + limit + CODE, "explore", *log, "--no-browser"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    ) as process:  # fmt: skip
+        try:
+            address = process.stdout.readline().decode().strip()
+
+            def ask(path, data=None):
+                request = urllib.request.Request(f"{address}{path}", data=data)
+                with urllib.request.urlopen(request, timeout=60) as answer:
+                    return json.load(answer)
+
+            tab = ask("tabs", b"{}")["tab"]
+
+            def is_done():
+                job = ask(f"tabs/{tab}")["job"]
+                assert not (job or {}).get("error"), job
+                return job and not job["busy"]
+
+            until(is_done, 120)
+        finally:
+            process.send_signal(signal.SIGINT)
+            said = process.communicate(timeout=60)[1]
+    assert (process.returncode, said.decode().strip()) == (130, "allanite: interrupted")
