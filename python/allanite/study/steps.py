@@ -26,7 +26,7 @@ from allanite.study.judgement import (
 )
 from allanite.study.ladder import kinds_added_again, rung_of
 from allanite.study.moves.add import is_already_explained, with_addition, with_second_effect
-from allanite.study.moves.drop import without_needless
+from allanite.study.moves.drop import drops, without_needless
 from allanite.study.moves.excursions import with_all_excursions
 from allanite.study.moves.levels import must_merge_levels, with_merged_levels
 from allanite.study.moves.merge import with_nameless_shape, with_wandering_line
@@ -60,12 +60,42 @@ def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
 def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
     """Next step after a check of the last fit, with the suggestions that it adds; None if nothing helps."""
     before = state_of(ladder)
-    for suggestion in check.significant:
+    for suggestion in _candidates(check):
         found = _step_with(ladder, before, suggestion, check)
         if found is not None:
             return found
     rung = best_replacement(ladder)
-    return None if rung is None else (rung, ())
+    return _what_rejects(ladder, before, check) if rung is None else (rung, ())
+
+
+def _candidates(check: Check) -> list[Suggestion]:
+    """Significant suggestions, after those that explain the misfit of the first of them with a clearly higher score.
+
+    The p-value of one shows that an effect is missing; the scores tell which.
+    """
+    significant = list(check.significant)
+    if not significant:
+        return []
+    first = significant[0]
+    least = max(first.score, 0.0) + MAX_RIVAL_LOG_EVIDENCE
+    better = [s for s in check.suggestions if not s.significant and s.score > least]
+    return [s for s in better if same_misfit(s, first)] + significant
+
+
+def _what_rejects(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
+    """Step that adds the best suggestion which is not significant, if the fit is rejected without it and not with it.
+
+    The fit of the whole curve has shown that an effect is missing, so clear evidence which one suffices.
+    """
+    if check.fit.adequate:
+        return None
+    for suggestion in check.suggestions:
+        if suggestion.significant or suggestion.score <= MAX_RIVAL_LOG_EVIDENCE:
+            continue
+        found = _step_with(ladder, before, suggestion, check)
+        if found is not None and found[0].fit.adequate:
+            return found
+    return None
 
 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
@@ -85,7 +115,7 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
-    """Step that merges a stack of effects, or replaces or splits an effect with the largest gain; None if nothing gains.
+    """Step with the largest gain that merges a stack of effects, or drops, replaces or splits one; None if none gains.
 
     New effects that the record does not show are removed again, and no error may rise beyond its scatter.
     """
@@ -102,7 +132,8 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     # No model may be shown that another model of the search leads by more.
     least = max(lead(rung.fit) for rung in ladder if rung.fit.data is fit.data)
     least -= MAX_RIVAL_LOG_EVIDENCE
-    changes = (*replacements(fit), *splits(fit))
+    less = drops(before, kinds_added_again(ladder))
+    changes = (*less, *replacements(fit), *splits(fit))
     for promised, places, model in sorted(changes, key=lambda change: -change[0]):
         if promised <= MIN_SCORE_GAIN:
             break

@@ -1,4 +1,4 @@
-"""Drop: effects that explain nearly nothing beside the last addition leave the model."""
+"""Drop: effects leave that explain nearly nothing beside the last addition, or that cost more than they explain."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from allanite.effects import Deterministic, Model
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL, is_detected, is_removable
-from allanite.fit.rivals.evidence import bic_cost
+from allanite.fit.rivals.evidence import bic_cost, evidence_gain
 from allanite.study.judgement import is_as_good, no_error_rises
 from allanite.suggestion.constants import MAIN_SHARE, MIN_SCORE_GAIN
+from allanite.suggestion.ranking import prior
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterator
 
     from allanite.fit.result import Fit
     from allanite.study.state import State
@@ -77,3 +78,15 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     found = refitted(fit, less)
     lost = fit.solution.log_likelihood - found.solution.log_likelihood
     return found if lost < least else None
+
+
+def drops(state: State, needed: Collection[str]) -> Iterator[tuple[float, tuple[int, ...], Model]]:
+    """Models without one added effect: promised gain, place that leaves, model. Kinds in `needed` stay."""
+    fit = state.fit
+    for place in state.added:
+        effect = fit.model.effects[place]
+        shown = effect.screened in {"spectral", "slow", "line"}
+        if shown and is_removable(effect) and effect.kind not in needed:
+            less = Model(tuple(e for p, e in enumerate(fit.model) if p != place))
+            rough = solve(fit.data, less, like=fit.solution, polish=False)
+            yield evidence_gain(rough, fit.solution, fit.data) - prior(effect), (place,), less

@@ -1,0 +1,38 @@
+"""Moves of the search that the score decides: which of several suggestions is added, and what leaves."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+from allanite.fit import refitted
+from allanite.study.moves.drop import drops
+from allanite.study.state import State
+
+RATE = 50.0
+
+
+@pytest.mark.parametrize("seed", [11, 17])
+def test_the_score_tells_which_of_the_suggestions_is_missing(seed):
+    """A weak low-pass filter: a broad resonance is significant with a lower score, or the whole curve alone is off."""
+    white = np.random.default_rng([seed, 11]).standard_normal(4701)
+    samples = np.convolve(white, [0.94, 0.06], "valid")
+    study = al.improve(al.Recording(samples, rate=100.0, unit="deg/s"), "N")
+    assert study.adequate
+    assert [e.short for e in study.fit.model] == ["N", "BW"]
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_a_band_leaves_if_it_costs_more_than_it_explains(there):
+    rng = np.random.default_rng(4)
+    samples = g.white(rng, 20_000, RATE, 0.01)
+    if there:
+        samples += g.resonance(rng, 20_000, RATE, 5.0, 0.05, 0.02)
+    before = State.of(al.fit_model(al.Recording(samples, rate=RATE, unit="deg/s"), "N"))
+    band = al.effects.Resonance(frequency=5.0, damping=0.05)
+    after = before.after(refitted(before.fit, before.fit.model + band))
+    [(promised, places, model)] = drops(after, ())
+    assert (places, model.name) == ((1,), "N")
+    # Three parameters cost ½ ln n each, and white noise pays for less than two of them.
+    assert (promised < 0.0) if there else (promised > 0.5 * np.log(10_000))
+    assert not list(drops(after, {"resonance"}))
