@@ -92,7 +92,7 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
 
 
 def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
-    """Description and deviation of each column; errors do not name the log yet."""
+    """List of (`Stream`, `Deviation`), one pair for each column. The caller adds the name of the log to errors."""
     from allanite.cli.clock import Clock
     from allanite.common.validation import positive_rate
     from allanite.readers import contradicted, request_of

@@ -293,7 +293,7 @@ class Effect(AsModel):
         return () if cls.single and any(e.kind == cls.kind for e in model) else (cls(),)
 
     def variants(self) -> tuple[Self, ...]:
-        """Variants of the effect to try, e.g. filter designs, that agree with the given values; by default itself."""
+        """Tuple of forms of this effect to try, e.g. filter designs, with the values that are set; by default itself."""
         return (self,)
 
     def extended(self) -> tuple[Effect, ...]:

@@ -135,7 +135,7 @@ class _Target:
 
     @property
     def times(self) -> list[float]:
-        """Correlation times to try, s: a range around the horizon, and those of the model."""
+        """Sorted list of correlation times to try, s: a range around the horizon, and those of the model."""
         grid = self.horizon * np.geomspace(MIN_LAG, MAX_LAG, LAG_COUNT)
         return sorted({*map(float, grid), *(T for _, T in self.lags if T > 0.0)})
 
@@ -349,7 +349,7 @@ def _nees_of(target: _Target, choice: Choice) -> Array:
 def _remarks(
     target: _Target, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
-    """Pairs (name, remark) for N and for the slow coefficient: ratio to the fitted value, and reason of the change."""
+    """Pairs (name, remark) on changed coefficients: the slow one, and N if N was raised or the model has no white noise."""
     last = f"{target.horizon:.4g} s"
     words = {}
     if not target.white > 0.0:

@@ -26,9 +26,10 @@ STATES = 8
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """JSON text ``allanite/state_spaces/1``: if possible at most `STATES` states per axis, and the error of the reduction.
+    """JSON text ``allanite/state_spaces/1`` with the state space of each axis, and the error of its reduction.
 
-    An effect that was not detected has its expected size, as in all other files. With 0, a filter would be overconfident.
+    A state space has at most `STATES` states if possible. An effect that was not detected has its expected size, as in all
+    other files, or its upper limit with `overbound`. A size of 0 would make a filter overconfident.
     """
     fs = rate_of(axes, rate, "statespace")
     out = []

@@ -136,7 +136,7 @@ class Work:
         self.history[self.place] = replace(self.board, column=column)
 
     def push(self, column: int, ladder: Ladder) -> None:
-        """Set the steps of a column as a new state, and drop undone states."""
+        """Store new steps of a column as a state to undo, and drop undone states. A first fit adds no state."""
         self.after = None
         if not self.board.ladders[column].steps:
             # The first fit of a column cannot be undone.

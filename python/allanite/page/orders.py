@@ -173,7 +173,7 @@ def _improve(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _hold(tab: Tab, order: dict[str, Any]) -> None:
-    """Hold a parameter at a value, or release it."""
+    """Carry out the order to hold a parameter at a value. An order without a value releases the parameter."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
     tab.hold(place, name, None if value is None else value * _factor(tab, place, name))

@@ -78,12 +78,12 @@ class Sessions:
             tab.cancel()
 
     def resume(self, key: str) -> None:
-        """Continue the tab of a reloaded page.
+        """Connect a reloaded page with its tab again.
 
         Raises
         ------
         InputError
-            The tab no longer exists, or another page uses it.
+            The tab no longer exists, or no page has left it.
         """
         tab = self.tabs.get(key)
         if tab is None or not tab.left:

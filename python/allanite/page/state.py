@@ -165,7 +165,7 @@ def _elsewhere(tab: Tab) -> list[dict[str, Any]]:
 
 
 def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
-    """One record per column: name, unit, state, model, and main values."""
+    """One JSON object per column: name, unit, state, steps, model, values of N, B and K, error, and missing effect."""
     out = []
     names, units = work.recording.columns, work.recording.units
     for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):

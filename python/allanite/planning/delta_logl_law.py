@@ -78,9 +78,9 @@ class Rise:
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
     def _projection(self) -> tuple[Array, Array, Array]:
-        """Weights of the score U in T, shape (p,), the matrix J⁻¹ − V⁻¹, and the slopes, shape (bins, p).
+        """Three arrays for p known functions: weights of the score U in T, shape (p,); J⁻¹ − V⁻¹, shape (p, p); slopes.
 
-        All three are in coordinates in which V is the identity.
+        The slopes have the shape (bins, p). The class defines U, T, J and V. V is the identity in these coordinates.
         """
         none = np.zeros((0, 0))
         if self.slopes.shape[1] == 0:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def is_packed(path: Path) -> bool:
-    """True if the first bytes of a file are those of gzip."""
+    """True if the file at `path` begins with the signature of gzip."""
     with path.open("rb") as stream:
         return stream.read(2) == b"\x1f\x8b"
 

@@ -68,7 +68,7 @@ class TimeParts:
     def joined(
         self, arrays: Sequence[NDArray[Any]], origin: Sequence[float] | None = None
     ) -> NDArray[np.float64]:
-        """Time of each row, s, shape (n,), counted from the coarsest part (such as the day) of the first row.
+        """Time of each row, s, shape (n,). Zero is the start of the coarsest part of the first row, e.g. midnight.
 
         Parameters
         ----------

@@ -282,7 +282,7 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
 
 
 def _count_next_to(c: _Column, edge: float) -> int:
-    """Number of samples at the value nearest to the extreme value `edge`."""
+    """Number of samples at the second most extreme value. Samples at the extreme value `edge` do not count."""
     nearest, count = math.nan, 0
     for _, piece in c.pieces():
         inner = piece[piece < edge] if edge == c.high else piece[piece > edge]

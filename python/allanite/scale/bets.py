@@ -288,8 +288,10 @@ _NOTHING = (np.ones((0, 1)), np.zeros((0, 2)), np.zeros(0))
 
 
 def _broad_alternatives(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Alternatives of many ordinates: power ratios in each cell, spans where they differ most, and shares of the capital.
+    """Three arrays for k alternatives that change many ordinates.
 
+    They are the power ratios, shape (k, cells); the first and last ordinate of the strongest change, shape (k, 2); and the
+    shares of the capital that bets on them, shape (k,).
     Noise of another level, noise that a filter passes or removes, and octaves get a quarter of the capital each. The rest
     is for lines.
     """

@@ -109,7 +109,7 @@ class Coasting:
 
 
 def fourier_sum(weights: Array, angle: float) -> complex:
-    """Fourier sum Σ w(k) e^{i·angle·k} of n weights w, computed with about √n complex exponentials."""
+    """Complex number Σ w(k) e^{i·angle·k} for n weights w and one angle (rad), from about √n complex exponentials."""
     width = max(1, int(np.sqrt(weights.size)))
     padded = np.concatenate([weights, np.zeros(-weights.size % width)]).reshape(-1, width)
     within = angle * np.arange(width)

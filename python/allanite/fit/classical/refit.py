@@ -60,7 +60,7 @@ def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
 
 
 def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
-    """Estimates of each effect with coefficients of random processes by GLS."""
+    """Dict of estimates by parameter name for each effect. GLS refits those of random processes; others are copied."""
     data, model = fit.data, fit.model
     factors = gls_factors(data.n)
     curve = oadev(data.residual(model), rate=data.rate, factors=factors)

@@ -109,7 +109,10 @@ def redistributed(values: Array, edges: Array, others: Array) -> Array:
 
 
 def fine_bands(level: int) -> tuple[NDArray[np.int64], Array, Array]:
-    """Fine bands of an octave: edges and middles in coefficients, and the power gain of the halvings at the middles."""
+    """Edges, middles and power gains of the fine bands of an octave, after the rate was halved `level` times.
+
+    Edges and middles are indices of transform coefficients.
+    """
     edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
     middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)
     left = gain(middle / (2.0 * SEGMENT * 2.0**level), level) ** 2 / 2.0**level

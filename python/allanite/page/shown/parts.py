@@ -64,7 +64,7 @@ def _strip(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _paths(work: Work) -> list[str | None]:
-    """SVG path of 100 × 40 for each column; columns of equal unit share a scale."""
+    """SVG path of 100 × 40 for each column, or None without a curve; columns of equal unit share a scale."""
     if work.paths is not None:
         return work.paths
     curves = [_curve(work.log(i)) for i in range(len(work.recording.columns))]

@@ -219,9 +219,10 @@ class _Sections:
     def _course(
         self, width: float, theta: float, within: tuple[float, float], replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Course of one half-width between two frequencies, with the form that gives the largest ΔlogL.
+        """Most likely course (frequency over time) of a band of one half-width; None if the range is too narrow for one.
 
-        A form is a number of sections, each with a frequency of its own, or a number of straight parts.
+        The frequency is constant in each of several sections of the record, or follows straight lines between corners. The
+        number of sections or lines is the one with the largest ΔlogL.
         """
         step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)

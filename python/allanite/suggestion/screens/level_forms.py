@@ -312,7 +312,11 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
-    """ΔlogL, period (cells), and first and last phase of the best gate, for about `cycles` periods in the record."""
+    """Best gate (interval of phases with another noise level) for about `cycles` periods in the record.
+
+    Returns the ΔlogL, the period in cells, and the first and last phase in 1/`PHASES` of a period. The last phase is
+    exclusive and may be above `PHASES`.
+    """
     cells = power.size
     best = (-np.inf, 0.0, 0, 0)
     for tried in cycles + np.linspace(-0.5, 0.5, REFINED_PERIODS):
