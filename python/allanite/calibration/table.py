@@ -38,14 +38,14 @@ def _axis(axis: AxisLaw) -> list[str]:
         )
     if axis.loop is None:
         lines.append(
-            "  hysteresis: not checked, because no temperature was passed both warming and cooling"
+            "  bias while cooling minus while warming: not checked, because no temperature was passed in both directions"
         )
     else:
         value, (low, high) = axis.loop.value, axis.loop.interval
-        text = f"{number(value, 2)} ({number(low, 2)} … {number(high, 2)}) {unit}, bias while cooling minus while warming"
+        text = f"{number(value, 2)} ({number(low, 2)} … {number(high, 2)}) {unit}"
         if not axis.loop.detected:
             text = f"not detected, at most {number(max(abs(low), abs(high)), 2)} {unit}"
-        lines.append(f"  hysteresis: {text}")
+        lines.append(f"  bias while cooling minus while warming, on average: {text}")
     if axis.noise is not None:
         low, high = axis.noise.interval
         shown = f"{number(axis.noise.percent, 2)} ({number(low, 2)} … {number(high, 2)}) % per °C"
