@@ -33,8 +33,12 @@ _CALENDARS = (
     ("days, as Modified Julian Dates are", "d", (15_020.0, 88_069.0)),
     ("decimal years", "y", (1_900.0, 2_100.0)),
 )
-# Intervals, s, at which clocks, satellites and stations are logged; few rates of a sensor are such fractions of a day.
-_CADENCES = (1, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 86400)
+# Intervals, s, at which clocks, satellites, stations and tide gauges are logged, up to a week, a month and a year; few
+# rates of a sensor are such fractions of a day or a year.
+_CADENCES = (
+    *(1, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, TIME_UNITS["d"], TIME_UNITS["week"]),
+    *(TIME_UNITS["y"] / 12, TIME_UNITS["y"]),
+)
 # Years of 365 or 366 days, and stamps printed with few digits, differ by this much from a cadence.
 _SAME_CADENCE = 0.005
 
@@ -140,7 +144,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
         present = PRESENT[0] < middle * second < PRESENT[1]
         if present and _RATES[0] < 1 / (step * second) < _RATES[1]:
             return unit, "epoch"
-    _ask_about_calendar(middle, step, rate)
+    _ask_about_calendar(float(t[0]), float(t[-1]), step, rate)
     some = t[:10_000]
     whole = t.dtype.kind == "i" or bool(np.all(some == np.rint(some)))
     constant = abs(step - round(step)) < 0.02
@@ -159,13 +163,13 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     return unit, "usual" if unit == "s" and not whole else "size"
 
 
-def _ask_about_calendar(middle: float, step: float, rate: float | None) -> None:
+def _ask_about_calendar(start: float, end: float, step: float, rate: float | None) -> None:
     """Raise an error for stamps that may be Modified Julian Dates or decimal years as well as seconds.
 
     Parameters
     ----------
-    middle : float
-        A stamp from the middle of the record.
+    start, end : float
+        First and last stamp.
     step : float
         Usual step between two stamps.
     rate : float or None
@@ -176,9 +180,9 @@ def _ask_about_calendar(middle: float, step: float, rate: float | None) -> None:
     for name, unit, (first, last) in _CALENDARS:
         interval = step * TIME_UNITS[unit]
         usual = any(abs(interval / cadence - 1) < _SAME_CADENCE for cadence in _CADENCES)
-        if first < middle < last and usual:
+        if first < start < last and first < end < last and usual:
             raise InputError(
-                f"the time stamps from {middle:.8g} on may be seconds ({1 / step:.4g} Hz) or {name}"
+                f"the time stamps from {start:.8g} on may be seconds ({1 / step:.4g} Hz) or {name}"
                 f" (one sample in {interval:.6g} s)",
                 missing="rate",
                 remedy=f": give {{rate}}, or the unit in the header: time [s], time [{unit}]",

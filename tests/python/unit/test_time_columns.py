@@ -158,3 +158,16 @@ def test_random_logs(rate, unit, holes, event, jitter, seed):
     assert gaps.keys() == expected.keys()
     for row, count in expected.items():
         assert abs(gaps[row] - count) <= max(0, round(1e-4 * count)), (row, count, gaps[row])
+
+
+@pytest.mark.parametrize(
+    ("step", "words"), [(1.0 / 12.0, "12 Hz"), (7.0 / 365.25, "52.18 Hz"), (1.0, "1 Hz")]
+)
+def test_series_in_decimal_years_are_not_taken_for_seconds(step, words):
+    """Monthly, weekly and yearly means of a tide gauge, whose times have no header."""
+    years = 1953.5 + step * np.arange(60)
+    with pytest.raises(al.InputError, match="decimal years") as caught:
+        al.Recording(
+            np.random.default_rng(1).standard_normal(60), time=np.round(years, 4), unit="1"
+        )
+    assert words in str(caught.value)
