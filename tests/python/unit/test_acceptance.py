@@ -173,7 +173,7 @@ def test_a_small_number_without_a_unit_is_read_whole(tmp_path):
     """``0.005`` is not 0.00 in the unit 5."""
     path = tmp_path / "small.toml"
     path.write_text('[figures]\nangle_random_walk = "0.005"', encoding="utf-8")
-    with pytest.raises(al.InputError, match=r"0\.005 deg"):
+    with pytest.raises(al.InputError, match=r"'0\.005' has no unit"):
         al.read_datasheet(path)
 
 

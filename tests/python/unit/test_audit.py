@@ -204,7 +204,7 @@ def test_a_remedy_that_would_be_refused_is_not_given():
     x = noise(190_000)
     x[1000:189_000] = np.nan
     told = the(Recording(x, 100), "missing").message
-    assert "loses more than half of its terms" in told
+    assert "loses more than half of its differences" in told
     assert "decimate" not in told
 
 
@@ -269,8 +269,8 @@ def dropped(columns=1):
 def test_dropped_samples_are_one_remark_of_all_axes_with_what_to_do():
     recording = dropped(3)
     (told,) = [f for f in merged(recording.audit) if f.kind == "missing"]
-    assert told.message.startswith("gx, gy, gz: 120 samples are NaN (0.30%). The fit uses every")
-    assert "loses more than half of its terms beyond" in told.message
+    assert told.message.startswith("gx, gy, gz: 120 samples are NaN (0.30%). The fit uses all other")
+    assert "loses more than half of its differences beyond" in told.message
     assert told.message.endswith("; for its curve use .decimate(20)")
     assert len([f for f in recording.audit if f.kind == "missing"]) == 3
 
@@ -308,7 +308,7 @@ def test_remarks_on_gaps_agree(share):
     there = np.sort(rng.permutation(20_000)[: round(20_000 * (1 - share))])
     recording = Recording(rng.standard_normal(there.size), time=there / 100.0, unit="deg/s")
     message = the(recording, "missing").message
-    beyond = float(message.split("terms beyond ")[1].split(" s")[0])
+    beyond = float(message.split("differences beyond ")[1].split(" s")[0])
     curve = recording.oadev(taus="all")
     lost = curve.lost / (curve.n + curve.lost)
     first = float(curve.tau[np.flatnonzero(lost > 0.5)[0]])

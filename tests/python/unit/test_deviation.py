@@ -28,7 +28,7 @@ def test_grids():
     assert curve.factors.tolist() == [1, 5]
     assert len(curve.diagnostics) == 2
     np.testing.assert_array_equal(curve.tau, [0.1, 0.5])
-    assert "left out" in oadev(X, factors=[1, 600]).diagnostics[0]
+    assert "were not used" in oadev(X, factors=[1, 600]).diagnostics[0]
 
 
 def test_quantities():
@@ -69,7 +69,7 @@ def test_gaps_are_counted_at_every_averaging_time():
             assert (with_gaps.lost == without.n - with_gaps.n).all()
             assert (with_gaps.lost > 0).any()
             assert (without.lost == 0).all()
-            assert "omitted" in " ".join(with_gaps.diagnostics)
+            assert "not used" in " ".join(with_gaps.diagnostics)
     assert (theo1(x).lost == theo1(np.nan_to_num(x)).n - theo1(x).n).all()
     assert (oadev(x).lost[:3] == [2 + 3, 4 + 4 + 1, 8 + 8 + 1]).all()
     # Scattered: every 50th sample. A remedy is named, and works.
