@@ -34,6 +34,7 @@ from allanite.readers.unit_kinds import (
     FOREIGN,
     INTEGRAL,
     PHASE,
+    RATE,
     kind_of_unit,
     seconds_in,
     time_unit,
@@ -97,6 +98,9 @@ class Request:
         fix(self, "covariates", tuple(map(plain, self.covariates)))
         if isinstance(self.time_column, str):
             fix(self, "time_column", plain(self.time_column))
+        # Samples in a unit of time are the phase of a clock.
+        if self.quantity is None and kind_of_unit(self.unit) == PHASE:
+            fix(self, "quantity", "angle")
 
 
 @dataclass(slots=True)
@@ -695,7 +699,8 @@ def _unit_and_scale(
         stated = own if kind_of_unit(own) == PHASE else given
         assert stated is not None
         same = given is None or given == "1" or time_unit(given) in (time_unit(stated), "s")
-        if own is not None and not same:
+        moving = kind_of_unit(own) == RATE and not is_frequency(own)
+        if own is not None and (moving or not same):
             raise _contradiction(name, own, given or "")
         return "s", seconds_in(stated)
     if given is None:

@@ -171,3 +171,14 @@ def test_series_in_decimal_years_are_not_taken_for_seconds(step, words):
             np.random.default_rng(1).standard_normal(60), time=np.round(years, 4), unit="1"
         )
     assert words in str(caught.value)
+
+
+def test_a_unit_of_time_says_that_the_samples_are_a_phase(tmp_path):
+    log = tmp_path / "phase.csv"
+    log.write_text("t [s],x\n" + "".join(f"{k},{k % 7}.5\n" for k in range(50)))
+    recording = al.read(log, unit="ns")
+    assert recording.quantity == "angle"
+    moving = tmp_path / "gyro.csv"
+    moving.write_text("t [s],x [deg/s]\n" + "".join(f"{k},{k % 7}.5\n" for k in range(50)))
+    with pytest.raises(al.InputError, match="deg/s"):
+        al.read(moving, unit="s")
