@@ -159,7 +159,8 @@ _LOG_OPTIONS = (
         "--quantity",
         type=click.Choice(["rate", "increment", "angle"]),
         help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral"
-        " from the start; also velocity or clock phase).",
+        " from the start; also velocity or clock phase). A unit of s, ms, us or ns implies angle. For increments and"
+        " angles, deg/s and deg mean the same.",
     ),
     click.option(
         "--column",

@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from allanite.study import Study
 
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
-#: Fewest degrees of freedom of the point of the Allan curve that is used as its minimum. The upper end of the 95 %
-#: interval is then 1.23 times the deviation (chi-squared with 40 degrees of freedom).
-EDF_OF_MINIMUM = 40.0
 #: Longest record that is recommended, s: thirty days. Chosen by judgment; not measured.
 MAX_RECORD_S = 30 * 86400.0
 
@@ -345,7 +342,7 @@ def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdic
     recording = fit.recording
     scale = figure.value / figure.in_unit(recording.unit)
     limit = figure.value * (1.0 + margin)
-    found = minimum_of(fit, EDF_OF_MINIMUM)
+    found = minimum_of(fit)
     assert found.interval is not None
     low, high = (scale * end for end in found.interval)
     verdict = _verdict(low, high, limit)

@@ -14,8 +14,9 @@ from allanite.effects import Model, Stochastic, find
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
 from allanite.sources.slips import slip
 
-#: Fewest degrees of freedom of a point of the Allan curve that is used as its minimum. Chosen by judgment; not measured.
-MIN_EDF = 10
+#: Fewest degrees of freedom of the point of the Allan curve that is used as its minimum. The upper end of the 95 %
+#: interval is then 1.23 times the deviation (chi-squared with 40 degrees of freedom).
+EDF_OF_MINIMUM = 40.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,19 +174,17 @@ def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float,
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
-def minimum_of(fit: Any, edf: float = MIN_EDF) -> Estimate:
+def minimum_of(fit: Any) -> Estimate:
     """Minimum of the Allan deviation over τ with its 95 % interval, in the unit of the recording.
 
-    The upper end is that of the measured point at which the fitted model is lowest, among points with at least `edf`
-    degrees of freedom; the minimum cannot be larger. The lower end is the minimum of the detected effects, each with
-    the lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the record.
-    The lower end is then 0, and the minimum counts as not detected.
+    The upper end is that of the measured point at which the fitted model is lowest, among points with at least
+    `EDF_OF_MINIMUM` degrees of freedom; the minimum cannot be larger. The lower end is the minimum of the detected effects,
+    each with the lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the
+    record. The lower end is then 0, and the minimum counts as not detected.
 
     Parameters
     ----------
     fit : Fit
-    edf : float
-        Fewest degrees of freedom of a point that is used.
 
     Returns
     -------
@@ -196,7 +195,7 @@ def minimum_of(fit: Any, edf: float = MIN_EDF) -> Estimate:
 
     recording = fit.recording
     curve = oadev(recording, taus=12)
-    solid = curve.edf >= min(edf, float(curve.edf.max()))
+    solid = curve.edf >= min(EDF_OF_MINIMUM, float(curve.edf.max()))
     tau = curve.tau[solid]
     model = fit.model.allan_variance(tau, rate=recording.rate)
     at = int(np.argmin(model))

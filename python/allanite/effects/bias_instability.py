@@ -30,7 +30,9 @@ class BiasInstability(Stochastic):
 
     kind: ClassVar[str] = "bias_instability"
     short: ClassVar[str] = "B"
-    on_sheets: ClassVar[str] = "B is the coefficient, a data sheet's bias instability is 0.664·B"
+    on_sheets: ClassVar[str] = (
+        "B is the coefficient; a data sheet's bias instability is usually the minimum of the Allan deviation, 0.664·B or more"
+    )
     common: ClassVar[bool] = True
     title: ClassVar[str] = "bias instability"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "flicker FM"}

@@ -31,7 +31,7 @@ from allanite.exports import TARGETS
     "--rate",
     type=float,
     metavar="HZ",
-    help="Sampling rate, if the target needs it and MODEL has none.",
+    help="Rate of the samples that the filter gets. Default: that of MODEL; PX4, ArduPilot and GLIM have their own.",
 )
 @click.option(
     "--overbound",

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 @click.option(
     "--find",
     metavar="EFFECT",
-    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)". Bare values have the'
-    " unit of the values of MODEL: SI units if those state units. Then values may have units as well.",
+    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)". If MODEL states'
+    " units, state units here too. Otherwise use the units of MODEL.",
 )
 @click.option(
     "--know",

@@ -52,12 +52,12 @@ def command(
 ) -> None:
     """Test the phase (time error) of clocks and time servers.
 
-    LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase (--quantity angle). A
-    column in s is taken for a phase; --quantity angle is then not needed. - reads standard input. Prints time error, MTIE
+    LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase. A column
+    in s, ms, us or ns (header or --unit) is taken for a phase. - reads standard input. Prints time error, MTIE
     and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted holdover error.
 
-    The log of a servo also holds its frequency corrections. They are removed, so that noise and frequency describe the
-    free clock. In holdover the servo keeps its last frequency.
+    The log of a servo also holds its frequency corrections. The corrections are removed: noise and frequency are
+    those of the free-running clock. In holdover the servo keeps its last frequency.
     """
     from allanite.cli import output
     from allanite.clocks import AFTER, mask_named, timing
