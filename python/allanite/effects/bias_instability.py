@@ -31,7 +31,7 @@ class BiasInstability(Stochastic):
     kind: ClassVar[str] = "bias_instability"
     short: ClassVar[str] = "B"
     on_sheets: ClassVar[str] = (
-        "B is the coefficient; a data sheet's bias instability is usually the minimum of the Allan deviation, 0.664·B or more"
+        "B is the coefficient; a data sheet's bias instability is usually the minimum of the curve, 0.664·B or more"
     )
     common: ClassVar[bool] = True
     title: ClassVar[str] = "bias instability"

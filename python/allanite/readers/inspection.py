@@ -173,14 +173,16 @@ class Inspection:
         whole = [c.name for c in self.columns if COUNTS in c.doubts]
         if whole:
             lines.append(f"! {', '.join(whole)}: {COUNTS}{worded(' ({scale}, gx=1/131)', words)}")
-        doubts = [
-            (c.name, d) for c in self.columns for d in c.doubts if d not in (UNITLESS, COUNTS)
+        lines += [
+            f"! {c.name}: {doubt}"
+            for c in self.columns
+            for doubt in c.doubts
+            if doubt not in (UNITLESS, COUNTS) and not (self.problem or "").endswith(doubt)
         ]
-        lines += [f"! {name}: {doubt}" for name, doubt in doubts]
         lines += [
             f"{'!' if f.severity == 'warning' else '·'} {f.worded(words)}" for f in self.findings
         ]
-        if self.problem and not any(self.problem.endswith(doubt) for _, doubt in doubts):
+        if self.problem:
             lines.append(
                 f"! {self.problem if self.refused is None else self.refused.worded(words)}"
             )
