@@ -295,7 +295,9 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
     top = 0.13 if figure.title or figure.subtitle else 0.06
     style = {"ha": "left", "va": "top", "color": look.text} | TEXT
     size = TITLE_POINTS if form.points is None else TITLE_GROWTH * form.points
-    for part in textwrap.wrap(figure.title, int(0.96 * 72.0 * width / (BOLD_LETTER * size))):
+    letters = int(0.96 * 72.0 * width / (BOLD_LETTER * size))
+    # A log may have a name of any length; it must leave room for the curves.
+    for part in textwrap.wrap(figure.title, letters, max_lines=2, placeholder=" …"):
         canvas.text(0.012, 1 - top / height, part, fontsize=TITLE_POINTS, weight="bold", **style)
         top += TITLE * size / TITLE_POINTS
     letters = int(LETTERS * width / WIDTH / grown * 0.95)
