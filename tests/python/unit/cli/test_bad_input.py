@@ -142,7 +142,7 @@ def test_inspect_names_the_file_and_the_cell(run, tmp_path, rows):
     path.write_text("\n".join(["time,gx,gy", *rows, "200,ERR,0"]))
     code, out, _ = run("inspect", path)
     assert code == 0
-    assert '! gx: row 202, column 2 (gx): "ERR" is not a number' in out
+    assert 'log.csv: row 202, column 2 (gx): "ERR" is not a number: delete the row' in out
 
 
 def test_inspect_refuses_what_is_no_unit(run, tmp_path, rows):
