@@ -17,7 +17,7 @@ import numpy as np
 FALSE_ALARM_PROBABILITY = 0.01
 #: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search. A candidate is refitted only if this multiple
 #: could be significant.
-#: Basis: judgment. One unit test repeats a check without the limit and finds the same.
+#: Basis: judgment; half and twice the value change none of 21 searches (docs/ablation.md).
 MAX_REFIT_GAIN_RATIO = 1.5
 
 # Order of the suggestions.
@@ -41,7 +41,7 @@ MIN_DISTURBANCE_DELTA_LOGL = 14.0
 
 #: Unit: fraction. A cause accounts for a change if at least this part of the change, of the evidence or of the cost is its.
 #: A suggestion of an earlier check must keep this part of its ΔlogL, and each side band this part of the limit of both.
-#: Basis: definition; the larger part.
+#: Basis: definition; the larger part. Half and twice the value change none of 20 searches (docs/ablation.md).
 MAIN_SHARE = 0.5
 #: Unit: periods. Fewest periods of a line in the record, of a tone burst, and of a level that changes periodically.
 #: Basis: judgment; with fewer periods it is a drift, or a few waves of a slow process.
@@ -63,13 +63,15 @@ MAX_EVENTS = 32
 
 #: Unit: nats. Smallest ΔlogL of a screen for which a slow function is refitted, the band of a resonance is searched for a
 #: line, a level of the white noise is suggested, or a peak above ln of the number of frequencies is a line of a comb.
-#: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %.
+#: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %. Half and twice the value change none
+#: of 21 searches (docs/ablation.md).
 MIN_SCREEN_GAIN = 3.0
 #: Unit: nats. ΔlogL by which a richer form must beat the simpler one: a drifting line or a tone burst a steady line, a
 #: wandering line a pure one, a filter with a noise floor a filter without, two lines that beat once a narrow band. It is
 #: also the height of a harmonic above ln of the number of frequencies searched for it, and the ΔlogL of a Gauss-Markov
 #: process from which two levels are searched.
-#: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms.
+#: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms; half and
+#: twice the value change none of 20 searches (docs/ablation.md).
 MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
 #: Unit: effects. Best plain forms of an effect that are extended to the richer form, and most second effects that are tried
 #: beside an addition that raises an error.
