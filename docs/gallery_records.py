@@ -112,14 +112,13 @@ def roll_off(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected
 
 
 def band(low: float, high: float, kinds: tuple[str, ...]) -> Callable[..., list[Expected]]:
-    """An effect with its middle frequency in a range is added; a band that drifts is a resonance, too."""
+    """An effect of one of the `kinds` with its middle frequency in a range is added."""
 
     def expect(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
         inside = [
             f"{e.title} at {middle:.4g} Hz"
             for e in added(study)
-            if e.kind.removeprefix("drifting_") in kinds
-            and low <= (middle := 0.5 * sum(e.occupies or (0.0, 0.0))) <= high
+            if e.kind in kinds and low <= (middle := 0.5 * sum(e.occupies or (0.0, 0.0))) <= high
         ]
         claim = f"the ladder adds a {' or '.join(kinds)} at {low:g}–{high:g} Hz"
         return [Expected(claim, ", ".join(inside) or "none", bool(inside))]
@@ -196,8 +195,8 @@ def line_or_resonance(check: al.Check) -> str:
             found[s.kind] = s
     words = ", ".join(f"{kind} ΔlogL {number(s.delta_log_likelihood)}" for kind, s in found.items())
     return (
-        "The line wanders by half a millihertz over the record, so that a pure sinusoid leaves a rest beside itself, which "
-        f"a narrow resonance can take up. Among the first suggestions: {words or 'neither'}."
+        "The frequency of the line varies by half a millihertz. A pure sinusoid leaves part of its power, which a narrow "
+        f"resonance can explain. Among the first suggestions: {words or 'neither'}."
     )
 
 

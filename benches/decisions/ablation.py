@@ -79,7 +79,7 @@ def _promising(_: Any, found: Any) -> bool:
 
 #: Name of a move, veto or rule → (module, function, what replaces it, whether a call acted).
 SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], bool]]] = {
-    "add: a second effect beside one that raises an error": (
+    "add: a second effect, if the first alone raises an error": (
         STEPS,
         "with_second_effect",
         _none,

@@ -1,4 +1,4 @@
-"""What other values of some constants change, for constants that no derivation gives.
+"""Results with other values of constants that have no derivation.
 
     python benches/decisions/chosen_values.py [courses] [gates] [posterior]
 

@@ -16,5 +16,5 @@ def without_effect(model: Model, place: int) -> Model:
 
 
 def parameter_label(label: str, name: str) -> str:
-    """Name of a parameter of the effect with this label: ``N`` for the coefficient N, else ``GM.q_c``."""
+    """Name of a parameter in tables: label and parameter, as in ``GM.q_c``, or one of them if both are equal (``N``)."""
     return name if name == label else f"{label}.{name}"

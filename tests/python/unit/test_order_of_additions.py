@@ -148,7 +148,10 @@ def test_a_change_of_level_with_by_far_the_most_evidence_does_not_wait():
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_two_lags_end_alike_from_both_starts(seed):
-    """Flicker and a random walk together can stand for two lags, so that changing one of them does not help."""
+    """Flicker and a random walk together can stand for two lags, so that changing one of them does not help.
+
+    These are two of the five records of `benches/claims/two_starts.py`, of ten, in which both searches end alike.
+    """
     rng, n, rate = np.random.default_rng([seed, 9]), 20_000, 10.0
     x = g.gauss_markov(rng, n, rate, 1.5e-2, 1.0) + g.gauss_markov(rng, n, rate, 5e-3, 30.0)
     log = al.Recording(x + g.white(rng, n, rate, 0.01), rate=rate, unit="deg/s")

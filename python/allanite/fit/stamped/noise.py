@@ -116,7 +116,7 @@ def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
 
 
 def _lag_of(term: Term) -> tuple[float, float] | None:
-    """Decay per sample and variance of a term that is a lag, else None."""
+    """Decay per sample and variance of a term with exponential covariance; None for any other term."""
     name, numbers = term.kernel
     if name != "exponential" or numbers[3] != 0.0:
         return None

@@ -78,12 +78,11 @@ def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
 def with_second_effect(
     before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
-    """State with a second effect in addition to one that alone raises an error, and its suggestion; None if none helps.
+    """State with a second effect, if the first addition alone raises an error, and its suggestion; None if none helps.
 
-    Candidates are the effects that `check` found missing before, else those missing in the model with the addition, or
-    in its place.
-    If only the discrepancy rises, within its interval (`falls`), the second effect must clearly gain and lower the
-    discrepancy.
+    The second effect is one that `check` found missing. If none of those helps, the model with the addition is checked.
+    Its suggestions are added, or take the place of the addition. If only the discrepancy rises, within its interval
+    (`falls`), the second effect must clearly gain and lower the discrepancy.
     """
     new = after.fit.model.effects[-1].kind
     if falls:

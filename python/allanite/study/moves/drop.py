@@ -1,4 +1,4 @@
-"""Drop: effects leave that explain nearly nothing beside the last addition, or that cost more than they explain."""
+"""Drop: remove effects that the last addition makes needless, and added effects that cost more than they explain."""
 
 from __future__ import annotations
 
