@@ -1,7 +1,8 @@
 """Constants that decide which effects are suggested and which the search adds, drops or replaces.
 
 Each comment gives the unit, what is compared with the constant, and the basis of its value. "Judgment" means chosen by
-judgment; not measured. Grids of shapes and sizes of arrays are defined where they are used. Two limits are defined in
+judgment; not measured. "Ablation: no change" means that 21 searches end with equal models with half and with twice the
+value (docs/ablation.md). Grids of shapes and sizes of arrays are defined where they are used. Two limits are defined in
 `allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished, and
 `MAX_POLISH_DELTA_LOGL`, the most that the polish of shapes adds to logL.
 """
@@ -17,7 +18,7 @@ import numpy as np
 FALSE_ALARM_PROBABILITY = 0.01
 #: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search. A candidate is refitted only if this multiple
 #: could be significant.
-#: Basis: judgment. With half or twice the value, 21 searches end with the same models (docs/ablation.md).
+#: Basis: judgment. Ablation: no change.
 MAX_REFIT_GAIN_RATIO = 1.5
 
 # Order of the suggestions.
@@ -41,42 +42,40 @@ MIN_DISTURBANCE_DELTA_LOGL = 14.0
 
 #: Unit: fraction. A cause accounts for a change if at least this part of the change, of the evidence or of the cost is its.
 #: A suggestion of an earlier check must keep this part of its ΔlogL, and each side band this part of the limit of both.
-#: Basis: definition; the larger part. With half or twice the value, 20 searches end with the same models
-#: (docs/ablation.md).
+#: Basis: definition; the larger part. Ablation: no change.
 MAIN_SHARE = 0.5
 #: Unit: periods. Fewest periods of a line in the record, of a tone burst, and of a level that changes periodically.
-#: Basis: judgment; with fewer periods it is a drift, or a few waves of a slow process.
+#: Basis: judgment; with fewer periods it is a drift, or a few waves of a slow process. Ablation: no change.
 MIN_PERIODS = 4
 #: Unit: samples. Shortest segment that is described as an event, a stuck value or a spectrum; shorter ones are outliers.
-#: Basis: judgment.
+#: Basis: judgment. Ablation: no change.
 MIN_SEGMENT_SAMPLES = 16
 #: Unit: ordinates. Fewest ordinates whose mean power is compared with a level.
-#: Basis: derivation; the standard error of the mean power of 8 ordinates is half of the mean.
+#: Basis: derivation; the standard error of the mean power of 8 ordinates is half of the mean. Ablation: no change.
 MIN_ORDINATES = 8
 #: Unit: values. Fewest values of the power over time from which its usual level is estimated.
-#: Basis: derivation; the standard error of the mean power of 64 values is 18 % of the mean.
+#: Basis: derivation; the standard error of the mean power of 64 values is 18 % of the mean. Ablation: no change.
 MIN_POWER_VALUES = 64
 #: Unit: events. Most events that one effect describes, and most lines and excluded segments that a search adds.
-#: Basis: judgment.
+#: Basis: judgment. Ablation: no change.
 MAX_EVENTS = 32
 
 # Random processes and filters.
 
 #: Unit: nats. Smallest ΔlogL of a screen for which a slow function is refitted, the band of a resonance is searched for a
 #: line, a level of the white noise is suggested, or a peak above ln of the number of frequencies is a line of a comb.
-#: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %. With half or twice the value, 21
-#: searches end with the same models (docs/ablation.md).
+#: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %. Ablation: no change.
 MIN_SCREEN_GAIN = 3.0
 #: Unit: nats. ΔlogL by which a richer form must beat the simpler one: a drifting line or a tone burst a steady line, a
 #: wandering line a pure one, a filter with a noise floor a filter without, two lines that beat once a narrow band. It is
 #: also the height of a harmonic above ln of the number of frequencies searched for it, and the ΔlogL of a Gauss-Markov
 #: process from which two levels are searched.
 #: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms.
-#: With half or twice the value, 20 searches end with the same models (docs/ablation.md).
+#: Ablation: no change.
 MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
 #: Unit: effects. Number of best plain forms of an effect from which a richer form is made, and number of second effects
 #: that are tried if the first one alone raises an error.
-#: Basis: judgment.
+#: Basis: judgment. Ablation: no change.
 MAX_FORMS_TRIED = 8
 #: Unit: designs. Best designs of a filter that are polished.
 #: Basis: judgment.
