@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from inspect import get_annotations
 from typing import Any
 
@@ -114,7 +115,13 @@ class Parameter:
 
 def has_several(cls: type, name: str) -> bool:
     """True if the parameter `name` of an effect class is a tuple of numbers."""
-    return any("tuple" in str(get_annotations(base).get(name)) for base in cls.__mro__)
+    return any("tuple" in str(_annotations_of(base).get(name)) for base in cls.__mro__)
+
+
+@lru_cache(maxsize=256)
+def _annotations_of(cls: type) -> Mapping[str, Any]:
+    """Annotations of a class itself, cached because every parameter of every effect needs them."""
+    return get_annotations(cls)
 
 
 def _value_text(value: Any) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic, white_noise
+from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
 from allanite.fit.likelihood.crowding import effective_freedom, has_changing_power
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
@@ -42,8 +42,8 @@ Array = NDArray[np.float64]
 MAX_KEPT_CHANGE = 0.01
 #: The same maximum if an additional effect is only tried; it costs 5e-3 of logL.
 MAX_KEPT_CHANGE_TRIED = 0.1
-#: Maximum amplitude of a tried line, in standard errors, up to which it is removed only within its window. The part of such
-#: a line outside the window is worth about 0.03 of logL.
+#: Maximum amplitude of a tried function, in standard errors, up to which it is removed only at the ordinates of its
+#: regression. The part of such a line or step at other ordinates is worth about 0.03 of logL.
 MAX_FAINT_AMPLITUDE = 12.0
 #: Design and regression of a model without functions of time.
 NO_DESIGN = Design(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), ())
@@ -238,7 +238,7 @@ class _ResidualOrdinates:
     ordinates : ndarray, shape (n,)
         Residual ordinates.
     near : tuple of Deterministic
-        Those of `effects` that were removed only within the window of their line.
+        Those of `effects` that were removed only at the ordinates of their regression.
     """
 
     effects: tuple[Deterministic, ...]
@@ -248,7 +248,8 @@ class _ResidualOrdinates:
     def moved(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
         """Residual with other functions removed instead; amplitudes that hardly changed are kept.
 
-        With `is_tried` (an additional effect is only tried), faint lines are removed only within their window.
+        With `is_tried` (an additional effect is only tried), faint functions are removed only at the ordinates of the
+        regression.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
@@ -269,7 +270,7 @@ class _ResidualOrdinates:
                     continue
             is_faint = bool((np.abs(amplitudes) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
             stays_local = is_local or old is None
-            is_local = is_local or (is_tried and isinstance(effect, Periodic) and is_faint)
+            is_local = is_local or (is_tried and is_faint)
             (nearby if is_local else everywhere).append((effect, amplitudes))
             now.append(effect)
             near += [effect] if is_local and stays_local else []

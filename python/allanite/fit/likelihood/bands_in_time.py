@@ -69,8 +69,9 @@ def remove_motion(
         share = share_of(own, solution, data, int(middle))
         size = int(last - first)
         if share > MIN_CELL_SHARE and size > 1:
-            times = np.linspace(*data.span, size + 1)
-            there = power @ weights(times, data.span, power.size)
+            # The power changes linearly from the middle of one segment to the next (`weights`).
+            segments = (np.arange(size + 1) / size) * power.size - 0.5
+            there = np.interp(segments, np.arange(power.size), power)
             _divide(white[first:last], 1.0 + share * (there - 1.0))
 
 

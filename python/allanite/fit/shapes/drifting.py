@@ -130,18 +130,19 @@ class Band:
         per record. The band is demodulated along the course, so that only a narrow band must be
         searched.
         """
+        near = self._along(place, drift)
+        # Search drift rates up to the second neighboring course.
+        frequency, more, gain = near._best_demodulated(int(2.0 * self._sections / DRIFT_STEP))
+        return frequency, drift + more, gain
+
+    def _along(self, place: int, drift: float) -> Band:
+        """Narrow band along a course, demodulated so that the course has no drift in it; see `_best_near_course`."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
         low = min(max(place - COURSE_BAND_FREQUENCIES // 2, 0), k - COURSE_BAND_FREQUENCIES)
-        near = Band(
-            np.fft.ifft(spectrum[low : low + COURSE_BAND_FREQUENCIES]),
-            self.first + low,
-            self.duration,
-        )
-        # Search drift rates up to the second neighboring course.
-        frequency, more, gain = near._best_demodulated(int(2.0 * self._sections / DRIFT_STEP))
-        return frequency, drift + more, gain
+        series = np.fft.ifft(spectrum[low : low + COURSE_BAND_FREQUENCIES])
+        return Band(series, self.first + low, self.duration)
 
     def gain(self, frequency: float, drift: float) -> float:
         """Rise of logL by a line with this mid-record frequency and drift."""
@@ -168,11 +169,15 @@ class Band:
         """Local maximum of the gain near a line, by the simplex method: frequency, drift and ΔlogL."""
         from scipy.optimize import minimize
 
-        first = [(frequency, drift), (frequency + 0.2, drift), (frequency, drift + 0.7)]
+        near, course = self, 0.0
+        if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
+            near, course = self._along(round(frequency) - self.first, drift), drift
+        more = drift - course
+        first = [(frequency, more), (frequency + 0.2, more), (frequency, more + 0.7)]
 
         def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
-            """Negative ΔlogL of a line with the frequency x[0] and the drift x[1]."""
-            return -self.gain(float(x[0]), float(x[1]))
+            """Negative ΔlogL of a line with the frequency x[0] and the drift x[1] beyond the course."""
+            return -near.gain(float(x[0]), float(x[1]))
 
         options: Any = {
             "initial_simplex": np.array(first),
@@ -180,8 +185,9 @@ class Band:
             "fatol": 1e-5,
             "maxiter": 200,
         }
-        found = minimize(loss, np.array([frequency, drift]), method="Nelder-Mead", options=options)
-        return float(found.x[0]), float(found.x[1]), float(-found.fun)
+        found = minimize(loss, np.array(first[0]), method="Nelder-Mead", options=options)
+        frequency, drift = float(found.x[0]), course + float(found.x[1])
+        return frequency, drift, self.gain(frequency, drift)
 
 
 def ordinates_of_drift(effect: Deterministic, data: Data) -> NDArray[np.int64]:

@@ -340,12 +340,16 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES
     cycles, best = n / period, (-np.inf, period, first, share)
+    below = np.concatenate([[0.0], np.cumsum(square)])
     for width in (1.0 / FINE_PHASES, 1.0 / FINE_PHASES**2):
         for tried in cycles + np.linspace(-width, width, 2 * FINE_PHASES + 1):
             length = n / tried
-            which = ((np.arange(n) - first) / length % 1.0 * phases).astype(np.int64)
-            sums = np.bincount(which, weights=square, minlength=phases)
-            count = np.bincount(which, minlength=phases).astype(float)
+            # First sample of each phase of each period, in the record.
+            periods = np.arange(np.floor(-first / length), np.ceil((n - first) / length))
+            phase = np.arange(periods[0] * phases, (periods[-1] + 1) * phases + 1)
+            edges = np.clip(np.ceil(first + phase * (length / phases)), 0, n).astype(np.int64)
+            sums = np.diff(below[edges]).reshape(-1, phases).sum(axis=0)
+            count = np.diff(edges).reshape(-1, phases).sum(axis=0).astype(float)
             # Edges from `reach` phases before to `reach` phases after the coarse ones.
             total, size = (
                 np.concatenate([[0.0], np.cumsum(np.roll(v, reach))]) for v in (sums, count)
