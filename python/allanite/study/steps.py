@@ -210,7 +210,7 @@ def _step_with(
     first = suggestions[0]
     rung = rung_of(before, after, first.kind, risen, first.trials)
     new = [rung.fit.solution.effects[place] for place in after.new_since(before)]
-    if not all(is_placed(own, rung.fit.data.duration) for own in new):
+    if not all(is_placed(own, rung.fit.data) for own in new):
         return None
     return None if is_doubtful_event(before.fit, rung.fit, suggestion) else (rung, suggestions)
 

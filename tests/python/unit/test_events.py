@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 import allanite as al
 import generators as g
 from allanite.effects._event import sines
+from allanite.fit.solution import Regressed
+from allanite.suggestion.screens.slow_functions import is_placed
 
 MG = 9.81e-3
 
@@ -205,3 +207,15 @@ def test_two_unknown_times_are_found_without_a_start_value(term, lasts):
     # An edge: 11 N²/h² = 3 s. A ramp of slope s over T: the times of its kinks are known to N/(s √T), 9 s; three of these.
     assert found.when == pytest.approx((600.0, 900.0), abs=27.0 if lasts else 3.0)
     assert found.height == pytest.approx(0.02, abs=4.0 * 0.01 / np.sqrt(300.0))
+
+
+@pytest.mark.parametrize(
+    ("time", "deviation", "placed"),
+    [(500.0, 0.1, True), (500.0, 0.2, False), (996.0, 0.1, True), (996.0, 0.3, False)],
+)
+def test_a_jump_whose_time_may_be_outside_the_record_is_not_placed(time, deviation, placed):
+    """Standard errors of the times: 14 s and 56 s (the limit is 20 s), 0.6 s and 5 s (4 s before the end)."""
+    step = al.effects.BiasStep(time=time, height=1.0)
+    data = al.fit_model(al.Recording(np.random.default_rng(1).standard_normal(1000), 1.0), "N").data
+    own = Regressed(step, np.ones(1), np.full((1, 1), deviation**2), np.ones((1, 1)), step)
+    assert is_placed(own, data) == placed

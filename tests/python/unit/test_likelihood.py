@@ -217,3 +217,15 @@ def test_what_does_not_fit_together_is_refused():
         whittle.climb(power, count, columns[1:], start, None)
     with pytest.raises(InputError, match="degrees of freedom"):
         discrepancy.judge(power, -count, power, 3)
+
+
+def test_a_cell_that_a_regression_fits_exactly_tells_nothing_about_the_level():
+    """Its power is rounding error, which an offset of the record changes."""
+    power, count, _, _, _ = spectra(6, 40, 2, 0.3)
+    power[0], count[0] = 0.0, 0.05
+    exact = discrepancy.bin_levels(power, count, np.ones(40), 40)
+    power[0] = 1e-30
+    rounded = discrepancy.bin_levels(power, count, np.ones(40), 40)
+    assert cells_of(40)[1] == 1  # the first bin is a cell
+    assert exact[0] == rounded[0] == 1.0
+    assert exact[1:].min() > 0.0

@@ -101,7 +101,11 @@ def climb_scale(
 
 
 def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
-    """Estimated ratio e^ε of true to modeled power in each bin, shape (bins,); 1 if δ = 0."""
+    """Estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
+
+    It is 1 if δ = 0, and in cells that a regression fits exactly: with less than half a degree of freedom left, the power
+    of such a cell is rounding error.
+    """
     if scale is None:
         return np.ones_like(power)
     # Fraction of a cell's deviation in ln power that is attributed to the discrepancy.
@@ -109,6 +113,7 @@ def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -
     total = np.add.reduceat(count, first)
     taken = 1.0 - np.add.reduceat(judge(power, count, spectrum, scale).weight, first) / total
     mean = np.add.reduceat(count * power / spectrum, first) / total
+    mean[total < 0.5] = 1.0
     return np.repeat(mean**taken, np.diff([*first, count.size]))
 
 

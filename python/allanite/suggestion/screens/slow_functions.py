@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.parameters import NORMAL
 from allanite.effects import Away, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
@@ -79,7 +80,7 @@ def screen_slow(
         worth = gain[top] >= MIN_SCREEN_GAIN
         simple = _refit(points[top], solution, data, rival, whitened) if worth else None
         if simple is not None and simple.solution is not None:
-            placed = is_placed(simple.solution.effects[-1], data.duration)
+            placed = is_placed(simple.solution.effects[-1], data)
             found += [simple] if placed else []
             alone = log_p_value(Family(blank.family, (arcs[-1],)), simple.judged or 0.0)
             named = simple if placed and alone < np.log(FALSE_ALARM_PROBABILITY) else None
@@ -95,13 +96,24 @@ def screen_slow(
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
-def is_placed(own: object, duration: float) -> bool:
-    """True unless the effect is a lasting change whose time has a standard error above `MAX_STEP_TIME_ERROR`."""
-    if not isinstance(own, Regressed) or not own.effect.lasting:
+def is_placed(own: object, data: Data) -> bool:
+    """True unless a one-time event has a time that is hardly known, or that may be outside the record.
+
+    The limit of a standard error is `MAX_STEP_TIME_ERROR`. The 95 % interval of a time must be inside the record: the level
+    beyond a jump at an end of the record is not known.
+    """
+    if not isinstance(own, Regressed) or not (own.effect.happens_once and own.effect.low):
         return True
-    name = own.effect.free_shapes[0] if own.effect.free_shapes else ""
-    error = own.effect.shape_error(name, float(own.covariance[0, 0]), duration)
-    return error is None or error <= MAX_STEP_TIME_ERROR * duration
+    effect, variance = own.effect, float(own.covariance[0, 0])
+    for name in effect.free_shapes:
+        error = effect.shape_error(name, variance, data.duration)
+        if error is None:
+            continue
+        time = float(effect.values[name]) - data.start
+        inside = NORMAL * error < time < data.duration - NORMAL * error
+        if error > MAX_STEP_TIME_ERROR * data.duration or not inside:
+            return False
+    return True
 
 
 def _richer_forms(
@@ -155,7 +167,9 @@ def _significant_richer_forms(
         if log_p_value(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM_PROBABILITY):
             continue
         candidate = _refit(effect, solution, data, rival, whitened)
-        if candidate is None:
+        if candidate is None or candidate.solution is None:
+            continue
+        if not is_placed(candidate.solution.effects[-1], data):
             continue
         # One more free time always gains something; the gain over the simple form must be significant.
         more = candidate.gain - (0.0 if simple is None else simple.gain)
