@@ -34,11 +34,18 @@ def deviation_unit(sample_unit: str, chosen: str | None) -> str:
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
-    """Unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets."""
+    """Unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets.
+
+    A parameter without a unit of data sheets gets that of the standard coefficient with the same power of seconds: an
+    amplitude or σ is in °/h like B, and the driving noise of a Gauss-Markov process is in °/h/√h like K.
+    """
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit
     if chosen == SHEET:
-        return parameter.sheet.get(parse_unit(sample_unit).kind, value.unit)
+        kind = parse_unit(sample_unit).kind
+        declared = (p for name, e in standard().items() for p in (e.parameter(name),))
+        alike = (p.sheet for p in declared if p.unit == parameter.unit)
+        return (parameter.sheet or next(alike, {})).get(kind, value.unit)
     shown = chosen + value.unit[len(sample_unit) :]
     try:
         value.to(shown)
