@@ -22,7 +22,7 @@ __all__ = ["explore", "open_page"]
 
 
 def open_page(sources: Sequence[Source]) -> Page:
-    """A page for some logs, not yet being served.
+    """`Page` of some logs; `serve` or `start` makes it available.
 
     Raises
     ------

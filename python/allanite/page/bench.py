@@ -57,7 +57,7 @@ class Bench:
         self.lock = threading.RLock()
 
     def take_over(self, other: Bench) -> None:
-        """Copy the state of another tab; later changes do not affect the other tab."""
+        """Replace the state of this tab by a copy of that of another tab; later changes do not affect the other tab."""
         with other.lock:
             self.sources = list(other.sources)
             self.works = {place: work.copied() for place, work in other.works.items()}
@@ -70,12 +70,12 @@ class Bench:
 
     @property
     def source(self) -> Source | None:
-        """The selected log, opened or not; None if none is selected."""
+        """`Source` of the selected log, opened or not; None if no log is selected."""
         return None if self.place_of_source is None else self.sources[self.place_of_source]
 
     @property
     def now(self) -> Work | None:
-        """Work on the open log; None if no log is open or while the log is being read."""
+        """`Work` on the open log; None if no log is open or while the log is being read."""
         return None if self.place_of_source is None else self.works.get(self.place_of_source)
 
     @property
@@ -94,7 +94,7 @@ class Bench:
 
     @property
     def board(self) -> Board:
-        """The current board."""
+        """Current `Board`; one with an empty column if no log is open."""
         found = self.now
         return Board((Ladder(),)) if found is None else found.board
 
@@ -105,7 +105,7 @@ class Bench:
 
     @property
     def ladder(self) -> Ladder:
-        """Steps of the current column."""
+        """`Ladder` with the steps of the current column, empty before the first fit."""
         return self.board.ladders[self.column]
 
     @property
@@ -124,7 +124,7 @@ class Bench:
 
     @property
     def other_step(self) -> Step | None:
-        """Second step that the viewer chose to show next to the current step.
+        """`Step` that the user compares with the current step, or None.
 
         None if none was chosen, or if the chosen step is the current one or belongs to another column.
         """
@@ -139,13 +139,13 @@ class Bench:
 
     @property
     def log(self) -> Recording:
-        """Recording of the current column of the open log."""
+        """`Recording` of the current column of the open log; raises InputError if no log is open."""
         return self.work.log(self.column)
 
     # -- work ----------------------------------------------------------------------------------------
 
     def run(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
-        """Start a job, one at a time. A job that `follows` waits for a running search, whose result it needs."""
+        """Start a job that calls `work` in a thread. One job runs at a time."""
         with self.lock:
             before = self.job if self.busy else None
             if before is not None:
@@ -167,19 +167,19 @@ class Bench:
             self.job.start()
 
     def changed(self) -> None:
-        """Announce a change of the state to the browser."""
+        """Increase `version`, by which the browser learns of a change."""
         with self.lock:
             self.version += 1
 
     @contextmanager
     def change(self, job: Job) -> Iterator[None]:
-        """Change the state as the result of a job, unless the job was canceled."""
+        """Context that changes the state for a job and increases `version`; raises `Ended` if the job was canceled."""
         with self.lock, job.undisturbed():
             yield
             self.version += 1
 
     def push(self, ladder: Ladder, column: int | None = None) -> None:
-        """Set the steps of a column (default: the current one) and drop undone changes."""
+        """Store new steps of a column (default: the current one), and discard undone changes and trial values."""
         with self.lock:
             self.work.push(self.column if column is None else column, ladder)
             self.preview = None
@@ -195,7 +195,7 @@ class Bench:
             self.push(Ladder((*steps, step), len(steps)), column)
 
     def _keep(self, column: int, before: Step | None, after: Step) -> None:
-        """Put effects that leave the model into the tray, and remove effects that came back."""
+        """Update `Work.tray`: append effects that the new step lacks, and delete kinds that the new model has again."""
         tray, there = self.work.tray[column], {e.kind for e in after.fit.model}
         gone = [] if before is None else [e for e in before.fit.model if e.kind not in there]
         kinds = there | {e.kind for e in gone}
@@ -206,7 +206,7 @@ class Bench:
         return self.tolerance is not None and step.fit.discrepancy.percent < self.tolerance
 
     def finish(self, job: Job, step: Step) -> Check:
-        """Compute the errors of a step and then its missing effects, show each result at once, and return the check."""
+        """`Check` of a step. Stores the step's errors and then its study, each as soon as it is computed."""
         job.take_turn()
         job.say(f"Searching for effects missing from {step.fit.model.name}")
         if step.error is None:
@@ -224,7 +224,7 @@ class Bench:
         return step.study.check
 
     def rest(self, job: Job, step: Step) -> None:
-        """Search for missing effects of a step, if it was not done yet; any action of the user interrupts this search."""
+        """Check a step in a job that any action of the user cancels; a check that exists is not repeated."""
         job.gives_way = True
         self.finish(job, step)
 
@@ -237,7 +237,7 @@ class Bench:
         found: Recording | None = None,
         column: int | None = None,
     ) -> None:
-        """Show a log: read the log and fit the first model to one of its columns, or return to earlier results.
+        """Start a job that reads a log and fits the first model to a column, or that shows the earlier results of the log.
 
         Parameters
         ----------
@@ -294,7 +294,7 @@ class Bench:
         self.run(f"Reading {source.name}", work)
 
     def _begin(self, job: Job, place: int, work: Work) -> None:
-        """Show a newly read log and audit its samples."""
+        """Store the work on a newly read log in `works`, so that its curve is shown, and then audit its samples."""
         with self.change(job):
             # The measured curve is shown while the samples are audited and the model is fitted.
             self.works[place] = work
@@ -305,7 +305,7 @@ class Bench:
             work.audited = True
 
     def take(self, part: Part) -> None:
-        """Select a part of the log for the analysis; its models start from the current ones."""
+        """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled."""
         found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:
@@ -318,7 +318,7 @@ class Bench:
         self.run("Selecting a part of the log", work)
 
     def cut(self, job: Job, part: Part, found: Recording) -> None:
-        """Make `found`, a part of the log, the analyzed recording; the current column stays."""
+        """Make `found`, a part of the log, the analyzed recording; undo returns to the former part."""
         before, place = self.work, self.place_of_source
         assert place is not None
         moved = (before.part[0] or (0.0,))[0] != (part[0] or (0.0,))[0]
@@ -333,7 +333,7 @@ class Bench:
             self.preview = None
 
     def choose(self, column: int) -> None:
-        """Show another column, which has its own steps."""
+        """Make a column current; start a job that fits and checks its first model, unless a job of the user runs."""
         if not 0 <= column < len(self.board.ladders) or self.now is None:
             raise InputError(f"There is no column {column}")
         with self.lock:
@@ -347,13 +347,13 @@ class Bench:
         )
 
     def _first(self, job: Job, column: int) -> Step:
-        """Fit the first model of a column and search for its missing effects; return the step."""
+        """Current `Step` of a column, checked; fits the first model if the column has no step."""
         step = self.start(job, column)
         self.rest(job, step)
         return step
 
     def start(self, job: Job, column: int) -> Step:
-        """The current step of a column; fits the first model if the column has none."""
+        """Current `Step` of a column; fits and stores the first model if the column has no step."""
         known = self.board.ladders[column].step
         if known is not None:
             return known
@@ -367,13 +367,13 @@ class Bench:
         return step
 
     def recheck(self) -> None:
-        """Repeat the search for missing effects if it was canceled."""
+        """Start a job that checks the current step, if its check was canceled and no job is running."""
         step = self.ladder.step
         if step is not None and step.check is None and not self.busy:
             self.run("Searching for missing effects", lambda job: self.rest(job, step))
 
     def resume(self) -> None:
-        """Continue reading, fitting or searching after the page was left and loaded again."""
+        """Start the job that was canceled when the page was left: reading, the first fit, or the check."""
         if self.now is None and self.place_of_source is not None and self.problem is None:
             self.open(self.place_of_source)
         elif self.now is None and self.place_of_source is None and self.sources:
@@ -384,12 +384,12 @@ class Bench:
             self.recheck()
 
     def cancel(self) -> None:
-        """Cancel the running job."""
+        """Cancel the job, if there is one."""
         if self.job is not None:
             self.job.cancel()
             self.changed()
 
 
 def look(fit: Fit) -> None:
-    """Compute the results of a fit that the page shows, so that they are cached."""
+    """Compute and cache the estimates, misfit, band and discrepancy of a fit; returns nothing."""
     _ = fit.estimates, fit.misfit, fit.band, fit.discrepancy

@@ -33,7 +33,7 @@ PATIENCE = 12.0
 def read_in_child(
     path: Path, options: dict[str, Any], watch: Callable[[], None] | None = None
 ) -> Recording:
-    """Recording of a log, read in a child process.
+    """`Recording` of a log, read in a child process.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def read_in_child(
 
 
 def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
-    """Interpretation of each column of a log, with spark lines; raises the errors of `read_in_child`."""
+    """Dict of `Inspection.to_dict` for a log, with a ``spark`` line in each column; errors as of `read_in_child`."""
     found: dict[str, Any] = _called("inspect_log", path, options, None)
     return found
 
@@ -61,7 +61,7 @@ def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
 def _called(
     function: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None
 ) -> Any:
-    """Result of a function of this module for a log, computed in a child process."""
+    """Return value of the function of this module with this name, called for a log in a child process."""
     try:
         seconds = SECONDS + SECONDS_PER_BYTE * path.stat().st_size
     except OSError:
@@ -77,7 +77,7 @@ def _called(
 
 
 def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Recording of a log as a dictionary of its fields. Runs in the child process."""
+    """Dict from name to value of the fields of a log's recording. Runs in the child process."""
     from allanite.readers import read
 
     units = options.pop("units", None) or {}
@@ -103,12 +103,12 @@ KEPT = ("samples", "rate", "units", "quantity", "columns", "path", "epoch", "tim
 
 
 def _fields(record: Any) -> dict[str, Any]:
-    """Fields of a dataclass instance as a dictionary."""
+    """Dict from name to value of the fields of a dataclass instance."""
     return {field.name: getattr(record, field.name) for field in fields(record)}
 
 
 def _restored(found: dict[str, Any]) -> Recording:
-    """Recording built from its fields, which were checked in the child process."""
+    """`Recording` with these fields, which the child process has checked."""
     stamps = found["stamps"]
     return recording_of_fields(
         {
@@ -125,12 +125,12 @@ def _restored(found: dict[str, Any]) -> Recording:
 
 
 def _tuples(value: Any) -> Any:
-    """The value with lists replaced by tuples, also inside other lists."""
+    """The value; a list becomes a tuple, also inside another list."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Interpretation of each column of a log, with spark lines. Runs in the child process."""
+    """Dict of `Inspection.to_dict` for a log, with a ``spark`` line in each column. Runs in the child process."""
     from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
@@ -153,7 +153,7 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _spark(table: Table, at: int) -> list[list[float | None]] | None:
-    """Spark line of a column: [minimum, maximum] of equal segments, scaled to 0 … 1; None if it has no numbers."""
+    """List of [minimum, maximum] of up to `SPARK` equal segments of a column, scaled to 0 … 1; None without numbers."""
     if table.columns[at] is None:
         return None
     x = np.asarray(table[at], dtype=np.float64)

@@ -20,7 +20,7 @@ DEVIATION = "B"
 
 
 def deviation_unit(sample_unit: str, chosen: str | None) -> str:
-    """Unit in which to display an Allan deviation.
+    """Name of the unit in which an Allan deviation is displayed.
 
     It is the sample unit, the unit `chosen` by the viewer if it is of the same kind of sensor, or
     the data-sheet unit.
@@ -34,7 +34,7 @@ def deviation_unit(sample_unit: str, chosen: str | None) -> str:
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
-    """Unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets.
+    """Name of the unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets.
 
     A parameter without a unit of data sheets gets that of the standard coefficient with the same power of seconds: an
     amplitude or σ is in °/h like B, and the driving noise of a Gauss-Markov process is in °/h/√h like K.
@@ -56,12 +56,12 @@ def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: 
 
 
 def factor_of(value: Estimate, shown: str) -> float:
-    """Factor from the unit of a value to the displayed unit."""
+    """Factor by which a number in the value's own unit is multiplied to get the displayed unit."""
     return float(Estimate(1.0, unit=value.unit).to(shown))
 
 
 def parse_model_string(text: str) -> Model:
-    """Model from a model string; names of files are not accepted from the browser."""
+    """`Model` from a model string of at most 2000 characters; raises InputError otherwise. Files are never opened."""
     from allanite.effects.strings import parse_string
 
     if not 0 < len(text) <= 2000:
@@ -77,7 +77,7 @@ def effect(fit: Fit, place: int) -> Any:
 
 
 def with_value(model: Model, place: int, name: str, value: float | None, held: bool) -> Model:
-    """The model with a value set (None: unchanged) and held fixed or free."""
+    """Copy of the model with a parameter set to `value` (None: unchanged), and held or free."""
     if not 0 <= place < len(model):
         raise InputError(f"there is no effect {place} in the model")
     effect = model.effects[place]
@@ -92,19 +92,19 @@ def with_value(model: Model, place: int, name: str, value: float | None, held: b
 def with_limits(
     model: Model, place: int, name: str, low: float | None, high: float | None
 ) -> Model:
-    """The model with new limits of a value; None means no limit."""
+    """Copy of the model with new limits of a parameter; None is an open end."""
     if not 0 <= place < len(model):
         raise InputError(f"there is no effect {place} in the model")
     return model.replaced(place, limits={**model.effects[place].limits, name: (low, high)})
 
 
 def frozen(effect: Any) -> Any:
-    """The effect with all its values held fixed and without limits, so that a fit changes nothing."""
+    """Copy of the effect with all known values held and without limits, so that a fit changes nothing."""
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
     held = tuple(n for n in names if effect.values[n] is not None)
     return effect.with_values(hold=held, limits={}, at_limit=())
 
 
 def freed(effect: Any, original: Any) -> Any:
-    """The effect with its own values, and with the held names and limits of `original`."""
+    """Copy of the effect with its own values, and with the held names and limits of `original`."""
     return effect.with_values(hold=original.hold, limits=original.limits)

@@ -62,7 +62,7 @@ class Guard:
         await self.app(inner, receive, answer)
 
     def _refusal(self, scope: Scope) -> str | None:
-        """Reason to refuse a request; None if it is allowed."""
+        """One line with the reason to refuse a request; None if the request is allowed."""
         headers: dict[str, str] = {
             k.decode().lower(): v.decode("latin-1") for k, v in scope["headers"]
         }
@@ -81,7 +81,7 @@ class Guard:
 
 
 async def _refuse(send: Send, reason: str) -> None:
-    """Answer with status 403 and the reason."""
+    """Send a response with status 403 and the reason."""
     body = f"refused: {reason}\n".encode()
     head = [
         (b"content-type", b"text/plain; charset=utf-8"),

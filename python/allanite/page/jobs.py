@@ -77,7 +77,7 @@ class Job:
             raise Ended
 
     def say(self, name: str) -> None:
-        """Start another part of the work with its own description."""
+        """Set the description of the next part of the work, and reset progress and time; raises `Ended` if canceled."""
         self.name, self.done, self.total = name, 0, 0
         self._since = time.monotonic()
         self.progress(0, 0)
@@ -96,7 +96,7 @@ class Job:
         self.say(name)
 
     def take_turn(self) -> None:
-        """Wait until no other tab searches. At the end of this job, other tabs may search again."""
+        """Wait for one of the `TURNS`, which limit the searches of all tabs; the end of the job returns the turn."""
         name, waited = self.name, False
         turns = TURNS
         while self._turn is None:
@@ -113,13 +113,13 @@ class Job:
 
     @contextmanager
     def undisturbed(self) -> Iterator[None]:
-        """Context for a change of shared state, which cancellation cannot interrupt."""
+        """Context in which the job cannot be canceled; raises `Ended` if the job was canceled before."""
         with self._gate:
             self.progress(1, 1)
             yield
 
     def to_dict(self) -> dict[str, Any]:
-        """State of the job for the progress bar of the browser.
+        """Dict with the state of the job, for the progress bar of the browser.
 
         The bar shows elapsed seconds if progress cannot be counted.
         """
@@ -136,7 +136,7 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Body of the thread: run the work, then release what the job holds."""
+        """Run the work in the thread, then return the turn of the job."""
         try:
             with while_wanted(lambda: not self._stop.is_set()):
                 self._work(work)
@@ -147,7 +147,7 @@ class Job:
                 self._turn.release()
 
     def _work(self, work: Callable[[Job], None]) -> None:
-        """Run the work and store the message of an error."""
+        """Run the work; the message of an exception is stored in `error`."""
         try:
             work(self)
         except AllaniteError as error:

@@ -33,12 +33,12 @@ class Step:
 
     @property
     def fit(self) -> Fit:
-        """The fit of the step."""
+        """`Fit` of the step."""
         return self.rung.fit
 
     @property
     def check(self) -> Check | None:
-        """The check of the fit; None until it is available."""
+        """`Check` of the fit; None until the check is finished."""
         return None if self.study is None else self.study.check
 
 
@@ -51,7 +51,7 @@ class Ladder:
 
     @property
     def step(self) -> Step | None:
-        """The current step; None without steps."""
+        """Current `Step`; None without steps."""
         return self.steps[self.at] if self.steps else None
 
 
@@ -63,7 +63,7 @@ class Board:
     column: int = 0
 
     def put(self, column: int, ladder: Ladder) -> Board:
-        """The board with the steps of one column replaced."""
+        """Copy of the board with other steps of one column."""
         return replace(self, ladders=(*self.ladders[:column], ladder, *self.ladders[column + 1 :]))
 
 
@@ -111,7 +111,7 @@ class Work:
         self._columns: dict[int, Recording] = {}
 
     def copied(self) -> Work:
-        """An independent copy: later changes of one do not affect the other."""
+        """Copy of the work without the undo of parts; later changes of one do not affect the other."""
         other = copy(self)
         other.before = other.after = None
         other.models, other.history = list(self.models), list(self.history)
@@ -122,11 +122,11 @@ class Work:
 
     @property
     def board(self) -> Board:
-        """The current state."""
+        """Current `Board`."""
         return self.history[self.place]
 
     def log(self, column: int) -> Recording:
-        """Recording of one column, cached."""
+        """`Recording` of the column at an index, cached."""
         if column not in self._columns:
             self._columns[column] = self.recording.column(column)
         return self._columns[column]
@@ -159,7 +159,7 @@ class Work:
 
 
 def _digest(recording: Recording) -> str:
-    """Digest that identifies a log by its samples, rate and units."""
+    """Hexadecimal digest, 24 characters, of up to `ROWS` rows of the samples, the rate, the units and the quantity."""
     step = max(1, recording.n // ROWS)
     part = np.ascontiguousarray(recording.samples[::step])
     said = f"{recording.samples.shape} {recording.rate!r} {recording.units} {recording.quantity}"

@@ -43,7 +43,7 @@ def act(tab: Tab, order: Any) -> None:
 
 
 def _integer(order: dict[str, Any], name: str) -> int:
-    """A whole number from an order."""
+    """Integer called `name` of an order; raises InputError if it is missing or no integer."""
     value = order.get(name)
     if not isinstance(value, int) or isinstance(value, bool):
         raise InputError(f"{name} must be a whole number")
@@ -62,7 +62,7 @@ def _number(order: dict[str, Any], name: str) -> float | None:
 
 
 def _text(order: dict[str, Any], name: str) -> str | None:
-    """A text from an order; None if it is missing or empty."""
+    """Text called `name` of an order; None if it is missing or empty."""
     value = order.get(name)
     if value is None or value == "":
         return None
@@ -71,8 +71,8 @@ def _text(order: dict[str, Any], name: str) -> str | None:
     return value
 
 
-def _read(tab: Tab, order: dict[str, Any]) -> None:
-    """Read the open log again with other settings."""
+def _read_again(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that reads the open log again with the settings of the order."""
     if tab.place_of_source is None:
         raise InputError("No log is open: drop a file or choose one")
     names, units = order.get("columns") or [], order.get("units") or {}
@@ -99,18 +99,18 @@ def _read(tab: Tab, order: dict[str, Any]) -> None:
     tab.open(tab.place_of_source, reading)
 
 
-def _take(tab: Tab, order: dict[str, Any]) -> None:
-    """Analyze a part of the log: a time range in s, the longest quiet segment, or the whole log."""
+def _analyze_part(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that analyzes a part of the log: a time range in s, the longest quiet segment, or the whole log."""
     if order.get("quiet") is True:
         tab.take((quiet_span(tab.work.whole), ()))
         return
-    stretch = _stretch(tab, order)
+    chosen = _time_range(tab, order)
     # Excluded segments stay excluded.
-    tab.take((None, ()) if stretch is None else (stretch, tab.work.part[1]))
+    tab.take((None, ()) if chosen is None else (chosen, tab.work.part[1]))
 
 
-def _stretch(tab: Tab, order: dict[str, Any]) -> Segment | None:
-    """The requested time range, converted from the displayed part to the whole log, in s; None if it is missing."""
+def _time_range(tab: Tab, order: dict[str, Any]) -> Segment | None:
+    """Pair (start, end) of an order in s from the start of the whole log; None if the order has none."""
     start, end = _number(order, "from"), _number(order, "to")
     if start is None or end is None:
         return None
@@ -122,16 +122,16 @@ def _stretch(tab: Tab, order: dict[str, Any]) -> Segment | None:
     return start, end
 
 
-def _leave_out(tab: Tab, order: dict[str, Any]) -> None:
-    """Exclude a time range."""
-    stretch, (span, out) = _stretch(tab, order), tab.work.part
-    if stretch is None:
+def _exclude_segment(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that excludes the time range of the order from the analysis."""
+    chosen, (span, out) = _time_range(tab, order), tab.work.part
+    if chosen is None:
         raise InputError("A time range needs two numbers, in seconds")
-    tab.take((span, joined([*out, stretch])))
+    tab.take((span, joined([*out, chosen])))
 
 
-def _put_back(tab: Tab, order: dict[str, Any]) -> None:
-    """Include an excluded segment again."""
+def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that includes an excluded segment again."""
     span, out = tab.work.part
     number = _integer(order, "number")
     if not 0 <= number < len(out):
@@ -139,8 +139,8 @@ def _put_back(tab: Tab, order: dict[str, Any]) -> None:
     tab.take((span, (*out[:number], *out[number + 1 :])))
 
 
-def _rate(tab: Tab, order: dict[str, Any]) -> None:
-    """Read the log again with the rate of its time stamps."""
+def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that reads the log again with the rate of its time stamps."""
     source, rate = tab.source, _number(order, "rate")
     if source is None or tab.place_of_source is None or rate is None:
         raise InputError("Give a rate, in Hz")
@@ -149,16 +149,16 @@ def _rate(tab: Tab, order: dict[str, Any]) -> None:
     tab.open(tab.place_of_source, replace(source.reading, rate=rate, overrides_rate=True))
 
 
-def _motion(tab: Tab, order: dict[str, Any]) -> None:
-    """Read a log that is mostly motion again: its longest quiet segment, or the whole log."""
+def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that reads a moving log again: ``"quiet"`` its longest quiet segment, ``"anyway"`` all of it."""
     source, how = tab.source, _text(order, "how")
     if source is None or tab.place_of_source is None or how not in ("quiet", "anyway"):
         raise InputError('Choose the part of the log: "quiet" or "anyway"')
     tab.open(tab.place_of_source, replace(source.reading, motion=how))
 
 
-def _example(tab: Tab) -> None:
-    """Open a simulated recording with hidden effects."""
+def _open_example(tab: Tab) -> None:
+    """Add a simulated recording with two hidden effects to the logs, and start a job that opens it."""
     name = "example.npz"
     if name not in [s.name for s in tab.sources]:
         found = parse_model(EXAMPLE).simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s")
@@ -167,22 +167,22 @@ def _example(tab: Tab) -> None:
 
 
 def _improve(tab: Tab, order: dict[str, Any]) -> None:
-    """Improve the model of the current column, or of all columns."""
+    """Start a job that improves the model of the current column or, if the order says ``all``, of all columns."""
     every = range(len(tab.work.recording.columns))
     tab.improve(every if order.get("all") is True else None)
 
 
-def _hold(tab: Tab, order: dict[str, Any]) -> None:
-    """Carry out the order to hold a parameter at a value. An order without a value releases the parameter."""
+def _hold_parameter(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that fits with a parameter held at a value in the displayed unit, or free without a value."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
-    tab.hold(place, name, None if value is None else value * _factor(tab, place, name))
+    tab.hold(place, name, None if value is None else value * _factor_to_own_unit(tab, place, name))
 
 
-def _limits(tab: Tab, order: dict[str, Any]) -> None:
-    """Set the limits of a parameter."""
+def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that fits with the limits of the order, given in the displayed unit."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
-    factor = _factor(tab, place, name)
+    factor = _factor_to_own_unit(tab, place, name)
     low, high = (_number(order, end) for end in ("low", "high"))
     tab.limit(
         place,
@@ -192,17 +192,17 @@ def _limits(tab: Tab, order: dict[str, Any]) -> None:
     )
 
 
-def _what_if(tab: Tab, order: dict[str, Any]) -> None:
-    """Show the model with a trial value."""
+def _try_value(tab: Tab, order: dict[str, Any]) -> None:
+    """Start a job that shows the model with the trial value of the order, given in the displayed unit."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
     if value is None:
         raise InputError("enter a number")
-    tab.what_if(place, name, value * _factor(tab, place, name))
+    tab.what_if(place, name, value * _factor_to_own_unit(tab, place, name))
 
 
-def _factor(tab: Tab, place: int, name: str) -> float:
-    """Factor that converts a displayed value of a parameter to the parameter's own unit."""
+def _factor_to_own_unit(tab: Tab, place: int, name: str) -> float:
+    """Factor from the displayed unit of a parameter to the parameter's own unit; 1 for parameters without a unit."""
     fit = tab.preview or tab.step.fit
     one = effect(fit, place)
     value = fit.estimates[place].get(name)
@@ -212,8 +212,8 @@ def _factor(tab: Tab, place: int, name: str) -> float:
     return 1.0 / factor_of(value, shown)
 
 
-def _unit(tab: Tab, order: dict[str, Any]) -> None:
-    """Set the unit of the displayed values."""
+def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
+    """Set the unit of the displayed values of this tab."""
     unit = _text(order, "unit")
     offered = [u["value"] for u in chip_units(tab.log.unit)]
     if unit is not None and unit not in offered:
@@ -222,21 +222,21 @@ def _unit(tab: Tab, order: dict[str, Any]) -> None:
     tab.changed()
 
 
-def _beside(tab: Tab, order: dict[str, Any]) -> None:
-    """Compare the current step with another one, or end the comparison."""
+def _compare_steps(tab: Tab, order: dict[str, Any]) -> None:
+    """Set the step with which the current one is compared; an order without a step ends the comparison."""
     tab.compare_steps(None if order.get("rung") is None else _integer(order, "rung"))
 
 
-def _compare(tab: Tab, order: dict[str, Any]) -> None:
-    """Compare with another log of the list."""
+def _compare_log(tab: Tab, order: dict[str, Any]) -> None:
+    """Add the columns of another log of the list to the comparison."""
     number = _integer(order, "log")
     if not 0 <= number < len(tab.sources):
         raise InputError(f"there is no log {number}")
     compare_with(tab, tab.sources[number])
 
 
-def _alone(tab: Tab, order: dict[str, Any]) -> None:
-    """End the comparison with a recording, given by its name, or with the data sheet."""
+def _end_comparison(tab: Tab, order: dict[str, Any]) -> None:
+    """Remove the recording of the given name from the comparison; an order without a name removes the data sheet."""
     name = _text(order, "name")
     tab.others = [(n, r) for n, r in tab.others if n != name]
     if name is None:
@@ -249,24 +249,24 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
         _integer(order, "log"),
         column=None if order.get("column") is None else _integer(order, "column"),
     ),
-    "read": _read,
+    "read": _read_again,
     "column": lambda tab, order: tab.choose(_integer(order, "column")),
     "model": lambda tab, order: tab.fit(_text(order, "model") or ""),
     "add": lambda tab, order: tab.add(_integer(order, "number")),
     "remove": lambda tab, order: tab.remove(_integer(order, "place")),
-    "hold": _hold,
-    "limits": _limits,
-    "what-if": _what_if,
+    "hold": _hold_parameter,
+    "limits": _limit_parameter,
+    "what-if": _try_value,
     "drop": lambda tab, _order: tab.drop_what_if(),
     "fit-tried": lambda tab, _order: tab.fit_what_if(),
     "put": lambda tab, order: tab.put(_text(order, "effect") or ""),
     "back": lambda tab, order: tab.back(_integer(order, "place")),
-    "example": lambda tab, _order: _example(tab),
-    "take": _take,
-    "leave-out": _leave_out,
-    "put-back": _put_back,
-    "rate": _rate,
-    "motion": _motion,
+    "example": lambda tab, _order: _open_example(tab),
+    "take": _analyze_part,
+    "leave-out": _exclude_segment,
+    "put-back": _include_segment,
+    "rate": _read_with_rate,
+    "motion": _read_moving_log,
     "improve": _improve,
     "tolerance": lambda tab, order: tab.accept(_number(order, "percent")),
     "go": lambda tab, order: tab.go(_integer(order, "rung")),
@@ -274,9 +274,9 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "redo": lambda tab, _order: tab.redo(),
     "cancel": lambda tab, _order: tab.cancel(),
     "check": lambda tab, _order: tab.recheck(),
-    "unit": _unit,
-    "compare": _compare,
-    "alone": _alone,
-    "beside": _beside,
+    "unit": _set_unit,
+    "compare": _compare_log,
+    "alone": _end_comparison,
+    "beside": _compare_steps,
     "study": lambda tab, order: open_study(tab, order.get("study")),
 }

@@ -41,7 +41,7 @@ STATIC = sorted(p.name for p in resources.files("allanite.page").joinpath("stati
 
 @cache
 def _plotly() -> bytes:
-    """Source of plotly."""
+    """JavaScript source of plotly, cached."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).encode()
@@ -89,18 +89,18 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return safe
 
     async def static(request: Request) -> Response:
-        """Response with one of the page's own files."""
+        """Response with one of the page's own files; status 404 for other names."""
         name = request.scope["path"].removeprefix("/") or "index.html"
         kind = KINDS[PurePath(name).suffix]
         body = resources.files("allanite.page").joinpath("static", name).read_bytes()
         return Plain(body, media_type=f"{kind}; charset=utf-8")
 
     async def plotly(_request: Request) -> Response:
-        """Response with the source of plotly."""
+        """Response with the JavaScript source of plotly."""
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")
 
     async def open_tab(_request: Request) -> Any:
-        """Open a new tab; returns its key."""
+        """JSON response with the key of a new tab."""
         return {"tab": await run_in_threadpool(sessions.open)}
 
     async def close_tab(request: Request) -> Any:
@@ -116,7 +116,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return {}
 
     async def copy_tab(request: Request) -> Any:
-        """Copy a tab; returns the key of the copy."""
+        """JSON response with the key of a new tab that is a copy of another one."""
         return {"tab": await run_in_threadpool(sessions.copy, request.path_params["tab"])}
 
     async def resume_tab(request: Request) -> Any:
@@ -125,35 +125,35 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return {}
 
     async def get_state(request: Request) -> Any:
-        """State of a tab; only the progress of its job if the browser has seen this version."""
+        """JSON response with the state of a tab; only with the progress of its job if the browser has seen this version."""
         tab = sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
             return work(tab)
         return await run_in_threadpool(state, tab)
 
     def asked(request: Request) -> dict[str, str]:
-        """Query parameters of a request, each cut to 80 characters."""
+        """Dict of the query parameters of a request, each cut to 80 characters."""
         return {k: v[:80] for k, v in request.query_params.items()}
 
     async def get_view(request: Request) -> Any:
-        """Figure of a view for plotly."""
+        """JSON response with the figure of a view as plotly's data and layout."""
         tab, name = sessions.tab(request), request.path_params["name"]
         options = asked(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
-        """Data by name, such as the catalog of effects."""
+        """JSON response with the data that `part` returns for this name."""
         name = request.path_params["name"]
         return await run_in_threadpool(part, sessions.tab(request), name, asked(request))
 
     async def post_act(request: Request) -> Any:
-        """Carry out an action of the user; returns the new state of the tab."""
+        """JSON response with the state of the tab after an action of the user."""
         tab = sessions.tab(request)
         await run_in_threadpool(act, tab, _order(await _bounded(request, MOST_ACTION)))
         return await run_in_threadpool(state, tab)
 
     async def upload(request: Request) -> Any:
-        """Store an uploaded log or data sheet; returns the new state of the tab."""
+        """JSON response with the state of the tab after a log or data sheet was uploaded."""
         tab = sessions.tab(request)
         name = check_name(request.query_params.get("name", ""))
         said = request.headers.get("content-length", "0")
@@ -217,7 +217,7 @@ def _too_large(name: str, most: int) -> str:
 
 
 def _order(body: bytes) -> Any:
-    """The JSON document of an action; deep nesting and invalid characters are refused."""
+    """JSON document in the body of a request; raises InputError for deep nesting and invalid characters."""
     try:
         order = json.loads(body)
         json.dumps(order, ensure_ascii=False).encode()
@@ -231,7 +231,7 @@ def _order(body: bytes) -> Any:
 
 
 async def _bounded(request: Request, most: int) -> bytes:
-    """Body of a request; `InputError` if it exceeds `most` bytes."""
+    """Bytes of the body of a request; raises InputError if there are more than `most`."""
     body = b""
     async for piece in request.stream():
         body += piece
@@ -241,7 +241,7 @@ async def _bounded(request: Request, most: int) -> bytes:
 
 
 def _listening() -> socket.socket:
-    """A listening socket at the preferred port, or at any port if that one is in use."""
+    """Listening socket at the preferred port of this computer, or at any port if that one is in use."""
     for port in (PORT, 0):
         found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -283,7 +283,7 @@ class Page:
         self._thread: threading.Thread | None = None
 
     def serve(self) -> None:
-        """Serve the page until interrupted."""
+        """Serve the page in this thread until it is interrupted or closed."""
         try:
             self._server.run([self._socket])
         finally:

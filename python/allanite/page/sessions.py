@@ -70,7 +70,7 @@ class Sessions:
         return new
 
     def leave(self, key: str) -> None:
-        """Handle a page that was closed or reloaded: cancel its job, and delete the tab unless it is resumed."""
+        """Cancel the job of a page that was closed or reloaded. The tab expires after `GRACE` s unless it is resumed."""
         tab = self.tabs.get(key)
         if tab is not None:
             tab.heard = time.monotonic() - SILENT + GRACE
@@ -108,13 +108,13 @@ class Sessions:
             _give_back()
 
     def sweep(self) -> None:
-        """Delete tabs without recent requests."""
+        """Delete tabs without a request in the last `SILENT` s."""
         now = time.monotonic()
         for key in [k for k, tab in list(self.tabs.items()) if now - tab.heard > SILENT]:
             self.close(key)
 
     def tab(self, request: Request) -> Tab:
-        """The tab that a request refers to; `InputError` if it no longer exists."""
+        """`Tab` of a request; raises InputError if it no longer exists."""
         found = self.tabs.get(request.path_params["tab"])
         if found is None:
             raise InputError("This session has ended: reload the page")
@@ -123,7 +123,7 @@ class Sessions:
 
 
 def _give_back_after(job: Job) -> None:
-    """Wait for a job to end, then return freed memory to the system."""
+    """Wait until a job has ended, then return freed memory to the system."""
     job.wait()
     del job
     _give_back()

@@ -49,7 +49,7 @@ class Reading:
     overrides_rate: bool = False
 
     def options(self) -> dict[str, Any]:
-        """Arguments of the reader."""
+        """Dict of the arguments of `read_in_child`."""
         return {
             "rate": f"{self.rate!r}!" if self.overrides_rate else self.rate,
             "unit": self.unit,
@@ -74,7 +74,7 @@ class Shared:
         self._state: tuple[int, int] | None = None
 
     def get(self, path: Path, read: Callable[[], Recording], watch: Watch) -> Recording:
-        """The shared recording of a log; it is read now if it was not read yet, or if the file has changed."""
+        """`Recording` of a log; `read` is called only if no tab holds the recording, or if the file has changed."""
         with self.alone(watch):
             state = _state(path)
             found = self._found() if state == self._state else None
@@ -85,7 +85,7 @@ class Shared:
 
     @contextmanager
     def alone(self, watch: Watch) -> Iterator[None]:
-        """Context that only one tab can enter at a time; `watch` is called while waiting."""
+        """Context that only one tab enters at a time; `watch` is called repeatedly while another tab is in it."""
         while not self._gate.acquire(timeout=POLL_S):
             if watch is not None:
                 watch()
@@ -96,7 +96,7 @@ class Shared:
 
 
 def _state(path: Path) -> tuple[int, int] | None:
-    """Modification time and size of a file; None if it does not exist, which the reader reports."""
+    """Pair (modification time in ns, size in bytes) of a file; None if it cannot be accessed, which the reader reports."""
     try:
         found = path.stat()
     except OSError:
@@ -115,7 +115,7 @@ class Source:
     shared: Shared = field(default_factory=Shared)
 
     def read(self, reading: Reading, watch: Watch = None) -> Recording:
-        """Recording of all sensor columns. `watch` is called meanwhile; an exception that it raises ends the reading.
+        """`Recording` of all sensor columns. `watch` is called meanwhile; an exception that it raises ends the reading.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class Source:
             assert self.path is not None
 
             def read() -> Recording:
-                """Recording read in a child process."""
+                """`Recording` of the file, read in a child process and named like the source."""
                 assert self.path is not None
                 with about(self.name, instead=self.path):
                     return read_in_child(self.path, reading.options(), watch).called(self.name)
@@ -139,7 +139,7 @@ class Source:
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:
-        """Interpretation of each column by `allanite.readers.inspection`, with spark lines."""
+        """Dict of `inspect_in_child` for this log; paths are replaced by the name of the log."""
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
         with about(self.name, instead=self.path):
@@ -153,12 +153,12 @@ class Source:
         }
 
     def with_reading(self, reading: Reading) -> Source:
-        """The same log with other reading settings."""
+        """Copy of the source with other settings for reading; its recording is not shared with earlier ones."""
         return replace(self, reading=reading, shared=Shared())
 
 
 def check_name(name: str) -> str:
-    """The name of an uploaded file, if it is acceptable.
+    """The given name of an uploaded file, unchanged.
 
     Raises
     ------
@@ -184,7 +184,7 @@ class Uploads:
         OwnedFolder.remove_abandoned(self.KIND)
 
     def place(self, name: str) -> Path:
-        """A new path for an upload, which keeps only a known suffix of the browser's name."""
+        """Unused path for an upload; it keeps a known suffix of the browser's name, and otherwise ends in ``.csv``."""
         if self._folder is None:
             self._folder = OwnedFolder(self.KIND)
         self._count += 1
@@ -194,11 +194,11 @@ class Uploads:
         return self._folder.path / f"{self._count:04d}{suffix}"
 
     def files(self) -> Sequence[Path]:
-        """The uploaded logs."""
+        """Sorted paths of the uploaded files."""
         return [] if self._folder is None else sorted(self._folder.path.glob("[0-9]*"))
 
     def close(self) -> None:
-        """Delete the folder."""
+        """Delete the folder with all uploads."""
         if self._folder is not None:
             self._folder.close()
             self._folder = None
@@ -213,7 +213,7 @@ MIN_SAMPLES = 64
 
 
 def joined(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
-    """The segments in ascending order; overlapping or touching segments are merged."""
+    """Tuple of segments (start, end) in s, in ascending order; overlapping or touching segments are merged."""
     out: list[Segment] = []
     for start, end in sorted(stretches):
         if out and start <= out[-1][1]:
@@ -224,7 +224,7 @@ def joined(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
 
 
 def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) -> Recording:
-    """Recording of a part of a log. Excluded segments become missing samples, so that time stays continuous.
+    """`Recording` of a part of a log. Excluded segments become missing samples, so that time stays continuous.
 
     Raises
     ------
@@ -242,7 +242,7 @@ def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) ->
 
 
 def _without(part: Recording, out: list[Segment]) -> Recording:
-    """The recording with the excluded segments as missing samples."""
+    """Copy of the recording with NaN in the segments `out`, (start, end) in s from its start."""
     samples = np.array(part.samples, dtype=np.promote_types(part.samples.dtype, np.float32))
     for stretch in out:
         # A segment may end after the record or belong to another record.
@@ -261,7 +261,7 @@ def _without(part: Recording, out: list[Segment]) -> Recording:
 
 
 def kept(model: Model, moved: bool) -> Model | None:
-    """The model to start from on another part of the log; None if no effect remains.
+    """`Model` to start from on another part of the log; None if no effect remains.
 
     If the start time has `moved`, effects at a particular time are removed.
     """
@@ -270,5 +270,5 @@ def kept(model: Model, moved: bool) -> Model | None:
 
 
 def _is_of_time(effect: Effect) -> bool:
-    """True if an effect happens at a particular time."""
+    """True if an effect has a time of its own, such as a step."""
     return effect.when is not None or any(p.role == "time" for p in effect.parameters)

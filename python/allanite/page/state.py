@@ -38,7 +38,7 @@ UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
 
 def state(tab: Tab) -> dict[str, Any]:
-    """The complete state of a tab, except for the curves."""
+    """Dict with the complete state of a tab, except for the curves."""
     with tab.lock:
         # Read the version first, so that later changes are noticed next time.
         version, now, board = tab.version, tab.now, tab.board
@@ -60,10 +60,10 @@ def state(tab: Tab) -> dict[str, Any]:
         "log_number": tab.place_of_source,
         "fixed": source is not None and source.recording is not None,
         "units": [{"value": u, "text": unit_text(u) if u != "1" else "1 (a ratio)"} for u in UNITS],
-        "reading": _reading(tab),
-        "recording": None if now is None else _recording(tab),
-        "axes": [] if now is None else _axes(tab, now),
-        "elsewhere": _elsewhere(tab),
+        "reading": _reading_settings(tab),
+        "recording": None if now is None else _recording_record(tab),
+        "axes": [] if now is None else _axis_records(tab, now),
+        "elsewhere": _axes_of_other_logs(tab),
         "tolerance": tab.tolerance,
         "covariates": [] if now is None else list(now.recording.covariates),
         "chips": []
@@ -78,7 +78,9 @@ def state(tab: Tab) -> dict[str, Any]:
         ),
         "chip_unit": tab.unit,
         "chip_units": [] if shown is None else chip_units(shown.recording.unit),
-        "tray": [] if now is None or step is None else _tray(now, board.column, step.fit),
+        "tray": []
+        if now is None or step is None
+        else _removed_effects(now, board.column, step.fit),
         "model": None if shown is None else str(shown.model),
         "preview": None
         if preview is None
@@ -107,8 +109,8 @@ def state(tab: Tab) -> dict[str, Any]:
     }
 
 
-def _reading(tab: Tab) -> dict[str, Any]:
-    """Settings with which the log is read: given by the user or found by the reader."""
+def _reading_settings(tab: Tab) -> dict[str, Any]:
+    """Dict of the settings with which the log is read: given by the user or found by the reader."""
     reading = tab.source.reading if tab.source is not None else Reading()
     found = None if tab.now is None else tab.now.recording
     return {
@@ -136,8 +138,8 @@ def _is_sensor(name: str) -> bool:
     return sensor_kind(name) is not None or name.strip().lower() in {"x", "y", "z"}
 
 
-def _kind(tab: Tab, step: Step | None) -> str:
-    """State of a column: new, fitted, adequate, within (tolerance), or fails."""
+def _column_state(tab: Tab, step: Step | None) -> str:
+    """State of a column: ``new``, ``fitted``, ``adequate``, ``within`` (the tolerance) or ``fails``."""
     if step is None:
         return "new"
     if step.study is None:
@@ -147,15 +149,15 @@ def _kind(tab: Tab, step: Step | None) -> str:
     return "within" if tab.within(step) else "fails"
 
 
-def _elsewhere(tab: Tab) -> list[dict[str, Any]]:
-    """Names and states of the axes of all other opened logs."""
+def _axes_of_other_logs(tab: Tab) -> list[dict[str, Any]]:
+    """List of one dict per other opened log, with the names and states of its axes."""
     return [
         {
             "log": place,
             "name": tab.sources[place].name,
             "digest": work.digest,
             "axes": [
-                {"name": name, "state": _kind(tab, ladder.step)}
+                {"name": name, "state": _column_state(tab, ladder.step)}
                 for name, ladder in zip(work.recording.columns, work.board.ladders, strict=True)
             ],
         }
@@ -164,8 +166,8 @@ def _elsewhere(tab: Tab) -> list[dict[str, Any]]:
     ]
 
 
-def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
-    """One JSON object per column: name, unit, state, steps, model, values of N, B and K, error, and missing effect."""
+def _axis_records(tab: Tab, work: Work) -> list[dict[str, Any]]:
+    """List of one dict per column: name, unit, state, steps, model, texts of N, B and K, error, missing effect."""
     out = []
     names, units = work.recording.columns, work.recording.units
     for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):
@@ -175,7 +177,7 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
             {
                 "name": name,
                 "unit": unit_text(unit),
-                "state": _kind(tab, step),
+                "state": _column_state(tab, step),
                 "steps": len(ladder.steps),
                 "model": None if step is None else step.fit.model.name,
                 "values": {}
@@ -186,7 +188,9 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
                     for v in c["values"]
                     if v["name"] in ("N", "B", "K")
                 },
-                "error": None if step is None or step.error is None else _error(step_row(step)),
+                "error": None
+                if step is None or step.error is None
+                else _error_text(step_row(step)),
                 "missing": None
                 if check is None or not check.significant
                 else check.fit.display_name(check.significant[0].effect),
@@ -195,13 +199,13 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
     return out
 
 
-def _error(row: dict[str, Any]) -> str:
-    """Allan error of a step, and its expected scatter."""
+def _error_text(row: dict[str, Any]) -> str:
+    """Text of the Allan error of a step with its expected scatter."""
     return f"{row['error_text']} ({row['chance_text']})"
 
 
-def _tray(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
-    """Removed effects of a column that are not in the model."""
+def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
+    """List of one dict per removed effect of a column whose kind is not in the model."""
     there = {e.kind for e in fit.model}
     return [
         {"place": i, "kind": e.kind, "name": fit.display_name(e), "text": str(e)}
@@ -211,12 +215,12 @@ def _tray(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
 
 
 def work(tab: Tab) -> dict[str, Any]:
-    """State of a tab that changes without a new version: the progress of its job."""
+    """Dict of the state that changes without a new version: the progress of the job."""
     return {"job": None if tab.job is None else tab.job.to_dict()}
 
 
 def chip_units(unit: str) -> list[dict[str, str]]:
-    """Units for the values of a model: data-sheet units, SI, that of the recording, and others."""
+    """List of the offered units of values, dicts with value and text; empty if the samples have no unit."""
     kind = parse_unit(unit).kind
     sheet = [
         e.parameter(name).sheet[kind]
@@ -235,15 +239,15 @@ def chip_units(unit: str) -> list[dict[str, str]]:
     ]
 
 
-def _left_out(work: Work) -> str:
-    """Text about the part of the log that is not analyzed."""
+def _left_out_text(work: Work) -> str:
+    """Text `` · from 2 h · 40 s excluded`` on the part of the log that is not analyzed; empty if all is analyzed."""
     span, out = work.part
     said = "" if span is None else f" · from {duration_text(work.whole.duration)}"
     return said + (f" · {duration_text(sum(b - a for a, b in out))} excluded" if out else "")
 
 
-def _recording(tab: Tab) -> dict[str, Any]:
-    """Description of the current recording, with the findings of its audit."""
+def _recording_record(tab: Tab) -> dict[str, Any]:
+    """Dict that describes the current recording, with the findings of its audit."""
     now = tab.work
     column, whole = tab.log, now.recording
     every = whole.audit if now.audited else []
@@ -265,7 +269,7 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "duration": column.duration,
         "unit": unit_text(column.unit),
         "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz"
-        + _left_out(now),
+        + _left_out_text(now),
         "audit": [
             {
                 "severity": f.severity,

@@ -26,7 +26,7 @@ MOST = 100
 
 
 def study(tab: Tab) -> dict[str, Any]:
-    """Document of the steps of all columns: models with values, without samples."""
+    """Dict of the steps of all columns for a file: models with values, without samples."""
     _ = tab.step
     source, work = tab.source, tab.work
     assert source is not None
@@ -58,7 +58,7 @@ def study(tab: Tab) -> dict[str, Any]:
 
 
 def _model(fit: Fit) -> dict[str, Any]:
-    """Model of a fit with its values, held values and limits."""
+    """Dict of the model of a fit with its values, held values and limits."""
     return {
         "model": fit.model.name,
         "effects": [
@@ -73,7 +73,7 @@ def _model(fit: Fit) -> dict[str, Any]:
 
 
 def open_study(tab: Tab, document: Any) -> None:
-    """Fit the models of a saved study to the open log, column by column and step by step.
+    """Start a job that fits the models of a saved study to the open log, column by column and step by step.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def open_study(tab: Tab, document: Any) -> None:
     seen = document.get("column")
 
     def bring(job: Job) -> None:
-        """Fit the models of the study step by step."""
+        """Fit the models of the study step by step, and store their steps."""
         job.take_turn()
         if (span, out) != tab.work.part:
             tab.cut(job, (span, out), part_of(tab.work.whole, span, out))
@@ -123,12 +123,12 @@ def open_study(tab: Tab, document: Any) -> None:
 
 
 def _span(said: Any) -> tuple[float, float] | None:
-    """The segment (start, end) in s from a study document; None for the whole log."""
+    """Pair (start, end) in s from a study document; None for the whole log."""
     return None if said is None else _segment(said)
 
 
 def _segment(said: Any) -> Segment:
-    """The segment (start, end) in s from a document; raises `ValueError` if its limits are wrong."""
+    """Pair (start, end) in s from a document; raises `ValueError` unless 0 ≤ start < end."""
     start, end = float(said[0]), float(said[1])
     if not 0.0 <= start < end < float("inf"):
         raise ValueError("a segment ends before it starts")
@@ -138,7 +138,7 @@ def _segment(said: Any) -> Segment:
 def _axis(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
-    """Column, models, labels, current step and removed effects of one axis of a study."""
+    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a study."""
     name, saved_steps, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:
         raise InputError(f"The study contains column {str(name)[:40]!r}, which this log lacks")

@@ -25,7 +25,7 @@ class Tab(Bench):
     """A browser tab: its state and the operations on it. Results are shown as soon as they are available."""
 
     def _refit(self, label: str, name: str, make: Callable[[], Rung]) -> None:
-        """Start a job that makes a new step and searches for its missing effects."""
+        """Start a job that adds and checks the step that `make` returns; `label` names the step, `name` the job."""
         column = self.column
 
         def work(job: Job) -> None:
@@ -39,7 +39,7 @@ class Tab(Bench):
     # -- the model ---------------------------------------------------------------------------------------
 
     def fit(self, text: str) -> None:
-        """Fit a model string."""
+        """Start a job that fits a model string."""
         model = parse_model_string(text)
         log = self.log
         self._refit(
@@ -47,28 +47,28 @@ class Tab(Bench):
         )
 
     def add(self, number: int) -> None:
-        """Add the suggested effect at a place of the list."""
+        """Start a job that adds the suggestion at an index of the list."""
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):
             raise InputError("This suggestion no longer exists: see the updated list")
         self._add(step.check.suggestions[number].effect)
 
     def put(self, text: str) -> None:
-        """Add an effect of the catalog, given by its name or as a model string with values."""
+        """Start a job that adds an effect, given by its name or as a model string with values."""
         model = parse_model_string(text)
         if len(model) != 1:
             raise InputError("Add one effect at a time, or enter a whole model")
         self._add(model.effects[0])
 
     def back(self, place: int) -> None:
-        """Restore a removed effect with its former values."""
+        """Start a job that adds the removed effect at an index of the tray, with its former values."""
         tray = self.work.tray[self.column]
         if not 0 <= place < len(tray):
             raise InputError("This effect is already in the model")
         self._add(tray[place])
 
     def _add(self, effect: Effect) -> None:
-        """Fit the current model with one more effect."""
+        """Start a job that fits the current model with one more effect."""
         fit = self.step.fit
         if type(effect).single and any(e.kind == effect.kind for e in fit.model):
             name = fit.display_name(effect)
@@ -77,7 +77,7 @@ class Tab(Bench):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Remove an effect, which can be restored later."""
+        """Start a job that removes the effect at an index of the model; `back` can restore it."""
         fit = self.step.fit
         effect = effect_at(fit, place)
         if len(fit.model) == 1:
@@ -88,7 +88,7 @@ class Tab(Bench):
         )
 
     def hold(self, place: int, name: str, value: float | None) -> None:
-        """Hold a parameter at a value, or release it (None)."""
+        """Start a job that fits with a parameter held at a value, or free (None)."""
         fit = self.step.fit
         model = with_value(fit.model, place, name, value, held=value is not None)
         what = f"{name} of {fit.display_name(model.effects[place])}"
@@ -100,7 +100,7 @@ class Tab(Bench):
         )
 
     def limit(self, place: int, name: str, low: float | None, high: float | None) -> None:
-        """Limit a parameter to a range; None means no limit."""
+        """Start a job that fits with limits of a parameter; None is an open end."""
         fit = self.step.fit
         model = with_limits(fit.model, place, name, low, high)
         effect = model.effects[place]
@@ -112,7 +112,7 @@ class Tab(Bench):
         )
 
     def what_if(self, place: int, name: str, value: float) -> None:
-        """Show the model with a trial value, without a fit; several trial values accumulate."""
+        """Start a job that sets `preview` to the model with a trial value, not fitted; several trial values accumulate."""
         base = (self.preview or self.step.fit).model
         model = with_value(base, place, name, value, held=False)
         still = Model(tuple(frozen(e) for e in model))
@@ -130,13 +130,13 @@ class Tab(Bench):
         self.run("Trying the value", work)
 
     def drop_what_if(self) -> None:
-        """Discard the trial values."""
+        """Discard the trial values, and check the current step if its check was canceled."""
         self.preview = None
         self.changed()
         self.recheck()
 
     def fit_what_if(self) -> None:
-        """Fit the model, starting from the trial values."""
+        """Start a job that fits the model, starting from the trial values."""
         if self.preview is None:
             raise InputError("There is no trial value")
         model, log = self.preview.model, self.log
@@ -147,7 +147,7 @@ class Tab(Bench):
         )
 
     def improve(self, columns: Sequence[int] | None = None) -> None:
-        """Improve the model step by step until no effect helps, for the current column or for `columns`."""
+        """Start a job that improves the model of the current column, or of `columns`, until no effect helps."""
         work_on = [self.column] if columns is None else list(columns)
         if columns is None:
             _ = self.step
@@ -170,7 +170,7 @@ class Tab(Bench):
         self.run("Improving", work, follows=True)
 
     def _improve(self, job: Job, column: int, before: str) -> bool:
-        """Improve the model of a column; True if it ended with an adequate, accepted or maximal model."""
+        """Add steps until none helps; True if the last model is adequate, within the tolerance, or the largest."""
         begun = self.board.ladders[column].at
         while True:
             ladder = self.board.ladders[column]
@@ -199,7 +199,7 @@ class Tab(Bench):
     # -- steps ---------------------------------------------------------------------------------------------
 
     def go(self, number: int) -> None:
-        """Make another step the current one, from which the next change starts."""
+        """Make the step at an index the current one, from which the next change starts."""
         if not 0 <= number < len(self.ladder.steps):
             raise InputError(f"There is no step {number}")
         if self.busy:
@@ -211,18 +211,18 @@ class Tab(Bench):
         self.recheck()
 
     def compare_steps(self, number: int | None) -> None:
-        """Compare the current step with another one; None ends the comparison."""
+        """Set the index of the step with which the current one is compared; None ends the comparison."""
         if number is not None and not 0 <= number < len(self.ladder.steps):
             raise InputError(f"There is no step {number}")
         self.beside = None if number is None else self.ladder.steps[number]
         self.changed()
 
     def undo(self) -> None:
-        """Undo the last change, in any column."""
+        """Undo the last change, in any column; raises InputError if there is none."""
         self._move(-1, "Nothing to undo")
 
     def redo(self) -> None:
-        """Redo the last undone change."""
+        """Redo the last undone change; raises InputError if there is none."""
         self._move(+1, "Nothing to redo")
 
     def _part(self, by: int) -> bool:

@@ -26,7 +26,7 @@ SURE = 2.0
 
 
 def two_models(ladder: Ladder, other: Step) -> Figure:
-    """Figure of the measured curve with both models, and their residuals below."""
+    """`Figure` of the measured Allan deviation with the models of two steps, and their residuals below."""
     assert ladder.step is not None
     one, two = ladder.step.fit, other.fit
     first, second = (f"model of step {ladder.steps.index(s)}" for s in (ladder.step, other))
@@ -57,7 +57,7 @@ def two_models(ladder: Ladder, other: Step) -> Figure:
 
 
 def differences(tab: Tab) -> dict[str, Any] | None:
-    """Differences between the current step and the compared one; None without a comparison."""
+    """Dict with the table of differences between the current step and the compared one; None without a comparison."""
     ladder, other = tab.ladder, tab.other_step
     if other is None or ladder.step is None:
         return None
@@ -75,12 +75,12 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
 
 def _row(what: str, texts: tuple[str, str], remark: str, differs: bool) -> dict[str, Any]:
-    """A row of the table of differences."""
+    """Dict of a row of the table of differences."""
     return {"what": what, "texts": list(texts), "remark": remark, "differs": differs}
 
 
 def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[dict[str, Any]]:
-    """Rows with the values of all effects of both models."""
+    """Yield one row for each value of the effects of both models; ``–`` if a model lacks the value."""
     first, second = _values(one, unit), _values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
         a, b = first.get(key), second.get(key)
@@ -97,13 +97,13 @@ def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterato
 
 
 def _text(value: Mapping[str, Any]) -> str:
-    """A value with its interval as text."""
+    """Text of a value, with its interval or the reason why it is not fitted: ``0.3 (0.2 … 0.4)``."""
     spread = value["kept"] or value["spread"]
     return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
 
 
 def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """Displayed values of a fit, by (name, number): the number counts values of the same name from 0."""
+    """Dict from (name, number) to the record of a displayed value; the number counts values of the same name from 0."""
     out: dict[tuple[str, int], dict[str, Any]] = {}
     for chip in chips(fit, unit):
         shown = [v for v in chip["values"] if v["free"]] or chip["values"][:1]
@@ -115,7 +115,7 @@ def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]
 
 
 def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
-    """Rows with the errors of both steps and their predictions of unseen data."""
+    """Yield rows with the errors of both steps and their predictions of unseen data."""
     first, second = step_row(one), step_row(two)
     for what, key in (
         ("Misfit χ²/dof", "chi2_text"),
@@ -134,7 +134,7 @@ def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any
 
 
 def _predicts(one: Step, two: Step, places: list[int]) -> str:
-    """Text on which step predicts unseen data better; empty if unknown."""
+    """Text ``Step 1 better by 3.2 ± 0.8 nats in total`` on the prediction of unseen data; empty if not computed."""
     ends = [None if s.error is None else s.error.predictive for s in (one, two)]
     if ends[0] is None or ends[1] is None:
         return ""

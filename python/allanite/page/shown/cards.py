@@ -41,7 +41,7 @@ def chips(
     colors: Sequence[str] = (),
     found: Undecided | None = None,
 ) -> list[dict[str, Any]]:
-    """One record per effect of the model: name, color role, values with units and intervals.
+    """List of one dict per effect of the model: name, color role, values with units and intervals.
 
     `unit` is the sample unit of the displayed values, `SHEET`, or None for that of the recording. `colors` are the roles
     of the effects, in the order of the model. `found` holds the models that explain the record equally well; intervals
@@ -78,7 +78,7 @@ def chips(
 
 
 def failures(study: Study) -> list[dict[str, Any]]:
-    """Records of what the model does not explain: sentence, view that shows it, and range in that view."""
+    """List of dicts of what the model does not explain: sentence, view that shows it, and range in that view."""
     if study.adequate:
         return []
     check = study.check
@@ -97,14 +97,14 @@ def failures(study: Study) -> list[dict[str, Any]]:
 
 
 def telling_view(study: Study) -> str:
-    """Name of the view that shows best what is missing; the Allan curve for adequate models."""
+    """Name of the view that shows best what is missing; ``"allan"`` for adequate models."""
     check = study.check
     first = check.significant[0].effect if check.significant else None
     if study.adequate or (first is None and not check.where.fails):
         return "allan"
     if first is not None and first.follows:
         return "samples"
-    scores = _scores(study)
+    scores = _largest_scores(study)
     if isinstance(first, Periodic) or getattr(first, "occupies", None) is not None:
         # A line or a band is a clear peak in the spectrum, but only a ripple on the Allan curve.
         return "psd"
@@ -114,8 +114,8 @@ def telling_view(study: Study) -> str:
     return "samples" if first.when else "allan"
 
 
-def _scores(study: Study) -> dict[str, float]:
-    """Largest misfit score of each view in which the model fails, by view.
+def _largest_scores(study: Study) -> dict[str, float]:
+    """Dict from the name of each view in which the model fails to its largest misfit score.
 
     A score is divided by the threshold that true models rarely exceed.
     """
@@ -134,7 +134,7 @@ def _scores(study: Study) -> dict[str, float]:
 
 
 def alternatives(study: Study) -> str | None:
-    """Sentence on alternative explanations of an adequate model; None if the model is not adequate."""
+    """Sentence on alternative explanations of an adequate model; None if a check finds an effect missing."""
     if not study.check.adequate:
         return None
     if study.undecided is None:
@@ -143,7 +143,7 @@ def alternatives(study: Study) -> str | None:
     return f"{said[0].upper()}{said[1:]}."
 
 
-def _over_all(own: Estimate, interval: tuple[float, float] | None, shown: str) -> str:
+def _interval_over_all_text(own: Estimate, interval: tuple[float, float] | None, shown: str) -> str:
     """Text of the interval over all equally good models; empty if it is not wider than the interval of this model."""
     if interval is None or not is_wider(own, interval):
         return ""
@@ -159,7 +159,7 @@ def _value(
     shown: str,
     over_all: tuple[float, float] | None = None,
 ) -> dict[str, Any]:
-    """A value of an effect as shown on the page, in the unit `shown`, with its interval or limit."""
+    """Dict of one value of an effect in the unit `shown`, with the texts of its interval or 95 % limit."""
     value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
     role = effect.parameter(name).role
@@ -177,7 +177,7 @@ def _value(
         "symbol": _symbol(effect, name),
         "text": text,
         "spread": spread,
-        "over_all": _over_all(own, over_all, shown),
+        "over_all": _interval_over_all_text(own, over_all, shown),
         "number": float(f"{value.value:.6g}"),
         "unit": unit.strip(),
         "detected": value.detected,
@@ -190,7 +190,7 @@ def _value(
 
 
 def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | None:
-    """Limits of a parameter in the displayed unit (None for no limit); None if it cannot have limits."""
+    """Limits [low, high] of a parameter in the displayed unit, None for an open end; None if it cannot have limits."""
     if not limitable(effect.parameter(name)):
         return None
     ends = effect.limits.to_dict().get(name, [None, None])
@@ -198,19 +198,19 @@ def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | No
 
 
 def cards(check: Check) -> list[dict[str, Any]]:
-    """One record per significant suggestion or, if there is none, for the two best ones."""
+    """List of one dict per significant suggestion, at most 8; without any, for the two best suggestions."""
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
     return [_card(check.fit, i, s) for i, s in shown[:8]]
 
 
 def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
-    """A suggestion as shown on the page; `place` is its number."""
+    """Dict of a suggestion for the page; `place` is its index in `Check.suggestions`."""
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
-    name, acts = fit.display_name(s.effect), _acts(fit, s)
-    values, sentence = _parted(name, _sentence(s))
-    between = _between(_line_range(fit, s.effect) or acts["frequency"])
+    name, acts = fit.display_name(s.effect), _ranges_of_action(fit, s)
+    values, sentence = _values_and_explanation(name, _sentence(s))
+    between = _frequency_range_text(_line_range(fit, s.effect) or acts["frequency"])
     return {
         "number": place,
         "kind": s.kind,
@@ -225,12 +225,12 @@ def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
         "size": s.removes_percent / 100.0,
         "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{between}",
         "acts": acts,
-        **_shown_at(s.effect, acts),
+        **_view_and_range(s.effect, acts),
     }
 
 
-def _shown_at(effect: Effect, acts: dict[str, list[float] | None]) -> dict[str, Any]:
-    """View that shows a missing effect, and its range there: samples for followers and events, else the spectrum."""
+def _view_and_range(effect: Effect, acts: dict[str, list[float] | None]) -> dict[str, Any]:
+    """Dict with the view that shows a missing effect, samples or spectrum, and the range of the effect in this view."""
     frequency = acts["frequency"]
     if effect.follows or effect.when or frequency is None:
         return {"view": "samples", "place": None if effect.follows else acts["time"]}
@@ -238,8 +238,8 @@ def _shown_at(effect: Effect, acts: dict[str, list[float] | None]) -> dict[str, 
     return {"view": "psd", "place": [low * (1 - MIN_SHOWN_WIDTH), high * (1 + MIN_SHOWN_WIDTH)]}
 
 
-def _parted(name: str, sentence: str) -> tuple[str, str]:
-    """The text of an effect's values and its explanation, split from a sentence "name (values): explanation"."""
+def _values_and_explanation(name: str, sentence: str) -> tuple[str, str]:
+    """Pair (text of the values, explanation) of a sentence ``name (values): explanation``; ``""`` without values."""
     if sentence.startswith(f"{name} (") and "): " in sentence:
         values, _, words = sentence.removeprefix(f"{name} (").partition("): ")
         return values, words
@@ -247,13 +247,13 @@ def _parted(name: str, sentence: str) -> tuple[str, str]:
 
 
 def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
-    """Lowest and highest frequency of a spectral line in the record, Hz; None for other effects."""
+    """Pair of the lowest and highest frequency of a spectral line in the record, Hz; None for other effects."""
     if not isinstance(effect, Deterministic):
         return None
     return effect.seen_between(*fit.data.span) or effect.occupies
 
 
-def _between(ends: Sequence[float] | None) -> str:
+def _frequency_range_text(ends: Sequence[float] | None) -> str:
     """Text of the frequency range in which an effect acts; empty if it has none."""
     if ends is None:
         return ""
@@ -262,7 +262,7 @@ def _between(ends: Sequence[float] | None) -> str:
 
 
 def _sentence(s: Suggestion) -> str:
-    """The explanation with printed symbols and units."""
+    """Text of the explanation of a suggestion, with printed symbols and units."""
     values = [v for v in s.estimates.values() if isinstance(v, Estimate)]
     text = s.explanation
     # Replace the longest unit first, because rad/s is a part of rad/s·s^½.
@@ -274,13 +274,13 @@ def _sentence(s: Suggestion) -> str:
 
 
 def _symbol(effect: Effect, name: str) -> str:
-    """Symbol of a parameter, or its name with blanks."""
+    """Symbol of a parameter; without a symbol, its name with blanks."""
     plain = name if name == "q_c" else name.replace("_", " ")
     return effect.parameter(name).symbol or plain
 
 
-def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
-    """Ranges of τ (s), frequency (Hz) and time (s) in which an effect acts; None where it has no range."""
+def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
+    """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) of an effect, each [low, high] or None."""
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
     if (ends := _line_range(fit, s.effect)) is not None:
@@ -310,21 +310,21 @@ def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 
 
 def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """Records of all steps, with the unexplained misfit in % of that of the first step."""
+    """List of one dict per step, with the unexplained misfit in % of that of the first step."""
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [
-        {**step_row(s), "left": share, "left_text": _unexplained(s, share)}
+        {**step_row(s), "left": share, "left_text": _unexplained_text(s, share)}
         for s, share in zip(steps, left, strict=True)
     ]
 
 
-def _unexplained(step: Step, share: float) -> str:
+def _unexplained_text(step: Step, share: float) -> str:
     """Text of the unexplained misfit; 0 % for an adequate model, whose remaining misfit is random."""
-    return "0 %" if step.study is not None and step.study.adequate else _percent(share)
+    return "0 %" if step.study is not None and step.study.adequate else _percent_text(share)
 
 
 def step_row(step: Step) -> dict[str, Any]:
-    """Record of one step: label, model, errors, and whether the model is adequate."""
+    """Dict of one step: label, model, errors, and whether the model is adequate."""
     fit, error = step.fit, step.error
     misfit = fit.misfit
     return {
@@ -333,27 +333,27 @@ def step_row(step: Step) -> dict[str, Any]:
         "chi2": misfit.reduced,
         "chi2_text": number(misfit.reduced),
         "p_text": number(misfit.p_value, 1),
-        "error_text": "…" if error is None else _percent(error.adev_rms_percent),
-        "max_text": "…" if error is None else _worst(error.adev_worst),
-        "discrepancy_text": _percent(fit.discrepancy.percent),
-        "chance_text": "…" if error is None else _percent(error.chance_rms_percent),
+        "error_text": "…" if error is None else _percent_text(error.adev_rms_percent),
+        "max_text": "…" if error is None else _worst_ratio_text(error.adev_worst),
+        "discrepancy_text": _percent_text(fit.discrepancy.percent),
+        "chance_text": "…" if error is None else _percent_text(error.chance_rms_percent),
         "predictive": None if error is None else error.predictive_score,
-        "predictive_text": "…" if error is None else _nats(error.predictive_score),
+        "predictive_text": "…" if error is None else _nats_text(error.predictive_score),
         "adequate": None if step.study is None else step.study.adequate,
         "checked": step.study is not None,
     }
 
 
-def _worst(worst: tuple[float, float] | None) -> str:
-    """Text of the largest ratio of model to measured deviation and its τ."""
+def _worst_ratio_text(worst: tuple[float, float] | None) -> str:
+    """Text of the largest ratio of model to measured Allan deviation and its τ; a dash without a ratio."""
     return "–" if worst is None else f"×{number(worst[0], 3)} at {number(worst[1], 3)} s"
 
 
-def _percent(value: float | None) -> str:
+def _percent_text(value: float | None) -> str:
     """Text of a percentage; a dash for None."""
     return "–" if value is None else f"{number(value, 2)} %"
 
 
-def _nats(value: float | None) -> str:
+def _nats_text(value: float | None) -> str:
     """Text of a predictive score; a dash for None."""
     return "–" if value is None else f"{number(value, 4)} nats"

@@ -63,7 +63,7 @@ def _group(cls: type[Effect]) -> str:
 
 
 def catalogue(kind: str) -> list[dict[str, Any]]:
-    """One record per effect, sorted by group, with common effects first.
+    """List of one dict per effect, sorted by group, with common effects first.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
 
 @cache
 def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
-    """SVG paths of 100 × 60: Allan curve and spectrum, each with and without the effect."""
+    """Dict of SVG paths, 100 × 60: Allan curve and spectrum, each with and without the effect."""
     try:
         variance, power = _curves(cls)
     except (AllaniteError, ValueError, TypeError, NotImplementedError):
@@ -104,7 +104,7 @@ def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 
 def _curves(cls: type[Effect]) -> tuple[Array, Array]:
-    """Allan variance at `TAU` and density at `FREQUENCY` of white noise with the effect."""
+    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise with the effect."""
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)
     effect = _example(cls)
@@ -123,7 +123,7 @@ def _curves(cls: type[Effect]) -> tuple[Array, Array]:
 
 
 def _example(cls: type[Effect]) -> Effect:
-    """An instance of an effect with values that suit a picture."""
+    """`Effect` of a class with values that suit a picture."""
     values: dict[str, Any] = {}
     for p in cls.parameters:
         shown = SHAPES.get(p.name)
@@ -138,7 +138,7 @@ def _example(cls: type[Effect]) -> Effect:
 
 
 def _measured(signal: Array) -> tuple[Array, Array]:
-    """Allan variance and density of a deterministic signal."""
+    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of a known signal."""
     phase = np.concatenate([[0.0], np.cumsum(signal)])
     variance = []
     for m in np.round(TAU).astype(int):
@@ -155,7 +155,7 @@ def _measured(signal: Array) -> tuple[Array, Array]:
 
 
 def _paths(x: Array, *lines: Array) -> list[str]:
-    """SVG paths of lines in double-logarithmic scale, fitted to the picture, at least two decades high."""
+    """List of the SVG paths of lines on logarithmic axes, fitted to the picture, at least two decades high."""
     across = 100.0 * np.log10(x / x[0]) / np.log10(x[-1] / x[0])
     logs = [np.log10(np.maximum(y, 1e-4)) for y in lines]
     top, bottom = max(y.max() for y in logs), min(y.min() for y in logs)

@@ -33,7 +33,7 @@ MAX_SIMULATED = 2_000_000
 def deviation_figure(
     log: Recording, fit: Fit | None, options: Mapping[str, str], kept: dict[Any, Deviation]
 ) -> Figure | None:
-    """Figure of the deviation that the viewer chose; None for the overlapping Allan deviation at its default times.
+    """`Figure` of the deviation that the user chose; None for the overlapping Allan deviation at its default times.
 
     That curve is part of the fit's own figure. The model of the fit is drawn as well. For estimators without a theoretical
     curve, the deviation of one simulated record is drawn instead.
@@ -78,20 +78,20 @@ def deviation_figure(
 
 
 def _drawn(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
-    """τ and deviation of the points that can be drawn on logarithmic axes."""
+    """Pair (τ in s, deviation) of the points that can be drawn on logarithmic axes."""
     kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
     return np.asarray(found.tau)[kept], np.asarray(found.deviation)[kept]
 
 
 def _found(log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
-    """Deviation of a recording, from the cache if possible."""
+    """`Deviation` of a recording, from the cache `kept` if possible."""
     if (log, kind, grid) not in kept:
         kept[log, kind, grid] = _deviation(log, kind, grid)
     return kept[log, kind, grid]
 
 
 def _simulated(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
-    """Deviation of a sensor simulated from the fit, from the cache if possible."""
+    """`Deviation` of a sensor simulated from the fit, from the cache `kept` if possible."""
     if (fit, kind, grid) not in kept:
         data = fit.data
         made = fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
@@ -100,7 +100,7 @@ def _simulated(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> De
 
 
 def _deviation(log: Recording, kind: str, grid: str) -> Deviation:
-    """Deviation of a recording by an estimator at the averaging times of a grid."""
+    """`Deviation` of a recording by the estimator `kind` at the averaging times of a grid; "" is the default grid."""
     more = {"taus": GRIDS[grid]} if grid else {}
     found: Deviation = getattr(family, kind)(log, **more)
     return found

@@ -49,7 +49,7 @@ class Made:
 
 
 def targets(recording: Recording) -> list[list[str]]:
-    """File names and titles of the export formats for a log; most are for inertial sensors only."""
+    """List of [file name, title] of the export formats for a log; most are for inertial sensors only."""
     from allanite.exports import TARGETS
 
     other = any(parse_unit(unit).kind == RATIO for unit in recording.units)
@@ -58,7 +58,7 @@ def targets(recording: Recording) -> list[list[str]]:
 
 
 def accept(tab: Tab, source: Source, role: str) -> None:
-    """Accept an uploaded file as a log (``log``), a log for comparison (``compare``), or a data sheet (``sheet``).
+    """Open an uploaded file as a log (``log``), a log for comparison (``compare``), or a data sheet (``sheet``).
 
     Raises
     ------
@@ -84,7 +84,7 @@ def accept(tab: Tab, source: Source, role: str) -> None:
 
 
 def _accept_sheet(tab: Tab, source: Source) -> None:
-    """Accept an uploaded data sheet."""
+    """Set the data sheet of the tab to an uploaded one; raises InputError if no log is open or the file is wrong."""
     from allanite.sources.datasheet import read_datasheet
 
     _ = tab.log
@@ -122,7 +122,7 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """Table that compares the current model with the data sheet; None without a data sheet."""
+    """Dict of the table that compares the current model with the data sheet; None without a data sheet or a step."""
     if tab.sheet is None or not tab.ladder.steps:
         return None
     from allanite.comparison.datasheet import compare_datasheet
@@ -145,7 +145,7 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
 
 
 def _measured(row: Row) -> str:
-    """Text of the measured value in the unit of the data sheet."""
+    """Text of the measured value, or its 95 % limit, in the unit of the data sheet."""
     factor = row.figure.value / row.sheet
     unit = unit_text(row.figure.unit)
     if row.measured.detected:
@@ -155,14 +155,14 @@ def _measured(row: Row) -> str:
 
 
 def _interval(ratio: Estimate) -> str:
-    """Text of a ratio with its interval."""
+    """Text of a ratio with its interval: ``1.2 (1.1 … 1.3)``."""
     if ratio.interval is None:
         return number(ratio.value)
     return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
 
 
 def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None) -> Made:
-    """A file by its name: a figure or its values, the study, an export of all axes, or the report.
+    """`Made` file with this name: a figure or its values, the study, an export of all axes, a law, or the report.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
 
 
 def _stem(tab: Tab, column: str = "") -> str:
-    """Stem of file names: the name of the log, and of the column if given."""
+    """Stem of file names: the name of the log and, if given, of the column."""
     source = tab.source
     name = Path("log" if source is None else source.name).stem
     return re.sub(r"[^\w.-]+", "_", f"{name}-{column}" if column else name)
@@ -227,7 +227,7 @@ def _missing(tab: Tab) -> str:
 
 
 def _report(tab: Tab) -> Made:
-    """Report on the steps of each column up to the current one."""
+    """`Made` report on the steps of each column up to the current one."""
     from allanite.report import Entry, Report
 
     entries, open_ = [], []

@@ -57,7 +57,7 @@ MIN_WHITENESS = 0.01
 
 
 def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
-    """Figure of a view, with the colors that effects have on this page."""
+    """`Figure` of a view, with the colors that effects have on this page."""
     if name not in VIEWS:
         raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
     figure: Figure = VIEWS[name](tab, options or {})
@@ -67,24 +67,24 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
     colors = colors_of(tab.work, fit)
     roles = {part.label: colors[part.place] for part in parts(fit)}
 
-    def painted(mark: Mark) -> Mark:
-        """The mark in the color that its effect has on this page."""
+    def with_effect_color(mark: Mark) -> Mark:
+        """Copy of a line or rule of an effect in the color that the effect has on this page; other marks unchanged."""
         if isinstance(mark, Line | Rule) and mark.label in roles:
             return replace(mark, color=roles[mark.label])
         return mark
 
-    panels = tuple(replace(p, marks=tuple(map(painted, p.marks))) for p in figure.panels)
+    panels = tuple(replace(p, marks=tuple(map(with_effect_color, p.marks))) for p in figure.panels)
     return replace(figure, panels=panels)
 
 
 def fit_of(tab: Tab) -> Fit | None:
-    """The displayed fit: the model with trial values, or that of the current step; None without a step."""
+    """`Fit` that is displayed: the model with trial values, or that of the current step; None without a step."""
     step = tab.ladder.step
     return tab.preview or (None if step is None else step.fit)
 
 
 def colors_of(work: Work, fit: Fit) -> list[str]:
-    """Color role of each effect of a model; an effect keeps its first color in all models."""
+    """List of the color roles of the effects of a model; an effect keeps its first color in all models."""
     out, seen = [], dict[str, int]()
     for effect in fit.model.effects:
         seen[effect.kind] = seen.get(effect.kind, 0) + 1
@@ -94,8 +94,8 @@ def colors_of(work: Work, fit: Fit) -> list[str]:
     return out
 
 
-def _allan(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """Allan deviation with the model, or another requested deviation."""
+def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """`Figure` of the Allan deviation with the model, or of another deviation that the options name."""
     fit = fit_of(tab)
     other = deviation_figure(tab.log, fit, options, tab.work.deviations)
     if other is not None:
@@ -107,14 +107,14 @@ def _allan(tab: Tab, options: Mapping[str, str]) -> Figure:
     return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
 
 
-def _psd(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """Spectrum with the model."""
+def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """`Figure` of the spectrum with the model; single ordinates between ``from`` and ``to`` Hz of the options."""
     fit = fit_of(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
     spans = spectrum_spans(fit, None if check is None else check.where.worst_frequency)
     panels = spectrum_panels(fit, 0, spans, missing_lines(check))
     if options.get("from") and options.get("to"):
-        panels = (_closely(fit, panels[0], options), panels[1])
+        panels = (_zoomed_panel(fit, panels[0], options), panels[1])
     return Figure(
         "Power spectral density, two-sided",
         f"model {fit.model.name}",
@@ -124,17 +124,17 @@ def _psd(tab: Tab, options: Mapping[str, str]) -> Figure:
     )
 
 
-def _closely(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
-    """Panel of the spectrum with single ordinates in the zoomed frequency range."""
-    low, high = _positive(options, "from", 1.0), _positive(options, "to", 1.0)
+def _zoomed_panel(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
+    """Copy of the panel of the spectrum with the single ordinates between ``from`` and ``to`` Hz of the options."""
+    low, high = _positive_option(options, "from", 1.0), _positive_option(options, "to", 1.0)
     f, power = ordinates_between(fit, low, high, most=MAX_ZOOMED)
     marks = [m for m in panel.marks if not (isinstance(m, Line) and m.label == SINGLE)]
     at = next(i for i, m in enumerate(marks) if not isinstance(m, Span))
     return replace(panel, marks=(*marks[:at], Line(f, power, "raw", SINGLE, 1.0), *marks[at:]))
 
 
-def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Map of measured over expected power by time and frequency."""
+def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
+    """`Figure` of measured over expected power by time and frequency; raises InputError before the check is finished."""
     check = tab.step.check
     if check is None:
         raise InputError("The map is being computed …")
@@ -154,8 +154,8 @@ def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
     return replace(figure, panels=panels, heights=(1.0, 1.0), subtitle=told)
 
 
-def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """Samples over time, with events, excluded segments, and known functions of time."""
+def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """`Figure` of the samples over time, with events, excluded segments, and known functions of time."""
     step = tab.ladder.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
     fit = fit_of(tab)
@@ -180,8 +180,8 @@ def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
     return samples_figure(tab.log, options, worst, moments, shifted, drift)
 
 
-def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Comparison of two steps, or of the column with a simulated sensor, other logs or columns, and a data sheet."""
+def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
+    """`Figure` with two steps, or with the column, a simulated sensor, other logs or columns, and a data sheet."""
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare
 
@@ -223,14 +223,16 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
             curves.append(Drawn(name, "datasheet", log.unit, *line))
     plain = plot_compare(tuple(curves))
     left = ([f"{', '.join(more)} (too many curves)"] if more else []) + missing
-    return replace(_compared(plain), subtitle=f"not shown: {'; '.join(left)}" if left else "")
+    return replace(
+        _with_source_colors(plain), subtitle=f"not shown: {'; '.join(left)}" if left else ""
+    )
 
 
-def _compared(figure: Figure) -> Figure:
-    """The comparison with the simulated sensor in the color of the model and the data sheet in gray."""
+def _with_source_colors(figure: Figure) -> Figure:
+    """Copy of a comparison with the simulated sensor in the color of the model and the data sheet in gray."""
 
-    def painted(mark: Mark) -> Mark:
-        """The mark without the suffix of its label; a simulated sensor has the model's color, a data sheet is gray."""
+    def with_source_color(mark: Mark) -> Mark:
+        """Copy of a curve without the source in its label, in the color of the source; other marks unchanged."""
         if not isinstance(mark, Line | Points):
             return mark
         label = mark.label.removesuffix(" (recording)")
@@ -240,27 +242,28 @@ def _compared(figure: Figure) -> Figure:
             return replace(mark, color="guide", label=label.removesuffix(" (datasheet)"))
         return replace(mark, label=label)
 
-    panels = tuple(replace(p, marks=tuple(map(painted, p.marks))) for p in figure.panels)
+    panels = tuple(replace(p, marks=tuple(map(with_source_color, p.marks))) for p in figure.panels)
     return replace(figure, panels=panels)
 
 
 def _simulated(fit: Fit) -> Recording:
-    """Recording of a sensor simulated from the fit."""
+    """`Recording` of a sensor simulated from the fit, as long as the record, with seed 1."""
     data = fit.data
     return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
 
 
-def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """Error growth since the last fix by effect, compared with measured errors."""
+def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """`Figure` of the error growth since the last fix, by effect and in total, with measured errors."""
     from allanite.statespace.growth import error_growth, measured_growth
 
     fit = tab.step.fit
     span = tab.log.duration
-    aided = _positive(options, "aided", min(60.0, span / 40.0))
-    until = _positive(options, "until", min(600.0, span / 10.0))
+    aided = _positive_option(options, "aided", min(60.0, span / 40.0))
+    until = _positive_option(options, "until", min(600.0, span / 10.0))
     rate = tab.log.rate
     tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
     known = dict(zip((e.short for e in fit.model), colors_of(tab.work, fit), strict=True))
+    limits = {fit.model.effects[p.place].short: p.limit for p in parts(fit)}
     panels, said, apart = [], [], []
     found = error_growth(fit, aided=aided, tau=tau)
     for i, growth in enumerate(found):
@@ -268,8 +271,15 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
         total = factor * growth.total
         marks: list[Mark] = []
         for label, size in growth.budget.items():
-            color = known.get(label.rstrip("0123456789"), "raw")
-            marks.append(Line(growth.tau, factor * size, color, "" if i else label, 1.2))
+            short = label.rstrip("0123456789")
+            limit = limits.get(short)
+            if limit == np.inf:
+                continue  # its fitted value is 0, so that the limit cannot be scaled from it
+            if limit is not None:
+                # The error is proportional to the coefficient.
+                label, size = f"{label} (95 % limit)", limit * size
+            color, dash = known.get(short, "raw"), "solid" if limit is None else "dash"
+            marks.append(Line(growth.tau, factor * size, color, "" if i else label, 1.2, dash))
         marks.append(Line(growth.tau, total, "model", "" if i else "Model, total", 2.2))
         try:
             seen = measured_growth(tab.log, growth)
@@ -282,7 +292,7 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
             rms = factor * seen.rms
             low, high = interval(rms, seen.segments.astype(float))
             marks.append(Points(seen.tau, rms, "measured", "" if i else words, low, high))
-            apart.append(_apart(seen.tau, total, low, high))
+            apart.append(_deviation_text(seen.tau, total, low, high))
         name = unit_text(unit)
         noun, _, cause = growth.quantity.partition(" ")
         shown = f"{number(float(total[-1]), 2)}{'' if name == '°' else ' '}{name}"
@@ -307,13 +317,13 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
     )
 
 
-def _apart(
+def _deviation_text(
     tau: NDArray[np.float64],
     total: NDArray[np.float64],
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> str:
-    """Text on the time from which measured errors differ from the model; empty if they agree."""
+    """Text ``the measured errors are larger from 30 s on``; empty if they agree with the model."""
     over, under = low > total, high < total
     out = over | under
     if np.count_nonzero(out) <= chance_outside(int(np.isfinite(low).sum())):
@@ -324,7 +334,7 @@ def _apart(
 
 
 def chance_outside(points: int) -> int:
-    """Number of the points that may lie outside their 95 % intervals by chance.
+    """Largest number of points, as an int, that may lie outside their 95 % intervals by chance.
 
     For independent points, more lie outside with a probability below 1 %.
     """
@@ -333,8 +343,8 @@ def chance_outside(points: int) -> int:
     return int(binom.ppf(0.99, points, 0.05))
 
 
-def _positive(options: Mapping[str, str], name: str, otherwise: float) -> float:
-    """Positive number called `name` in the options; `otherwise` if it is missing."""
+def _positive_option(options: Mapping[str, str], name: str, otherwise: float) -> float:
+    """Number called `name` in the options, `otherwise` if it is missing; raises InputError unless it is in (0, 1e9)."""
     try:
         value = float(options.get(name) or otherwise)
     except ValueError:
@@ -346,7 +356,7 @@ def _positive(options: Mapping[str, str], name: str, otherwise: float) -> float:
 
 @lru_cache(maxsize=4)
 def _innovations(fit: Fit) -> Innovations:
-    """Innovations of the Kalman filter of a fit, over at most `MAX_FILTERED` samples."""
+    """`Innovations` of the Kalman filter of a fit, over at most the first `MAX_FILTERED` samples; cached."""
     from allanite.statespace import innovations
 
     log = fit.recording
@@ -354,8 +364,8 @@ def _innovations(fit: Fit) -> Innovations:
     return innovations(part, fit)
 
 
-def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Normalized innovation squared of the model's Kalman filter, averaged over τ."""
+def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
+    """`Figure` of the normalized innovation squared of the model's Kalman filter, averaged over τ."""
     found = _innovations(tab.step.fit)
     by_tau = found.by_tau
     marks: tuple[Mark, ...] = (
@@ -376,13 +386,15 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
         f"{first}{many(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
         f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {number(found.whiteness, 2)}"
     )
-    verdict = _consistency(by_tau.tau, by_tau.nis, by_tau.low, by_tau.high, found.whiteness)
+    verdict = _consistency_sentence(
+        by_tau.tau, by_tau.nis, by_tau.low, by_tau.high, found.whiteness
+    )
     told = f"{verdict}\n{told}"
     panel = Panel(x, y, marks, title="NIS")
     return Figure("Normalized innovation squared (NIS)", told, (panel,), kind="nis")
 
 
-def _consistency(
+def _consistency_sentence(
     tau: NDArray[np.float64],
     nis: NDArray[np.float64],
     low: NDArray[np.float64],
@@ -415,13 +427,13 @@ def _consistency(
 
 
 VIEWS = {
-    "allan": _allan,
-    "psd": _psd,
-    "map": _map,
-    "samples": _samples,
-    "compare": _compare,
-    "error": _error,
-    "nis": _nis,
+    "allan": _allan_figure,
+    "psd": _psd_figure,
+    "map": _map_figure,
+    "samples": _samples_view,
+    "compare": _compare_figure,
+    "error": _error_figure,
+    "nis": _nis_figure,
     "thermal": thermal_figure,
     "average": average_figure,
 }

@@ -33,18 +33,18 @@ LAWS = {
 
 @lru_cache(maxsize=4)
 def calibrated(recording: Recording) -> ThermalCalibration:
-    """Temperature law of every axis of a recording, cached."""
+    """`ThermalCalibration` with the temperature law of every axis of a recording; cached."""
     return thermal(recording)
 
 
 @lru_cache(maxsize=4)
-def _combined(units: tuple[Recording, ...]) -> Combination:
-    """Combination of several units of one axis, cached."""
+def _combination_of_units(units: tuple[Recording, ...]) -> Combination:
+    """`Combination` of several units of one axis; cached."""
     return combine(units)
 
 
 def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Temperature law of the current axis, and its Allan deviation before and after the correction."""
+    """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction."""
     found = calibrated(tab.log)
     (axis,) = found.axes
     figure = found.plot()
@@ -54,7 +54,7 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def average_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Allan deviation of the average of the current axis and the compared logs, and the weights.
+    """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights.
 
     Raises
     ------
@@ -69,6 +69,8 @@ def average_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     units = [log for log in alike if log.columns == own.columns] or alike
     if not units:
         raise InputError(f"Averaging needs another log with samples in {unit_text(own.unit)}")
-    found = _combined((own, *(log.in_units({log.columns[0]: own.unit}) for log in units)))
+    found = _combination_of_units(
+        (own, *(log.in_units({log.columns[0]: own.unit}) for log in units))
+    )
     figure = found.plot()
     return replace(figure, subtitle=f"{found.headline}\n{figure.subtitle}")

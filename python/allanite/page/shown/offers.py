@@ -17,7 +17,7 @@ def sentence(text: str) -> str:
 
 
 def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
-    """Buttons for a finding in a record of `duration` s: text and action."""
+    """List of dicts, text and action, of the buttons for a finding in a record of `duration` s."""
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:
         found = float(values["measured_hz"])
@@ -35,7 +35,7 @@ def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any
 
 
 def _longer(start: float, end: float, duration: float) -> dict[str, Any]:
-    """Button that selects the part before or after a segment, whichever is longer."""
+    """Dict of the button that selects the part before or after a segment, whichever is longer."""
     first, last = (end, duration) if duration - end > start else (0.0, start)
     text = f"Use only {first:.4g}–{last:.4g} s"
     return {"text": text, "act": {"do": "take", "from": first, "to": last}}

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
-    """Set the hover text of each trace, with units."""
+    """Set the hover text of each trace in `data`, with units."""
     across = {
         "allan": "τ = %{x:.3~g} s",
         "psd": "%{x:.3~g} Hz",
@@ -40,12 +40,12 @@ def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> 
         )
         own = "Measured" if name == "allan" and str(what).startswith("measured") else ""
         if own and fit is not None and len(trace["x"]) == fit.curve.tau.size:
-            trace["customdata"] = _told(fit, unit)
+            trace["customdata"] = _hover_texts(fit, unit)
             trace["hovertemplate"] = "%{customdata}<extra></extra>"
 
 
-def _told(fit: Fit, unit: str) -> list[str]:
-    """Hover text (HTML) of each measured point: value, interval, model, and difference."""
+def _hover_texts(fit: Fit, unit: str) -> list[str]:
+    """List of the hover texts (HTML) of the measured points: value, interval, model, and difference."""
     from allanite.plots.curves import interval
 
     curve = fit.curve
@@ -68,7 +68,7 @@ def _told(fit: Fit, unit: str) -> list[str]:
 def readings(
     fit: Fit, work: Work, unit: str | None, look: Theme, axes: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Markers and labels at the points where the coefficients of the five standard effects are read."""
+    """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read."""
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []
     curve = fit.curve
@@ -132,7 +132,7 @@ def readings(
 
 
 def live(fit: Fit) -> dict[str, Any]:
-    """Data from which the browser computes misfit and curve while a line is dragged, without requests."""
+    """Dict from which the browser computes misfit and curve while a line is dragged, without requests."""
     solution, curve = fit.solution, fit.curve
     return {
         "count": solution.count,

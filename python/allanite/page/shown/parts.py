@@ -58,27 +58,27 @@ def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
     return _PARTS[name](tab, options or {})
 
 
-def _strip(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """SVG paths of the small Allan curves of every opened log, by the digest of the log; one path per column."""
-    return {work.digest: _paths(work) for work in list(tab.works.values())}
+def _small_curves(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
+    """Dict from the digest of each opened log to the SVG paths of its small Allan curves, one per column."""
+    return {work.digest: _column_paths(work) for work in list(tab.works.values())}
 
 
-def _paths(work: Work) -> list[str | None]:
-    """SVG path of 100 × 40 for each column, or None without a curve; columns of equal unit share a scale."""
+def _column_paths(work: Work) -> list[str | None]:
+    """List with the SVG path, 100 × 40, of each column, None without a curve; columns of equal unit share a scale."""
     if work.paths is not None:
         return work.paths
-    curves = [_curve(work.log(i)) for i in range(len(work.recording.columns))]
+    curves = [_log_curve(work.log(i)) for i in range(len(work.recording.columns))]
     units = work.recording.units
     out: list[str | None] = []
     for curve, unit in zip(curves, units, strict=True):
         alike = [c for c, u in zip(curves, units, strict=True) if u == unit and c is not None]
-        out.append(None if curve is None else _path(curve, alike))
+        out.append(None if curve is None else _svg_path(curve, alike))
     work.paths = out
     return out
 
 
-def _curve(column: Recording) -> Any:
-    """log10 τ and log10 deviation of up to `POINTS` points of a column; None if fewer than three points have a value."""
+def _log_curve(column: Recording) -> Any:
+    """Pair (log10 τ, log10 deviation) of up to `POINTS` points of a column; None if fewer than three have a value."""
     try:
         found = column.oadev()
     except AllaniteError:
@@ -92,8 +92,8 @@ def _curve(column: Recording) -> Any:
     return tau[at], deviation[at]
 
 
-def _path(curve: Any, alike: list[Any]) -> str:
-    """SVG path of a curve, on the scale that fits all curves in `alike`."""
+def _svg_path(curve: Any, alike: list[Any]) -> str:
+    """Text of the SVG path of a curve, on the scale that fits all curves in `alike`."""
     left, right = min(c[0][0] for c in alike), max(c[0][-1] for c in alike)
     low, high = min(c[1].min() for c in alike), max(c[1].max() for c in alike)
     across = 100.0 * (curve[0] - left) / max(right - left, 1e-9)
@@ -102,13 +102,13 @@ def _path(curve: Any, alike: list[Any]) -> str:
 
 
 def _catalogue(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Catalog of effects for the kind of the current sensor."""
+    """List of the records of all effects, named for the kind of the current sensor."""
     kind = "" if tab.now is None else parse_unit(tab.log.unit).kind
     return catalogue(kind)
 
 
-def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Interpretation of the columns of the open log."""
+def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
+    """Dict with the interpretation of the columns of the open log, and the units offered for each kind of sensor."""
     source = tab.source
     if source is None:
         raise InputError("No log is open: drop a file or choose one")
@@ -127,15 +127,15 @@ def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     return {**found, "kinds": units}
 
 
-def _saved(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Document of all steps of the open log: models with values, without samples."""
+def _study_document(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
+    """Dict of all steps of the open log for a file: models with values, without samples."""
     from allanite.page.studies import study
 
     return study(tab)
 
 
-def _common(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Common properties of the axes: agreement of models, shared noise, and lines found on several axes."""
+def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
+    """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes."""
     from allanite.axes.words import in_common, seen_by_several
 
     names = tab.work.recording.columns
@@ -143,7 +143,7 @@ def _common(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     fits = tuple((n, s.fit) for n, s in steps if s is not None)
     if len(fits) < 2:
         raise InputError("Fit at least two axes before comparing them")
-    found = _shared(fits)
+    found = _common_of_fits(fits)
     return {
         "sensors": [
             {"name": s.name, "columns": list(s.columns), "sentences": in_common(s)}
@@ -154,28 +154,28 @@ def _common(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=2)
-def _shared(fits: tuple[tuple[str, Fit], ...]) -> Common:
-    """Common properties of the fits of several axes."""
+def _common_of_fits(fits: tuple[tuple[str, Fit], ...]) -> Common:
+    """`Common` properties of the fits of several axes; cached."""
     from allanite.axes.characterization import common_of
     from allanite.study import Rung, Study
     from allanite.suggestion import Check
 
     def study(fit: Fit) -> Study:
         # Only the last fit is used.
-        """Study that contains only this fit."""
+        """`Study` that contains only this fit."""
         return Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
 
     return common_of({name: study(fit) for name, fit in fits})
 
 
-def _export(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
-    """Verdict of an export file and the axes that it lacks, before it is saved."""
+def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
+    """Dict with the verdict line of an export file and a note on the axes that it lacks, before it is saved."""
     made = documents.make(tab, options.get("target", ""), "light")
     return {"verdict": verdict_in(made.body.decode()), "missing": made.note}
 
 
-def _acceptance(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
-    """Comparison of every checked axis with the data sheet; None without a data sheet."""
+def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
+    """Dict with the acceptance test of every checked axis; None without a data sheet."""
     if tab.sheet is None:
         return None
     axes, remarks = [], dict[str, None]()
@@ -186,18 +186,18 @@ def _acceptance(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
         own = tab.sheet.of_kind(parse_unit(study.recording.unit).kind)
         if own.figures:
             found = accept_study(study, own)
-            axes.append(_accepted(name, found))
+            axes.append(_axis_acceptance(name, found))
             remarks |= dict.fromkeys(found.remarks)
     if not axes:
         raise InputError("The data sheet has no values for the checked axes")
     return {"sheet": tab.sheet.name, "axes": axes, "remarks": list(remarks)}
 
 
-def _accepted(name: str, found: Acceptance) -> dict[str, Any]:
-    """Record of the acceptance test of one axis."""
+def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
+    """Dict of the acceptance test of one axis."""
 
     def interval(f: FigureVerdict) -> str:
-        """Text of the 95 % interval of a figure."""
+        """Text of the 95 % interval of a figure, ``< …`` if it begins at 0, a dash if it is not finite."""
         unit = unit_text(f.unit)
         if not np.isfinite(f.high):
             return "–"
@@ -226,11 +226,11 @@ def _accepted(name: str, found: Acceptance) -> dict[str, Any]:
 
 
 _PARTS: dict[str, Callable[[Any, Mapping[str, str]], Any]] = {
-    "strip": _strip,
-    "common": _common,
+    "strip": _small_curves,
+    "common": _common_properties,
     "catalogue": _catalogue,
-    "inspect": _inspect,
-    "saved": _saved,
-    "export": _export,
-    "acceptance": _acceptance,
+    "inspect": _inspected_columns,
+    "saved": _study_document,
+    "export": _export_verdict,
+    "acceptance": _acceptance_results,
 }

@@ -35,7 +35,7 @@ def samples_figure(
     out: Sequence[tuple[float, float]] = (),
     drift: tuple[np.ndarray, str] | None = None,
 ) -> Figure:
-    """Figure of the samples from ``options["from"]`` to ``options["to"]`` in s.
+    """`Figure` of the samples from ``options["from"]`` to ``options["to"]`` in s.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def samples_figure(
     drift : (ndarray of shape (n,), str), optional
         Contribution of known functions of time to the samples, and their names.
     """
-    start, end = _range(log, options)
+    start, end = _time_range(log, options)
     first, last = int(start * log.rate), min(log.n, int(np.ceil(end * log.rate)) + 1)
     first, last = max(0, min(first, log.n - 4)), max(last, first + 4)
     part = log if last - first >= log.n else log.trim(first / log.rate, last / log.rate)
@@ -67,12 +67,12 @@ def samples_figure(
         for a, b in out
         if b > start and a < end
     ]
-    marks += [_moved(mark, begin) for mark in panel.marks]
+    marks += [_shifted_mark(mark, begin) for mark in panel.marks]
     if part.n <= MAX_DOTS:
         line = next(m for m in marks if isinstance(m, Line))
         marks.append(Points(line.x, line.y, "c1", "single samples", size=3.5))
     if drift is not None:
-        marks.append(_drift(log, part, *drift, first, size))
+        marks.append(_drift_line(log, part, *drift, first, size))
     marks += [Rule(t / size, "x", "model", "dash", n) for t, n in moments if start <= t <= end]
     limits = (begin, begin + part.duration / size)
     x = linear_axis(f"time ({name})", *limits, 8)
@@ -80,7 +80,7 @@ def samples_figure(
     kept = list(part.covariates.items())[:2]
     for row, (column, values) in enumerate(kept, 1):
         panels.append(
-            _covariate(column, values, x, row, row == len(kept), part, begin * size, size)
+            _column_panel(column, values, x, row, row == len(kept), part, begin * size, size)
         )
     each = part.n / SEGMENTS
     what = "all drawn" if single else f"mean, minimum and maximum of {each:.0f} samples each"
@@ -89,8 +89,8 @@ def samples_figure(
     return Figure("Samples", told, tuple(panels), heights, kind="samples")
 
 
-def _range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
-    """Time range of the options in s, limited to the record."""
+def _time_range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
+    """Pair (start, end) of the options in s, limited to the record; by default all of it."""
     try:
         start = float(options.get("from") or 0.0)
         end = float(options.get("to") or log.duration)
@@ -102,21 +102,21 @@ def _range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
     return start, end
 
 
-def _drift(
+def _drift_line(
     log: Recording, part: Recording, signal: np.ndarray, name: str, first: int, size: float
 ) -> Line:
-    """Line of a known function of time, shifted to the mean of the samples."""
+    """`Line` of a known function of time, shifted to the mean of the samples."""
     middle = float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
     at = first + np.unique(np.linspace(0, part.n - 1, min(part.n, SEGMENTS)).round().astype(int))
     return Line(at / log.rate / size, middle + signal[at], "model", name, 2.0)
 
 
-def _moved(mark: Mark, by: float) -> Mark:
-    """The mark shifted along the time axis."""
+def _shifted_mark(mark: Mark, by: float) -> Mark:
+    """Copy of a band, line or points shifted along the time axis; other marks unchanged."""
     return replace(mark, x=mark.x + by) if isinstance(mark, Band | Line | Points) else mark
 
 
-def _covariate(
+def _column_panel(
     name: str,
     values: np.ndarray,
     x: object,
@@ -126,7 +126,7 @@ def _covariate(
     begin: float,
     size: float,
 ) -> Panel:
-    """Panel of a logged column over the same time, as means of short segments."""
+    """`Panel` of a logged column over the same time, as means of up to 800 segments."""
     n = min(values.size, 800)
     edges = np.arange(n + 1) * values.size // n
     there = np.isfinite(values)

@@ -21,7 +21,7 @@ MOST = 4000
 
 
 def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]]:
-    """Tables of the values of a figure, each with title, head and rows.
+    """List of the tables of a figure, each a dict with ``title``, ``head`` and ``rows``.
 
     Parameters
     ----------
@@ -32,12 +32,12 @@ def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]
         Unit of the deviations of that curve.
     """
     if fit is not None and figure.kind == "fit" and figure.panels[0].title == "Allan deviation":
-        return [_curve(fit, unit)]
-    return _marks(figure)
+        return [_curve_table(fit, unit)]
+    return _tables_of_marks(figure)
 
 
-def _curve(fit: Fit, unit: str) -> dict[str, Any]:
-    """Table of the Allan curve: τ, measured, interval, edf, model, residual, and each effect."""
+def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
+    """Table (dict) of the Allan curve: τ, measured, low, high, edf, model, residual, and each effect."""
     curve, factor = fit.curve, conversion(fit.recording.unit, unit)
     low, high = interval(curve.measured, curve.edf)
     effects = [part.label.split(":")[0] for part in parts(fit)]
@@ -51,38 +51,38 @@ def _curve(fit: Fit, unit: str) -> dict[str, Any]:
         ("residual (σ)", curve.z),
         *((n, factor * v) for n, v in zip(effects, curve.components.values(), strict=True)),
     ]
-    rows = [[_plain(v) for v in row] for row in zip(*(v for _, v in columns), strict=True)]
+    rows = [[_finite_or_none(v) for v in row] for row in zip(*(v for _, v in columns), strict=True)]
     return {"title": "Allan deviation", "head": [name for name, _ in columns], "rows": rows}
 
 
-def _marks(figure: Figure) -> list[dict[str, Any]]:
-    """Tables of the marks; marks with equal x values share a table (points, lines, then bands)."""
+def _tables_of_marks(figure: Figure) -> list[dict[str, Any]]:
+    """List of the tables (dicts) of all marks; marks with equal x values share one, points first, then lines and bands."""
     tables: list[dict[str, Any]] = []
     for panel in figure.panels:
         known: dict[bytes, dict[str, Any]] = {}
-        for mark in sorted(panel.marks, key=_order):
+        for mark in sorted(panel.marks, key=_mark_rank):
             if isinstance(mark, HeatMap):
-                tables.append(_map(panel, mark))
+                tables.append(_map_table(panel, mark))
             elif isinstance(mark, Points | Line | Band):
                 table = known.get(mark.x.tobytes())
                 if table is None:
-                    table = _new(panel, mark)
+                    table = _table_of_x(panel, mark)
                     known[mark.x.tobytes()] = table
                     tables.append(table)
-                for name, values in _columns(panel, mark):
+                for name, values in _named_columns(panel, mark):
                     table["head"].append(name)
                     for row, value in zip(table["rows"], values, strict=False):
                         row.append(value)
     return [t for t in tables if len(t["head"]) > 1]
 
 
-def _order(mark: Mark) -> int:
-    """Order of marks in a table: points, lines, bands."""
+def _mark_rank(mark: Mark) -> int:
+    """Rank of a mark in a table: 0 for points, 1 for lines, 2 for bands."""
     return 0 if isinstance(mark, Points) else 2 if isinstance(mark, Band) else 1
 
 
 def csv_of(tables: list[dict[str, Any]]) -> str:
-    """Tables as CSV text, one below the other, with full precision."""
+    """CSV text of tables, one below the other, with full precision."""
     import csv
     import io
 
@@ -96,14 +96,14 @@ def csv_of(tables: list[dict[str, Any]]) -> str:
     return out.getvalue()
 
 
-def _new(panel: Panel, mark: Line | Points | Band) -> dict[str, Any]:
-    """A table with only the column of x values."""
-    rows = [[_plain(v)] for v in mark.x[:MOST]]
+def _table_of_x(panel: Panel, mark: Line | Points | Band) -> dict[str, Any]:
+    """Table (dict with title, head and rows) of only the x values of a mark, at most `MOST` rows."""
+    rows = [[_finite_or_none(v)] for v in mark.x[:MOST]]
     return {"title": panel.title or panel.y.label, "head": [panel.x.label], "rows": rows}
 
 
-def _columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[Any]]]:
-    """Names and values of the columns of a mark."""
+def _named_columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[Any]]]:
+    """List of (name, values) of the columns of a mark, at most `MOST` values each."""
     name = mark.label or panel.y.label
     if isinstance(mark, Band):
         found = [(f"{name}, from", mark.low), (f"{name}, to", mark.high)]
@@ -111,22 +111,22 @@ def _columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[A
         found = [(name.removesuffix(" ± 95 %"), mark.y)]
         if isinstance(mark, Points) and mark.low is not None and mark.high is not None:
             found += [("low (95 %)", mark.low), ("high (95 %)", mark.high)]
-    return [(n, [_plain(v) for v in values[:MOST]]) for n, values in found]
+    return [(n, [_finite_or_none(v) for v in values[:MOST]]) for n, values in found]
 
 
-def _map(panel: Panel, mark: HeatMap) -> dict[str, Any]:
-    """Table of the cells of a heat map."""
+def _map_table(panel: Panel, mark: HeatMap) -> dict[str, Any]:
+    """Table (dict) of the cells of a heat map, at most `MOST` rows."""
     head = [f"{panel.x.label}, from", "to", f"{panel.y.label}, from", "to", mark.label]
     rows = [
-        [*(_plain(v) for v in (mark.x_edges[j], mark.x_edges[j + 1])),
-         *(_plain(v) for v in (mark.y_edges[i], mark.y_edges[i + 1])),
-         _plain(mark.values[i, j])]
+        [*(_finite_or_none(v) for v in (mark.x_edges[j], mark.x_edges[j + 1])),
+         *(_finite_or_none(v) for v in (mark.y_edges[i], mark.y_edges[i + 1])),
+         _finite_or_none(mark.values[i, j])]
         for i, j in np.ndindex(mark.values.shape)
     ]  # fmt: skip
     return {"title": panel.title or "map", "head": head, "rows": rows[:MOST]}
 
 
-def _plain(value: Any) -> float | None:
-    """A number, or None if it is not finite."""
+def _finite_or_none(value: Any) -> float | None:
+    """The value as a float; None if it is not finite."""
     number = float(value)
     return number if math.isfinite(number) else None

@@ -32,7 +32,7 @@ UNITS = ("rad/s", "deg/s", "deg/h", "m/s^2", "mg", "ug")
 def view(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
-    """A view as plotly's data and layout, with the roles of its traces.
+    """Dict of a view: plotly's data and layout, with the roles of its traces.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def view(
 
 
 def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
-    """Adapt the layout of a figure to the page."""
+    """Change plotly's `layout` for the page: titles, legend, margins, colors."""
     for key, axis in layout.items():
         if key.startswith("xaxis") and axis["domain"][0] > 0.0:
             # Leave space for an axis title between two panels.
@@ -124,7 +124,7 @@ def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
 
 
 def _units(unit: str) -> list[dict[str, Any]]:
-    """Units of the cursor: text, and factor from the unit of the log."""
+    """List of the units of the cursor: dicts with the text and the factor from the unit of the log."""
     kind = parse_unit(unit).kind
     others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
     out = [{"text": unit_text(unit) if unit != "1" else "", "factor": 1.0}]
@@ -137,7 +137,7 @@ def _units(unit: str) -> list[dict[str, Any]]:
 
 
 def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
-    """Mark each trace as effect, limit, model, measured, single ordinates, or residual."""
+    """Set ``meta`` of each trace: effect, limit, model, measured, single (ordinates) or residual."""
     for part in parts(fit):
         for trace in data:
             if trace.get("name") == words(part.label):
@@ -164,7 +164,7 @@ def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
 
 
 def finite(value: Any) -> Any:
-    """The value for JSON: NaN replaced by None, numbers rounded to seven digits."""
+    """The value for JSON: arrays become lists, NaN and ±∞ None; numbers have seven digits."""
     if isinstance(value, dict):
         return {str(k): finite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
