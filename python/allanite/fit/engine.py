@@ -248,8 +248,8 @@ class _ResidualOrdinates:
     def moved(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
         """Residual with other functions removed instead; amplitudes that hardly changed are kept.
 
-        With `is_tried` (an additional effect is only tried), faint functions are removed only at the ordinates of the
-        regression.
+        With `is_tried` (an additional effect is only tried), faint functions, except short events, are removed only at the
+        ordinates of the regression.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
@@ -270,7 +270,9 @@ class _ResidualOrdinates:
                     continue
             is_faint = bool((np.abs(amplitudes) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
             stays_local = is_local or old is None
-            is_local = is_local or (is_tried and is_faint)
+            # A short event has most of its power at higher ordinates.
+            is_short = effect.happens_once and not effect.lasting
+            is_local = is_local or (is_tried and is_faint and not is_short)
             (nearby if is_local else everywhere).append((effect, amplitudes))
             now.append(effect)
             near += [effect] if is_local and stays_local else []
