@@ -40,7 +40,7 @@ MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """Filter that turns white noise into the sum of some terms: σ of the noise, numerator, denominator.
+    """Tuple: filter that turns white noise into the sum of some terms: σ of the noise, numerator, denominator.
 
     The numerator b begins with b0 = 1. The denominator a begins with a1, because a0 = 1 is omitted. The spectrum of the
     terms times |a|² is the spectrum of a moving average; b is its minimum-phase factor.
@@ -69,7 +69,7 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
 
 
 def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
-    """Random-number generators of the compiled core that together simulate an effect: name and parameters of each.
+    """List: random-number generators of the compiled core that together simulate an effect: name and parameters of each.
 
     White noise is changed by the modifiers of the model.
     """
@@ -108,12 +108,12 @@ def _has_density(lag: Exponential) -> bool:
 
 
 def _generator(term: Term) -> tuple[str, list[float]]:
-    """Name and parameters of the generator of the compiled core that simulates one term."""
+    """Pair: name and parameters of the generator of the compiled core that simulates one term."""
     return term.generator or _filter_generator((term,))
 
 
 def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
-    """Name and parameters of the generator that simulates a sum of terms: filtered white noise, second order."""
+    """Pair: name and parameters of the generator that simulates a sum of terms: filtered white noise, second order."""
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
             "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
@@ -374,7 +374,7 @@ class _Running:
         self.state = np.zeros(len(response.poles))
 
     def next(self, samples: Array, _: int) -> Array:
-        """Filtered samples for the next input samples."""
+        """Array: filtered samples for the next input samples."""
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)

@@ -64,7 +64,7 @@ class Averaged:
 
 
 def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> tuple[Averaged, ...]:
-    """Weighted averages, one for each group of columns that measure one axis with several sensors.
+    """Tuple of `Averaged`: weighted averages, one for each group of columns that measure one axis with several sensors.
 
     The names of the columns of a group differ only in the number of the sensor. Every column has a
     fitted N.
@@ -87,7 +87,7 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
 def _average_of(
     recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
 ) -> Averaged | None:
-    """Average of some columns with weights 1/N²; None if an N is 0, the samples are angles, or the record is too short."""
+    """`Averaged` columns with weights 1/N²; None if an N is 0, the samples are angles, or the record is too short."""
     noise = np.array([float(studies[name].fit["N"]) for name in names])
     most = recording.n // MIN_AVERAGES
     if not (noise > 0.0).all() or recording.quantity == "angle" or most < 1:

@@ -147,7 +147,7 @@ class Characterization:
 
     @cached_property
     def averages(self) -> tuple[Averaged, ...]:
-        """Weighted averages, one for each axis that several sensors measured, with the gain in Allan deviation."""
+        """Tuple: weighted averages, one for each axis that several sensors measured, with the gain in Allan deviation."""
         return averaged(self.recordings, self.studies)
 
     @property
@@ -282,7 +282,7 @@ class Characterization:
 
 
 def common_of(studies: Mapping[str, Study]) -> Common:
-    """Model forms, lines, events and noise that several characterized columns share.
+    """`Common`: model forms, lines, events and noise that several characterized columns share.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ class CrossSpectrum:
 
     @property
     def significant(self) -> tuple[CrossBand, ...]:
-        """Significant bands, most coherent first."""
+        """Tuple of `CrossBand`: significant bands, most coherent first."""
         return tuple(sorted((b for b in self.bands if b.significant), key=lambda b: -b.coherence))
 
     def to_dict(self) -> dict[str, Any]:
@@ -120,7 +120,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 
 
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
-    """Fourier transform of the whitened residual of a fit, with its ends set to zero."""
+    """Array: Fourier transform of the whitened residual of a fit, with its ends set to zero."""
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
     # Behind a deep stop band the ends of the transform stand out on every axis, which would look coherent.
@@ -149,7 +149,7 @@ def _cross_band(
     step: float,
     level: float,
 ) -> CrossBand:
-    """Coherence of two whitened transforms in one band."""
+    """`CrossBand` of two whitened transforms in one band: squared coherence, phase, correlation, p-value."""
     a, b = x[slice(*edge)], y[slice(*edge)]
     count = a.size
     size = float(np.sqrt(np.vdot(a, a).real * np.vdot(b, b).real)) or 1.0

@@ -221,7 +221,7 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
-    """Labels of the effects of each model; corresponding effects of different axes have the same label.
+    """List of tuples: labels of the effects of each model; corresponding effects of different axes have the same label.
 
     Several effects of a kind are numbered by their first shape, on the axis that has most of these
     effects. On another axis, each effect gets the label of the effect with the nearest shape.

@@ -98,7 +98,7 @@ class _Occurrence:
 
 
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
-    """Lines whose frequencies agree within their errors on several columns, lowest first.
+    """Tuple of `CommonLine`: lines whose frequencies agree within their errors on several columns, lowest first.
 
     Repetition rates count as lines.
     """
@@ -106,7 +106,7 @@ def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
 
 
 def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
-    """Events at which the bias of several columns changed at one time, within the errors of the times; earliest first."""
+    """List of the events at which the bias of several columns changed at one time, earliest first."""
     return tuple(
         CommonEvent(
             *_weighted_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group)
@@ -118,7 +118,7 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 def _groups(
     fits: Mapping[str, Fit], seen_by: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
-    """Groups of frequencies or times that agree within their errors; each group has at least two columns.
+    """List of lists: groups of frequencies or times that agree within their errors; each group has at least two columns.
 
     `seen_by` returns the frequencies or times of one column.
     """
@@ -192,7 +192,7 @@ def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
 
 
 def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
-    """Mean frequency or time of a group, weighted by the standard errors, and its standard error."""
+    """Pair: mean frequency or time of a group, weighted by the standard errors, and its standard error."""
     weights = np.array([s.error**-2 for s in group])
     mean = float(weights @ [s.value for s in group] / weights.sum())
     return mean, float(weights.sum() ** -0.5)

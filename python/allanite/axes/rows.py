@@ -35,7 +35,7 @@ class Row:
 
 
 def rows(studies: Mapping[str, Study]) -> list[Row]:
-    """Rows of some columns: model, coefficients in data-sheet units with SI below, shapes, discrepancy and verdict."""
+    """List of `Row`: model, coefficients in data-sheet units with SI below, shapes, discrepancy and verdict."""
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
     labels = labels_of([fit.model for fit in fits])
@@ -83,7 +83,7 @@ def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
 
 
 def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
-    """Rows of one parameter, one per unit: first the data-sheet unit with intervals, then further units without them.
+    """List: rows of one parameter, one per unit: first the data-sheet unit with intervals, then further units without them.
 
     A unit that cannot be converted, such as per °C, has a row of its own.
     """

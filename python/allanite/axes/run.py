@@ -145,7 +145,7 @@ def improve_columns(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
-    """One entry per column: its study, or the error that explains why there is none. Two columns are built at a time.
+    """List: one entry per column: its study, or the error that explains why there is none. Two columns are built at a time.
 
     `models` are the initial models of the columns. The other parameters are those of
     `characterize`. The columns share `seconds`; `allanite.improve_columns` gives `seconds` to each

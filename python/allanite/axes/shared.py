@@ -77,7 +77,7 @@ _Pair = tuple[tuple[str, str], "CrossBand"]
 def shared_noise(
     cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
 ) -> tuple[SharedNoise, ...]:
-    """Sources of significant coherent noise, each once: first common lines, then the others from the lowest frequency up.
+    """List of the sources of significant coherent noise: first common lines, then the others by frequency.
 
     Pairs of one octave that share a column are one source. So are neighboring octaves if the
     columns of one octave are among those of the other octave.

@@ -56,12 +56,12 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
 
 
 def _wrapped_lines(text: str, width: int) -> list[str]:
-    """Lines of an indented sentence."""
+    """List of texts: lines of an indented sentence."""
     return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
 
 
 def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
-    """Lines of the table of one sensor, with its legend and sentences."""
+    """List of texts: lines of the table of one sensor, with its legend and sentences."""
     lines = []
     names = list(studies)
     while names:
@@ -80,7 +80,7 @@ def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str
 
 
 def _table_lines(block: Sequence[Row]) -> list[str]:
-    """Lines of a table with aligned columns."""
+    """List of texts: lines of a table with aligned columns."""
     cells = [(row.label, *row.cells) for row in block]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     texts = [GAP.join(map(str.ljust, row, widths)).rstrip() for row in cells]

@@ -18,7 +18,7 @@ NAMES = {ANGULAR_RATE: "gyroscope", ACCELERATION: "accelerometer", FREQUENCY: "c
 
 
 def columns_by_sensor(columns: Iterable[Recording]) -> list[tuple[str, ...]]:
-    """Names of the columns of each sensor, in their order.
+    """List of tuples: names of the columns of each sensor, in their order.
 
     Columns of one kind of unit whose names differ only in the letter of the axis are one sensor. If no name has such a
     letter, all columns of one kind are one sensor.

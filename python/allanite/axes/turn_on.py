@@ -89,7 +89,7 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """Bias at switch-on of each column that another log has too.
+    """Dict: bias at switch-on of each column that another log has too.
 
     Parameters
     ----------
@@ -114,19 +114,19 @@ def turn_on_biases(
 
 
 def column_means(recording: Recording) -> dict[str, float]:
-    """Mean of each logged column, such as the temperature, by the name of the column."""
+    """Dict: mean of each logged column, such as the temperature, by the name of the column."""
     return {name: float(np.nanmean(values)) for name, values in recording.covariates.items()}
 
 
 def _find(log: Sequence[Recording], name: str) -> Recording | None:
-    """Column of a log by its name, or None."""
+    """`Recording`: column of a log by its name, or None."""
     return next((c for one in log for c in one.measured if c.columns[0] == name), None)
 
 
 def turn_on_bias(
     biases: Sequence[float], temperatures: Sequence[Mapping[str, float]], unit: str
 ) -> TurnOn:
-    """Spread of the bias between logs.
+    """`TurnOn`: spread of the bias between logs.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def turn_on_bias(
 def _temperature(
     means: NDArray[np.float64], temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
-    """Logged column that explains most of the means, with its share of the variance, the residual deviation and the slope.
+    """Tuple (name, share of the variance, residual deviation, slope) of the logged column that explains most of the means.
 
     The name is empty and the numbers are 0 if no column explains a significant share, or if there
     are too few logs.

@@ -155,7 +155,7 @@ def twin(
 
 
 def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
-    """Sentences on noise that several axes share and that a simulation lacks; common lines are simulated and not named."""
+    """List of sentences on shared noise that a simulation lacks; common lines are simulated and not named."""
     steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
@@ -167,7 +167,7 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
 
 
 def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
-    """The part of a model that can be simulated, and a sentence on each effect that is omitted.
+    """Pair: part of a model that can be simulated, and a sentence on each effect that is omitted.
 
     Omitted are excluded samples, and effects of logged columns that are not given.
     """
@@ -185,7 +185,7 @@ def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Mod
 
 
 def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
-    """Model whose white noise lacks the variance step²/12 that rounding adds again, and the step.
+    """Pair: model whose white noise lacks the variance step²/12 that rounding adds again, and the step.
 
     The step is None if it is too coarse, or if a filter acted before the rounding, so that less N would change the
     spectrum.
@@ -206,7 +206,7 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 def _as_recorded(
     samples: NDArray[np.float64], known: Mapping[str, Any], step: float | None
 ) -> NDArray[np.float64]:
-    """Samples with the measured mean, rounded to the step and clipped at the ends of the sensor's range."""
+    """Array: samples with the measured mean, rounded to the step and clipped at the ends of the sensor's range."""
     out = samples + float(known.get("mean", 0.0))
     if step is not None:
         # A mean beyond all sensors gives infinite samples, which a recording refuses.

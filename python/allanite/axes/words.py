@@ -35,7 +35,7 @@ def title(found: Characterization) -> str:
 
 
 def in_common(sensor: Sensor) -> list[str]:
-    """Sentences on the common model form, on parameters that agree or differ, and on shared noise."""
+    """List of texts: sentences on the common model form, on parameters that agree or differ, and on shared noise."""
     if len(sensor.columns) < 2:
         return []
     if sensor.form is None:
@@ -54,7 +54,7 @@ def in_common(sensor: Sensor) -> list[str]:
 
 
 def seen_by_several(common: Common) -> list[str]:
-    """Sentences on lines, events and noise that several axes share, each once."""
+    """List of texts: sentences on lines, events and noise that several axes share, each once."""
     of_lines = {one.line: one for one in common.shared if one.line is not None}
     rest = [one for one in common.shared if one.line is None]
     lines = [of_lines.get(line, line) for line in common.lines]
@@ -62,12 +62,12 @@ def seen_by_several(common: Common) -> list[str]:
 
 
 def at_work(found: Characterization) -> list[str]:
-    """Sentences on what the working log adds to the noise of each column."""
+    """List of texts: sentences on what the working log adds to the noise of each column."""
     return [tidy(f"{name}: {'; '.join(w.reasons)}") for name, w in found.working.items()]
 
 
 def turn_on_sentences(found: Characterization) -> list[str]:
-    """Sentences on the bias at switch-on of each column."""
+    """List of texts: sentences on the bias at switch-on of each column."""
     return [tidy(f"{name}: {bias}") for name, bias in found.turn_on.items()]
 
 
@@ -95,7 +95,7 @@ def _over_axes(number: Agreement, sensor: Sensor) -> str:
 
 
 def _difference_text(number: Agreement, sensor: Sensor) -> str:
-    """Clause on a parameter that differs between axes, with its p-value."""
+    """Item ``N (p 0.01)`` or ``N (p 0.01 over gyro_x and gyro_y)`` for a list of parameters that differ between axes."""
     return f"{number.pooled.name} (p {_p_text(number.pooled.p_value)}{_over_axes(number, sensor)})"
 
 
@@ -111,7 +111,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
-    """Remarks below a table: failed columns, warnings of the audit, inadequate models and alternative explanations."""
+    """List of remarks below a table: failed columns, warnings of the audit, inadequate models, alternative explanations."""
     out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
     # A missing unit is no warning, since the column may be a clock's, but it is a remark.

@@ -132,7 +132,7 @@ class Working:
 
     @property
     def reasons(self) -> list[str]:
-        """Sentences on what the working state adds, in ASCII."""
+        """List of texts: sentences on what the working state adds, in ASCII."""
         out = []
         if self.level > 1.0 + MIN_REPORTED_EXCESS:
             half = 0.5 * self.rate
@@ -175,7 +175,7 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """Noise at work of each column that a working log has.
+    """Dict: noise at work of each column that a working log has.
 
     Raises
     ------
@@ -226,7 +226,7 @@ def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) ->
 
 
 def _working_state(fit: Fit, log: Recording) -> Working:
-    """Noise at work of one column."""
+    """`Working`: noise at work of one column."""
     rest = fit.recording
     model = fit.model.steady((0.0, rest.duration))
     white = model.white
@@ -295,7 +295,7 @@ def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
 
 
 def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
-    """Lines of a spectrum, and the density without them: the level of the neighboring frequencies replaces each line.
+    """Pair: lines of a spectrum, and the density without them: the level of the neighboring frequencies replaces each line.
 
     `nu` is the number of degrees of freedom of a density, `rate` the sampling rate in Hz.
     """

@@ -61,7 +61,7 @@ class Form:
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """Effects that make up this form, after one bias step at the start of each run except the first."""
+        """Tuple: effects that make up this form, after one bias step at the start of each run except the first."""
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
             BiasStep(time=start / rate, hold=("time",)) for start in starts
@@ -116,7 +116,7 @@ FORMS = tuple(
 def tried_forms(
     runs: Runs, noise: Model, on_progress: Callable[[int, int], None] | None = None
 ) -> tuple[Tried, ...]:
-    """Fits of all forms with the same noise model; the constant form is first.
+    """Tuple of `Tried`: fits of all forms with the same noise model; the constant form is first.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def fitted(first: Fit, model: Model) -> Fit:
 
 
 def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """The same effects, the last with the value of its lag or hysteresis width that raises the likelihood most.
+    """Tuple: same effects, the last with the value of its lag or hysteresis width that raises the likelihood most.
 
     `plain` is the fit of the same polynomial without lag and hysteresis. The noise of `plain` weights the samples.
     """
@@ -182,7 +182,7 @@ def chosen(tried: Sequence[Tried]) -> Tried:
 
 
 def law_of(fit: Fit) -> list[Deterministic]:
-    """Effects of a fit that depend on the temperature."""
+    """List of `Deterministic`: effects of a fit that depend on the temperature."""
     return [e for e in fit.model.deterministic if e.follows is not None]
 
 

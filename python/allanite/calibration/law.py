@@ -165,7 +165,7 @@ class AxisLaw:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Lowest and highest temperature of the logs, °C."""
+        """Pair: lowest and highest temperature of the logs, °C."""
         return float(self.curve.temperature[0]), float(self.curve.temperature[-1])
 
     @property
@@ -175,7 +175,7 @@ class AxisLaw:
 
     @property
     def alternatives(self) -> tuple[Form, ...]:
-        """Forms, other than the chosen one, whose evidence is nearly as high as the highest."""
+        """Tuple of `Form`: forms, other than the chosen one, whose evidence is nearly as high as the highest."""
         near = (one.form for one in near_the_best(self.tried))
         return tuple(form for form in near if form != self.form)
 

@@ -37,7 +37,7 @@ MAX_SAMPLES = 1 << 20
 
 
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
-    """Mean bias while cooling minus bias while warming; None if no temperature was passed in both directions.
+    """`Loop`: mean bias while cooling minus bias while warming; None if no temperature was passed in both directions.
 
     The difference is fitted together with a polynomial of the same power, without lag and
     hysteresis. The noise of the fit weights the samples.
@@ -108,7 +108,7 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Bias of each run at the reference temperature, in the unit of the samples."""
+    """Tuple of floats: bias of each run at the reference temperature, in the unit of the samples."""
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.
     mean = 0.0
@@ -121,7 +121,7 @@ def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
 
 
 def remainder(fit: Fit, runs: Runs) -> Remainder:
-    """Allan deviation of the samples before and after correction, at common averaging times.
+    """`Remainder`: Allan deviation of the samples before and after correction, at common averaging times.
 
     Each run is evaluated separately. Their variances are averaged, weighted by their numbers of terms.
     """

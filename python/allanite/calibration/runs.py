@@ -92,13 +92,13 @@ class Runs:
 
     @property
     def parts(self) -> list[slice]:
-        """Slice of the samples of each run."""
+        """List of `slice`: slice of the samples of each run."""
         edges = [0, *self.starts, self.recording.n]
         return [slice(a, b) for a, b in pairwise(edges)]
 
     @property
     def direction(self) -> NDArray[np.float64]:
-        """Direction of the temperature: ½ while it falls, −½ while it rises, between these values near a reversal.
+        """Array: direction of the temperature: ½ while it falls, −½ while it rises, between these values near a reversal.
 
         Shape (n,).
         """
@@ -110,7 +110,7 @@ class Runs:
 
     @property
     def both_ways(self) -> tuple[float, float] | None:
-        """Range of temperatures that were passed both warming and cooling, °C; None if there are none."""
+        """Pair: range of temperatures that were passed both warming and cooling, °C; None if there are none."""
         direction, t = self.direction, self.temperature
         up, down = t[direction <= -0.45], t[direction >= 0.45]
         if not up.size or not down.size:
@@ -147,7 +147,7 @@ def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tu
 
 
 def join(columns: Sequence[Recording], thermometer: str) -> Runs:
-    """One axis of several logs, joined into one record.
+    """`Runs`: one axis of several logs, joined into one record.
 
     Parameters
     ----------

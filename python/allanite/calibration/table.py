@@ -21,7 +21,7 @@ def thermal_table(found: ThermalCalibration) -> str:
 
 
 def _axis(axis: AxisLaw) -> list[str]:
-    """Lines of text about one axis."""
+    """List of texts: lines of text about one axis."""
     unit = printed(axis.unit)
     lines = [axis.headline]
     if axis.alternatives:

@@ -81,7 +81,7 @@ def render(found: ThermalCalibration, target: str) -> str:
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """Sensors of one kind in the order of the log.
+    """List of `_Triad`: sensors of one kind in the order of the log.
 
     Raises `InputError`, which names `consumer`, for more than `most`.
     """
@@ -115,7 +115,7 @@ def _gyroscopes_and_accelerometers(
 
 
 def _notes(axes: Sequence[AxisLaw]) -> list[str]:
-    """Comment lines: form and temperature range of each axis, and what a polynomial cannot represent."""
+    """List of texts: comment lines: form and temperature range of each axis, and what a polynomial cannot represent."""
     notes = []
     for axis in axes:
         low, high = axis.range
@@ -240,7 +240,7 @@ def _c(found: ThermalCalibration) -> str:
 
 
 def _identifiers(found: ThermalCalibration) -> list[str]:
-    """Valid C name for each axis; all names differ."""
+    """List of texts: valid C name for each axis; all names differ."""
     names: list[str] = []
     for axis in found:
         name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"

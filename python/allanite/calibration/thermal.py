@@ -206,7 +206,7 @@ def _joined_with_fits(
     noise: Model,
     report: Callable[[int, int], None] | None,
 ) -> tuple[Runs, tuple[Tried, ...]]:
-    """Joined logs of one axis with this thermometer, and the fits of all forms to averages of these logs."""
+    """Pair: joined logs of one axis with this thermometer, and the fits of all forms to averages of these logs."""
     runs = join(columns, thermometer)
     return runs, tried_forms(runs.averaged(MAX_SEARCH_SAMPLES), noise, report)
 

@@ -93,7 +93,7 @@ class _Commands(click.Group):
             return super().invoke(ctx)
 
     def list_commands(self, _ctx: click.Context) -> list[str]:
-        """Names of all commands, in the order of the help text."""
+        """List of texts: names of all commands, in the order of the help text."""
         return list(COMMANDS)
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:

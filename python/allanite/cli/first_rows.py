@@ -25,7 +25,7 @@ FIRST_ROWS = 100
 
 
 def cells_of(line: str) -> list[str]:
-    """Cells of a row. In rows with semicolons or tabs, a comma is a decimal comma."""
+    """List of texts: cells of a row. In rows with semicolons or tabs, a comma is a decimal comma."""
     line = line.strip("\r\n ")
     mark = next((mark for mark in ";\t," if mark in line), None)
     return [cell.strip() for cell in line.split(mark)]

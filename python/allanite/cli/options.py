@@ -258,7 +258,7 @@ class LogOptions:
 
     @property
     def after_reading(self) -> tuple[str, ...]:
-        """Names of the given options that change the samples after the log was read."""
+        """Tuple of texts: names of the given options that change the samples after the log was read."""
         given = {
             "--trim": self.trim,
             "--decimate": self.decimate,
@@ -315,7 +315,7 @@ def is_points_per_decade(taus: str) -> bool:
 
 
 def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[Recording]:
-    """Read a log with these options and return one recording per column.
+    """Read a log with these options; returns a list of one `Recording` per column.
 
     With `for_fit`, a log that is mostly motion is refused.
 
@@ -334,7 +334,7 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """The columns whose samples take more than one quantization code.
+    """List of `Recording`: columns whose samples take more than one quantization code.
 
     Prints a line for each other column, and raises an error if all are locked.
     """

@@ -118,7 +118,7 @@ class RunFolder:
             self.finished.append(name)
 
     def finish(self, found: Characterization) -> list[str]:
-        """Write the models, figure, report and parameter files of all axes; return the paths of the written files."""
+        """Write the models, figure, report and parameter files of all axes; returns the list of written paths."""
         from allanite.cli.output import dumps
 
         texts = {self.path / MODELS: dumps(found.to_dict()) + "\n"}

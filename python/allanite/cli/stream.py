@@ -66,7 +66,7 @@ class Stream(Record):
 
 
 def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[Stream, Deviation]]:
-    """Read a log once, to its end, and return the overlapping Allan deviation of each column.
+    """Read a log once, to its end; returns a list of (column, overlapping Allan deviation).
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def _with_joined_time(
 
 
 def _open_text(log: str) -> tuple[Table, _Rows]:
-    """Table of the first rows of a log, and a function that yields all rows of given columns in chunks."""
+    """Pair: table of the first rows of a log, and a function that yields all rows of given columns in chunks."""
     from allanite._kernels import TextReader
     from allanite.readers._table import split_header
     from allanite.readers.text import first_rows
@@ -185,7 +185,7 @@ def _open_text(log: str) -> tuple[Table, _Rows]:
 
 
 def _open_npy(log: str) -> tuple[Table, _Rows]:
-    """Table of the first rows of an NPY file, and a function that yields all rows of given columns in chunks.
+    """Pair: table of the first rows of an NPY file, and a function that yields all rows of given columns in chunks.
 
     The file is mapped into memory.
     """
@@ -277,7 +277,7 @@ class _Column:
         self.rows += len(samples)
 
     def result(self, rate: float, audit: tuple[Finding, ...]) -> tuple[Stream, Deviation]:
-        """Description and deviation of the column."""
+        """Pair: description and deviation of the column."""
         self.sums.rate = rate
         stream = Stream(self.log, (self.name,), rate, (self.unit,), self.rows, self.gaps, audit)
         found = self.sums.oadev()

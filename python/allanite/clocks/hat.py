@@ -301,7 +301,7 @@ def _phase(one: Recording) -> Array:
 
 
 def _allan_differences(phase: Array, m: int, rate: float) -> Array:
-    """Differences of adjacent mean frequencies over m samples, for every possible first sample."""
+    """Array: differences of adjacent mean frequencies over m samples, for every possible first sample."""
     return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
 
 
@@ -331,7 +331,7 @@ def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array
 def _intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Lower and upper ends of the 95 % intervals of the deviations, and a mask of the clocks whose noise is detected.
+    """Tuple (low, high, detected): 95 % intervals of the deviations, and a mask of the clocks whose noise is detected.
 
     The covariances have a Wishart distribution. The prior of a variance v is 1/(v + e), where e is the standard error
     of the estimate at v = 0. For a detected clock this prior does not depend on the unit of v; for another clock it

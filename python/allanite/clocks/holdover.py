@@ -45,7 +45,7 @@ class Holdover:
     high: float
 
     def shifted(self, phase: float) -> Holdover:
-        """Prediction with a known phase added, s."""
+        """`Holdover`: prediction with a known phase added, s."""
         return Holdover(
             self.after, self.expected + phase, self.std, self.low + phase, self.high + phase
         )

@@ -37,7 +37,7 @@ SAMPLES_PER_PART = 512
 
 
 def thinned(n: int) -> NDArray[np.int64]:
-    """Ascending indices of the samples to keep from a record of n samples; older samples are kept more sparsely.
+    """Array: ascending indices of the samples to keep from a record of n samples; older samples are kept more sparsely.
 
     These are the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those, and so on.
     The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present
@@ -57,7 +57,7 @@ def thinned(n: int) -> NDArray[np.int64]:
 def clock_noise(
     series: StampedSeries, rate: float, progress: Callable[[int], None] | None = None
 ) -> list[FittedNoise]:
-    """Fits of all tried sums of the five clock noises, highest evidence first.
+    """List of `FittedNoise`: fits of all tried sums of the five clock noises, highest evidence first.
 
     The search starts with the best single noise or pair. Each step adds, removes or replaces the one noise that raises the
     evidence most, until no step raises it.

@@ -524,7 +524,7 @@ class _Fitted:
         return _estimate("frequency", value, float(error[0]), float(freedom[0]), "1")
 
     def temperature(self) -> Estimate | None:
-        """Change of the fractional frequency per unit of temperature; None if no temperature was fitted."""
+        """`Estimate`: change of the fractional frequency per unit of temperature; None if no temperature was fitted."""
         return self._amplitude("temperature", "1")
 
     def drift(self) -> Estimate:

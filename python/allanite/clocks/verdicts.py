@@ -78,7 +78,7 @@ class Verdict:
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
-    """One verdict for each limit of a mask.
+    """List of `Verdict`: one verdict for each limit of a mask.
 
     Parameters
     ----------

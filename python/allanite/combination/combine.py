@@ -297,7 +297,7 @@ def combine(
     mean = np.full(len(fits), 1.0 / len(fits))
 
     def deviation(w: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Allan deviation of the average with the weights w at each averaging time."""
+        """Array: Allan deviation of the average with the weights w at each averaging time."""
         return np.sqrt(np.einsum("i,kij,j->k", w, covariance, w))
 
     return Combination(
@@ -359,13 +359,13 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
 
 
 def _unit_indices(boards: Sequence[Sequence[Recording]]) -> list[range]:
-    """Range of the indices of the units on each board; indices count over all boards."""
+    """List of `range`: range of the indices of the units on each board; indices count over all boards."""
     ends = np.cumsum([0, *map(len, boards)]).tolist()
     return [range(a, b) for a, b in pairwise(ends)]
 
 
 def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
-    """Name of each unit: the column, preceded by the file if there are several boards. Equal names get a number."""
+    """List: name of each unit: the column, preceded by the file if there are several boards. Equal names get a number."""
     names = []
     for column in columns:
         file = re.sub(r".*[/\\]", "", column.path or "")
@@ -376,7 +376,7 @@ def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
 
 
 def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
-    """Averaging times, s, an octave apart.
+    """Array: averaging times, s, an octave apart.
 
     The first is the longest sampling interval. The shortest record has `MIN_AVERAGES` averages at the last.
     """

@@ -71,7 +71,7 @@ def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]
 
 
 def _values(bands: Sequence[CrossBand]) -> list[float]:
-    """Correlation in each octave.
+    """List of floats: correlation in each octave.
 
     An octave without a significant correlation gets the value of the nearest significant octave if this value lies in
     its own interval, else 0. Octaves with few ordinates have wide intervals.

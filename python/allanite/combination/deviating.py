@@ -55,7 +55,7 @@ class DeviatingUnit:
 
 
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:
-    """Units whose power differs significantly from that of the other units, in the order in which they were found.
+    """Tuple: units whose power differs significantly from that of the other units, in the order in which they were found.
 
     The logarithm of the power of each unit is compared with the mean over the other units, in every octave and in every
     range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference
@@ -127,7 +127,7 @@ def _difference(
 def _levels(
     fits: Sequence[Fit],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Edges of octaves, Hz, ln of the power of each unit relative to the first unit's model, and the variance of this ln.
+    """Tuple (edges of octaves in Hz, ln of the power of each unit over the first unit's model, variance of this ln).
 
     The last two have the shape (units, octaves).
     """

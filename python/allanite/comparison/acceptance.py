@@ -120,7 +120,7 @@ class Acceptance:
 
     @property
     def recording(self) -> Recording:
-        """The record that was tested."""
+        """`Recording`: record that was tested."""
         return self.study.recording
 
     @property

@@ -170,7 +170,7 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
 
 
 def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
-    """Interval multiplied by a factor, or None."""
+    """Pair: interval multiplied by a factor, or None."""
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 

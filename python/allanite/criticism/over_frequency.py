@@ -25,7 +25,7 @@ def rows(fit: Fit) -> list[dict[str, Any]]:
 
 
 def worst(fit: Fit) -> tuple[float, float] | None:
-    """Frequency interval, Hz, in which the fit fails most; None if it fails nowhere.
+    """Pair: frequency interval, Hz, in which the fit fails most; None if it fails nowhere.
 
     It is the range of k bins with the largest |Σz|/√k, if this score is at least
     `MIN_INTERVAL_SCORE`.

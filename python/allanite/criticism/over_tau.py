@@ -27,7 +27,7 @@ def rows(curve: Curve) -> list[dict[str, Any]]:
 
 
 def worst(curve: Curve) -> tuple[float, float] | None:
-    """Range of τ, s, in which the fit fails most; None if no point fails.
+    """Pair: range of τ, s, in which the fit fails most; None if no point fails.
 
     It is the range around the largest |z| in which z stays above 2 (or below −2).
     """

@@ -67,7 +67,7 @@ class Where:
         return any(self.worst().values())
 
     def sentences(self) -> list[str]:
-        """One sentence for each view on which the model fails."""
+        """List of texts: one sentence for each view on which the model fails."""
         return [sentence for _, _, sentence in self.places()]
 
     def places(self) -> list[tuple[str, tuple[float, float], str]]:
@@ -139,7 +139,7 @@ def _range_text(low: float, high: float, unit: str) -> str:
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
-    """Residuals of a fit over τ, frequency and time, with the interval in which it fails most on each."""
+    """`Where`: residuals of a fit over τ, frequency and time, with the interval in which it fails most on each."""
     times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),

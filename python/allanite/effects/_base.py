@@ -246,7 +246,7 @@ class Effect(AsModel):
 
     @property
     def held(self) -> frozenset[str]:
-        """Names of parameters that a fit must not change: held by the user, or at a limit."""
+        """Set of texts: names of parameters that a fit must not change: held by the user, or at a limit."""
         return frozenset((*self.hold, *self.at_limit))
 
     def kept(self, name: str) -> str:
@@ -260,7 +260,7 @@ class Effect(AsModel):
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """Names of shape parameters that a fit may change."""
+        """Tuple of texts: names of shape parameters that a fit may change."""
         return tuple(
             p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
         )
@@ -277,7 +277,7 @@ class Effect(AsModel):
 
     @classmethod
     def shown(cls) -> tuple[str, ...]:
-        """Names of the parameters that a legend shows, the most informative first."""
+        """Tuple of texts: names of the parameters that a legend shows, the most informative first."""
         ours = (p.name for p in cls.parameters if p.role in {"coefficient", "shape"})
         return cls.legend or tuple(ours)
 
@@ -297,11 +297,11 @@ class Effect(AsModel):
         return (self,)
 
     def extended(self) -> tuple[Effect, ...]:
-        """Richer forms to try, starting from the fitted values, if a discrepancy remains; by default none."""
+        """Tuple: richer forms to try, starting from the fitted values, if a discrepancy remains; by default none."""
         return ()
 
     def equal_forms(self) -> tuple[Effect, ...]:
-        """Other forms of the effect with the same number of parameters; by default none.
+        """Tuple of `Effect`: other forms of the effect with the same number of parameters; by default none.
 
         A search tries each form, starting from the fitted values.
         """
@@ -343,7 +343,7 @@ class Effect(AsModel):
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
-        """Effects of this kind that single ordinates suggest, to be tried in addition to the grid; by default none.
+        """Tuple: effects of this kind that single ordinates suggest, to be tried in addition to the grid; by default none.
 
         `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the
         model, shape (n,).
@@ -393,7 +393,7 @@ class Effect(AsModel):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """First and last time of a one-time event, s; by default None."""
+        """Pair: first and last time of a one-time event, s; by default None."""
         return None
 
     def with_values(self, **values: Any) -> Self:
@@ -496,7 +496,7 @@ class Stochastic(Effect):
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Narrow components that together can describe any spectrum, for an effect of free form; by default none.
+        """Tuple: narrow components that together can describe any spectrum, for an effect of free form; by default none.
 
         A fit chooses among them for n samples at `rate` Hz, and `joined` builds one effect from the
         chosen ones.

@@ -109,7 +109,7 @@ class Parameter:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Finite lowest and highest admissible value."""
+        """Pair: finite lowest and highest admissible value."""
         return max(self.low, -MAX_NUMBER), min(self.high, MAX_NUMBER)
 
 
@@ -120,7 +120,7 @@ def has_several(cls: type, name: str) -> bool:
 
 @lru_cache(maxsize=256)
 def _annotations_of(cls: type) -> Mapping[str, Any]:
-    """Annotations of a class itself, cached because every parameter of every effect needs them."""
+    """Dict: annotations of a class itself, cached because every parameter of every effect needs them."""
     return get_annotations(cls)
 
 
@@ -158,7 +158,7 @@ _NAMES: dict[type, frozenset[str]] = {}
 
 
 def names_of(cls: Any) -> frozenset[str]:
-    """Field names of a dataclass, cached because every copy needs them."""
+    """Set of texts: field names of a dataclass, cached because every copy needs them."""
     if cls not in _NAMES:
         _NAMES[cls] = frozenset(f.name for f in fields(cls))
     return _NAMES[cls]

@@ -62,7 +62,7 @@ class Away(Event):
 
     @property
     def singly(self) -> tuple[Away, ...]:
-        """Each departure as a separate effect, in order of time."""
+        """Tuple of `Away`: each departure as a separate effect, in order of time."""
         return (self,)
 
     @classmethod

@@ -138,7 +138,7 @@ class Filter(Modifier):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms of white noise after the filter."""
+        """Tuple of `Term`: terms of white noise after the filter."""
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
@@ -161,7 +161,7 @@ def _cached_response(passing: Filter, rate: float) -> Response:
 
 
 def _merged(terms: list[Term]) -> tuple[Term, ...]:
-    """Terms with exponentials of equal poles, white noises, and finite autocovariances each merged into one."""
+    """Tuple: terms with exponentials of equal poles, white noises, and finite autocovariances each merged into one."""
     lags: dict[complex, complex] = {}
     rest: list[Term] = []
     white, finite = 0.0, np.zeros(0)
@@ -185,7 +185,7 @@ def _merged(terms: list[Term]) -> tuple[Term, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
-    """Terms of one term after a filter; cached."""
+    """Tuple of `Term`: terms of one term after a filter; cached."""
     if isinstance(term, Blue):
         term = Lags((2.0 * term.variance, -term.variance))
     if isinstance(term, Lags):
@@ -276,7 +276,7 @@ def _difference_of_white(covariance: Array) -> list[Term]:
 
 
 def _filtered_lags(covariance: Array, response: Response) -> list[Term]:
-    """Terms of a process with finite autocovariance after the filter: exponentials and a finite autocovariance."""
+    """List: terms of a process with finite autocovariance after the filter: exponentials and a finite autocovariance."""
     last = covariance.size - 1
     both = np.concatenate([covariance[:0:-1], covariance])
     out: list[Term] = []

@@ -114,7 +114,7 @@ class Proportional(Follower):
 
 
 def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
-    """Values after a first-order lag, started in equilibrium with the first value.
+    """Array: values after a first-order lag, started in equilibrium with the first value.
 
     `samples` is the time constant in samples; 0 leaves the values unchanged.
     """

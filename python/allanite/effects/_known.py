@@ -58,7 +58,7 @@ class Deterministic(Effect):
         raise NotImplementedError
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
-        """Lowest and highest frequency of the function between two times, Hz.
+        """Pair: lowest and highest frequency of the function between two times, Hz.
 
         `start` and `end` are in s from the first sample. None for functions whose power is in the lowest ordinates
         (`low`), and for `Periodic` functions, which have constant frequencies.
@@ -200,12 +200,12 @@ class Periodic(Deterministic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """The frequency of the first line, as both ends, Hz."""
+        """Pair: frequency of the first line, as both ends, Hz."""
         return None if self.frequency is None else (self.frequency, self.frequency)
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Cache key of the regressors: class, frequency and multiples. Equal keys have equal regressors."""
+        """Tuple: cache key of the regressors: class, frequency and multiples. Equal keys have equal regressors."""
         return type(self), self.frequency, *(m for m, _, _ in self.lines)
 
     def regressors(

@@ -103,7 +103,7 @@ class Level(Modifier):
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times of the level changes, s, and the factors after each change; by default none."""
+        """Pair: times of the level changes, s, and the factors after each change; by default none."""
         return (), ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:

@@ -72,11 +72,11 @@ class Modifier(Effect):
 
     @property
     def band(self) -> tuple[float, float] | None:
-        """Lowest and highest frequency, Hz, of the noise whose power changes over time; by default None."""
+        """Pair: lowest and highest frequency, Hz, of the noise whose power changes over time; by default None."""
         return None
 
     def swells(self, effect: Effect) -> bool:
-        """True if a random process `effect` has its band's center inside the `band` of this modifier."""
+        """True if the `band` of this modifier includes the center of the band of `effect`; False if either has no band."""
         if self.band is None or effect.occupies is None or isinstance(effect, Modifier):
             return False
         return self.band[0] <= 0.5 * sum(effect.occupies) <= self.band[1]
@@ -92,12 +92,12 @@ class Modifier(Effect):
 
     @property
     def whole(self) -> Modifier | None:
-        """The filter that acts on all random processes; by default None: only the white noise is changed."""
+        """`Modifier`: filter that acts on all random processes; by default None: only the white noise is changed."""
         return None
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Times of the samples that the effect excludes or marks, s; by default none."""
+        """Tuple of floats: times of the samples that the effect excludes or marks, s; by default none."""
         return ()
 
     def modify(

@@ -30,12 +30,12 @@ class Moving(Stochastic):
 
     @property
     def stretches(self) -> tuple[Stochastic, ...]:
-        """The process in each segment of the record, in order."""
+        """Tuple of `Stochastic`: process in each segment of the record, in order."""
         raise NotImplementedError
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Center frequency of the band in each segment of the record, in order, Hz."""
+        """Tuple of floats: center frequency of the band in each segment of the record, in order, Hz."""
         raise NotImplementedError
 
     @classmethod

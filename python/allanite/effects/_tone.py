@@ -24,12 +24,12 @@ class Tone(Deterministic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """The frequency at the first sample, as both ends, Hz."""
+        """Pair: frequency at the first sample, as both ends, Hz."""
         f = self.values["frequency"]
         return None if f is None else (f, f)
 
     def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Phase angle of the line at each time without φ, rad."""
+        """Array: phase angle of the line at each time without φ, rad."""
         return np.asarray(2.0 * np.pi * (self.values["frequency"] or 0.0) * time)
 
     def regressors(

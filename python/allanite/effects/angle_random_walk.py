@@ -63,5 +63,5 @@ class AngleRandomWalk(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """White noise with variance 1/τ0 per sample."""
+        """Tuple of `Term`: white noise with variance 1/τ0 per sample."""
         return (White(rate),)

@@ -77,12 +77,12 @@ class BandLevelChange(Modifier):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Start and end of the interval, s."""
+        """Pair: start and end of the interval, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @property
     def band(self) -> tuple[float, float] | None:
-        """Lower and upper end of the band, Hz."""
+        """Pair: lower and upper end of the band, Hz."""
         return None if self.low is None or self.high is None else (self.low, self.high)
 
     def power_between(
@@ -91,12 +91,12 @@ class BandLevelChange(Modifier):
         end: NDArray[np.float64] | float,
         span: tuple[float, float],
     ) -> NDArray[np.float64]:
-        """Mean power of the band in each time segment relative to the mean of the record."""
+        """Array: mean power of the band in each time segment relative to the mean of the record."""
         whole = interval_power(*span, self.when, self.factor)
         return np.asarray(interval_power(start, end, self.when, self.factor) / whole)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of start, end and factor; a band has two independent samples per second and Hz."""
+        """Dict: standard errors of start, end and factor; a band has two independent samples per second and Hz."""
         return interval_errors(
             self.when, self.factor, 2.0 * ((self.high or 0.0) - (self.low or 0.0))
         )

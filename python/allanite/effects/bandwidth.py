@@ -128,22 +128,22 @@ class Bandwidth(Modifier):
 
     @property
     def _orders(self) -> tuple[int, ...]:
-        """Orders of all designs, sorted."""
+        """Tuple of integers: orders of all designs, sorted."""
         return tuple(sorted({o for orders in lowpass.DESIGNS.values() for o in orders}))
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """The cutoff, and the floor if it has a value."""
+        """Tuple of texts: cutoff, and the floor if it has a value."""
         return tuple(n for n in super().free_shapes if n != "floor" or self.floor is not None)
 
     def extended(self) -> tuple[Bandwidth, ...]:
-        """The filter with white noise added after it."""
+        """Tuple of `Bandwidth`: filter with white noise added after it."""
         if self.floor is not None or "floor" in self.held or self.acts_on == "all":
             return ()
         return (self.with_values(floor=START_FLOOR),)
 
     def equal_forms(self) -> tuple[Bandwidth, ...]:
-        """The filter that acts on all random processes instead of the white noise only.
+        """Tuple of `Bandwidth`: filter that acts on all random processes instead of the white noise only.
 
         It has the same design, or the two simplest designs for a design without poles.
         """
@@ -157,7 +157,7 @@ class Bandwidth(Modifier):
         )
 
     def variants(self) -> tuple[Bandwidth, ...]:
-        """Filters of all designs and orders to try that agree with the given values."""
+        """Tuple of `Bandwidth`: filters of all designs and orders to try that agree with the given values."""
         # A given order is tried with every design that has it; otherwise only a few typical designs are tried.
         tried = (
             lowpass.TRIED_DESIGNS
@@ -172,7 +172,7 @@ class Bandwidth(Modifier):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Values to try for a parameter.
+        """Array: values to try for a parameter.
 
         For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate up to the highest cutoff with a visible roll-off. For
         ``floor``: the two ends of its range, relative to N.
@@ -186,7 +186,7 @@ class Bandwidth(Modifier):
         return rate * np.geomspace(low, lowpass.MAX_CUTOFF[design], 24)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Lowest and highest cutoff of a fit; means may be as long as a tenth of the record."""
+        """Pair: lowest and highest cutoff of a fit; means may be as long as a tenth of the record."""
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":
             low = min(
@@ -201,7 +201,7 @@ class Bandwidth(Modifier):
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Bandwidth, ...]:
-        """Moving averages whose length is read from the zeros of the spectrum, from 8 samples to a tenth of the record.
+        """Tuple of moving averages whose length, 8 samples to a tenth of the record, is read from zeros of the spectrum.
 
         ln sin²(πfL) is −Σ 2 cos(2πfkL)/k: the cepstrum of the mean of L samples has −2 at lag L, in noise of variance
         π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
@@ -227,7 +227,7 @@ class Bandwidth(Modifier):
 
     @property
     def whole(self) -> LowPass | None:
-        """The filter if it acts on all random processes, else None."""
+        """`LowPass`: filter if it acts on all random processes, else None."""
         return LowPass(*self._design_values(1.0)) if self.acts_on == "all" else None
 
     def modify(

@@ -67,11 +67,11 @@ class BiasStep(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Time of the jump, as both ends, s."""
+        """Pair: time of the jump, as both ends, s."""
         return None if self.time is None else (self.time, self.time)
 
     def extended(self) -> tuple[Event, ...]:
-        """The richer form of a step: a transient, which jumps at the time of the step and then decays back.
+        """Tuple of `Event`: richer form of a step: a transient, which jumps at the time of the step and then decays back.
 
         Empty if the time of the step is not known.
         """
@@ -98,7 +98,7 @@ class BiasStep(Event):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """About a thousand times over the record."""
+        """Array: about a thousand times over the record."""
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
@@ -181,7 +181,7 @@ def best_transition(
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
-    """The transition with the largest ½z² between two of 512 times, and the angle by which one kink turns its direction.
+    """Pair: transition with the largest ½z² between two of 512 times, and the angle by which one kink turns its direction.
 
     For the angle, see `Deterministic.best_spans`.
     """

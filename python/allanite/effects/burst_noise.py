@@ -73,7 +73,7 @@ class BurstNoise(Stochastic):
         return cls(amplitude=other.sigma, dwell_time=2.0 * (other.correlation_time or 0.0))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """One exponential with variance 1."""
+        """Tuple of `Term`: one exponential with variance 1."""
         return (Exponential(1.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0))))),)
 
     def generator(self, rate: float) -> tuple[str, list[float]]:

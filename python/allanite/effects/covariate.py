@@ -85,7 +85,7 @@ class Covariate(Follower):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Linear, quadratic and cubic forms for each column."""
+        """Tuple of effects: linear, quadratic and cubic forms for each column."""
         plain = super().candidates(model, columns)
         forms: tuple[dict[str, float], ...] = (
             {},
@@ -95,7 +95,7 @@ class Covariate(Follower):
         return tuple(e.with_values(**form) for e in plain for form in forms)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """No lag, and lags up to 1/10 of the record."""
+        """Array: no lag, and lags up to 1/10 of the record."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
     def regressors(
@@ -108,7 +108,7 @@ class Covariate(Follower):
         return np.column_stack([x - x.mean() if i else x for i, x in enumerate(powers)])
 
     def _fitted(self) -> tuple[str, ...]:
-        """Names of the coefficients in the model."""
+        """Tuple of texts: names of the coefficients in the model."""
         return tuple(n for n in _POWERS if n == "coefficient" or self.values[n] is not None)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:

@@ -63,7 +63,7 @@ class Disturbance(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One disturbance without values, for every model, even without white noise or with other disturbances."""
+        """Tuple: one disturbance without values, for every model, even without white noise or with other disturbances."""
         return (cls(),)
 
     @classmethod
@@ -73,12 +73,12 @@ class Disturbance(Modifier):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Start and end of the segment, s."""
+        """Pair: start and end of the segment, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Start and end of the segment, s, as moments; empty without values."""
+        """Tuple of floats: start and end of the segment, s, as moments; empty without values."""
         return self.when or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:

@@ -91,19 +91,19 @@ class DriftingResonance(Moving):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """No candidates: a check tests for each resonance of a model whether it moves."""
+        """Tuple of effects: no candidates: a check tests for each resonance of a model whether it moves."""
         return ()
 
     @property
     def stretches(self) -> tuple[Resonance, ...]:
-        """The resonance in each segment of the record."""
+        """Tuple of `Resonance`: resonance in each segment of the record."""
         return tuple(
             Resonance(frequency=f, damping=self.damping, rms=self.rms) for f in self.course or ()
         )
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Center frequency in each segment of the record, Hz."""
+        """Tuple of floats: center frequency in each segment of the record, Hz."""
         return self.course or ()
 
     @property
@@ -122,12 +122,12 @@ class DriftingResonance(Moving):
         return len(self.course or ()) + 2
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Grid of dampings from a narrow line to a broad band."""
+        """Array: grid of dampings from a narrow line to a broad band."""
         return np.array([1e-3, 3e-3, 0.01, 0.03, 0.1, 0.35])
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Range from a half-width below the lowest to a half-width above the highest frequency, Hz."""
+        """Pair: range from a half-width below the lowest to a half-width above the highest frequency, Hz."""
         if not self.course or self.damping is None:
             return None
         return min(self.course) * (1.0 - self.damping), max(self.course) * (1.0 + self.damping)

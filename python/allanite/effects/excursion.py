@@ -60,7 +60,7 @@ class Excursion(Away):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Start and end, s."""
+        """Pair: start and end, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @classmethod
@@ -71,7 +71,7 @@ class Excursion(Away):
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """About a thousand times over the record; starts before a known end, ends after a known start."""
+        """Array: about a thousand times over the record; starts before a known end, ends after a known start."""
         whole = n / rate
         times = np.linspace(0.0, whole, 1026)[1:-1]
         if name == "start" and self.end is not None:

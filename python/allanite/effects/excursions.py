@@ -88,12 +88,12 @@ class Excursions(Away):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """No candidates: excursions are searched one by one and combined afterwards."""
+        """Tuple of effects: no candidates: excursions are searched one by one and combined afterwards."""
         return ()
 
     @property
     def singly(self) -> tuple[Excursion, ...]:
-        """Each excursion as a separate effect."""
+        """Tuple of `Excursion`: each excursion as a separate effect."""
         lists = (self.starts or (), self.ends or (), self.heights or ())
         return tuple(Excursion(start=a, end=b, height=h) for a, b, h in zip(*lists, strict=True))
 
@@ -122,7 +122,7 @@ class Excursions(Away):
 
     @property
     def count(self) -> float:
-        """Number of excursions."""
+        """Number of excursions, as a float; 0.0 without `starts`."""
         return float(len(self.starts or ()))
 
     @property
@@ -137,7 +137,7 @@ class Excursions(Away):
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Cache key: class and times."""
+        """Tuple: cache key: class and times."""
         return type(self), self.starts, self.ends
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
@@ -170,6 +170,6 @@ class Excursions(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """Cosine transforms of all excursions of the first point, then of the second, and so on."""
+        """Array: cosine transforms of all excursions of the first point, then of the second, and so on."""
         alone = [one for point in points for one in point.singly]
         return Excursion.regressor_ordinates(alone, j, n, rate, start)

@@ -86,6 +86,6 @@ class GaussMarkov(Stochastic):
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """One exponential with variance T/2."""
+        """Tuple of `Term`: one exponential with variance T/2."""
         time = self.correlation_time or 1.0
         return (Exponential(time / 2.0, float(np.exp(-1.0 / (rate * time)))),)

@@ -74,11 +74,11 @@ class HighPass(Filter):
             raise InputError(f"high_pass: order {self.order:g} (known: 1, 2)")
 
     def variants(self) -> tuple[HighPass, ...]:
-        """Filters of both orders, or of the given order."""
+        """Tuple of `HighPass`: filters of both orders, or of the given order."""
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Cutoffs, eight per decade, from 4/T to a quarter of the rate."""
+        """Array: cutoffs, eight per decade, from 4/T to a quarter of the rate."""
         low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 

@@ -75,7 +75,7 @@ class Hysteresis(Proportional):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One effect for each column, with the range of plays that the column can show."""
+        """Tuple of effects: one effect for each column, with the range of plays that the column can show."""
         out = []
         for effect in super().candidates(model, columns):
             low, high = np.quantile(columns[str(effect.column)], (0.01, 0.99))
@@ -85,7 +85,7 @@ class Hysteresis(Proportional):
         return tuple(out)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Half plays from 1/16 to 1/2.2 of the column's range, 8 per decade; six decades if the range is unknown.
+        """Array: half plays from 1/16 to 1/2.2 of the column's range, 8 per decade; six decades if the range is unknown.
 
         A smaller play is not visible.
         """

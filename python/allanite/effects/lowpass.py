@@ -74,7 +74,7 @@ TAPS_PER_SAMPLE = 4
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Terms of filtered white noise with density 1 at frequency zero."""
+    """Tuple of `Term`: terms of filtered white noise with density 1 at frequency zero."""
     if design in {"moving_average", "fir"}:
         if design == "moving_average" and order == 1:
             length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
@@ -118,7 +118,7 @@ def response(design: str, order: int, cutoff: float) -> Response:
 
 
 def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
-    """Poles and zeros of a recursive design at a cutoff in cycles per sample."""
+    """Pair: poles and zeros of a recursive design at a cutoff in cycles per sample."""
     if design == "sampled":
         poles = np.exp(2.0 * np.pi * cutoff * _butterworth(order))
         return poles, _sampled_zeros(order, cutoff, poles)
@@ -213,7 +213,7 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
 
 
 def _sections(poles: Poles, zeros: Poles) -> list[float]:
-    """Coefficients b0, b1, b2, a1, a2 of second-order sections in series, each with gain 1 at frequency zero."""
+    """List: coefficients b0, b1, b2, a1, a2 of second-order sections in series, each with gain 1 at frequency zero."""
     upper = [p for p in poles if p.imag > 0.0]
     real = [p for p in poles if p.imag == 0.0]
     pairs = [(p, p.conjugate()) for p in upper]

@@ -124,22 +124,22 @@ class Model(AsModel):
 
     @cached_property
     def stochastic(self) -> tuple[Stochastic, ...]:
-        """The random processes of the sum."""
+        """Tuple of `Stochastic`: random processes of the sum."""
         return tuple(e for e in self.effects if isinstance(e, Stochastic))
 
     @cached_property
     def deterministic(self) -> tuple[Deterministic, ...]:
-        """The known functions of the sum."""
+        """Tuple of `Deterministic`: known functions of the sum."""
         return tuple(e for e in self.effects if isinstance(e, Deterministic))
 
     @cached_property
     def modifiers(self) -> tuple[Modifier, ...]:
-        """The modifiers of the sum: level changes, filters, excluded samples."""
+        """Tuple of `Modifier`: modifiers of the sum: level changes, filters, excluded samples."""
         return tuple(e for e in self.effects if isinstance(e, Modifier))
 
     @cached_property
     def filters(self) -> tuple[Filter, ...]:
-        """The filters that act on all random processes."""
+        """Tuple of `Filter`: filters that act on all random processes."""
         return tuple(f for e in self.modifiers if isinstance(f := e.whole, Filter))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_] | None:
@@ -149,12 +149,12 @@ class Model(AsModel):
 
     @cached_property
     def white(self) -> Stochastic | None:
-        """The white-noise process, whose level modifiers change; None if the model has none."""
+        """`Stochastic`: white-noise process, whose level modifiers change; None if the model has none."""
         return next((e for e in self.stochastic if e.white), None)
 
     @property
     def levels(self) -> tuple[Modifier, ...]:
-        """The effects that change the level of the white noise over time."""
+        """Tuple of `Modifier`: effects that change the level of the white noise over time."""
         return tuple(e for e in self.modifiers if e.passing and e.band is None)
 
     def mean_level(self, span: tuple[float, float]) -> float:

@@ -90,7 +90,7 @@ class ModulatedVibration(Resonance):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Grids of a resonance; six modulation rates; one depth."""
+        """Array: grids of a resonance; six modulation rates; one depth."""
         if name == "depth":
             return np.array([0.5])
         if name == "modulation":
@@ -99,14 +99,14 @@ class ModulatedVibration(Resonance):
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Bands of the carrier and of the two equally wide sidebands, Hz."""
+        """Tuple of pairs: bands of the carrier and of the two equally wide sidebands, Hz."""
         if self.occupies is None or self.modulation is None:
             return super().peaks
         low, high = self.occupies
         return tuple((low + s, high + s) for s in (0.0, -self.modulation, self.modulation))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Complex exponentials of three equally wide resonances with total variance 1."""
+        """Tuple of `Term`: complex exponentials of three equally wide resonances with total variance 1."""
         part = 0.25 * (self.depth or 0.0) ** 2
         shares = [one / (1.0 + 2.0 * part) for one in (1.0, part, part)]
         if self.occupies is None or self.modulation is None:

@@ -57,7 +57,7 @@ class NoiseLevelChange(Level):
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times, s, of start and end, and the factors after each."""
+        """Pair: times, s, of start and end, and the factors after each."""
         return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
@@ -66,7 +66,7 @@ class NoiseLevelChange(Level):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Start and end of the interval, s."""
+        """Pair: start and end of the interval, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def gain(
@@ -87,5 +87,5 @@ class NoiseLevelChange(Level):
         return interval_power(start, end, self.when, self.factor)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of start, end and factor, for white noise."""
+        """Dict: standard errors of start, end and factor, for white noise."""
         return interval_errors(self.when, self.factor, rate)

@@ -86,7 +86,7 @@ class NoiseLevels(Level):
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times of the level changes, s, and the factors after each."""
+        """Pair: times of the level changes, s, and the factors after each."""
         return self.times or (), self.factors or ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
@@ -128,7 +128,7 @@ class NoiseLevels(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Mean squared factor of each time segment."""
+        """Array: mean squared factor of each time segment."""
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         total = np.ones(low.shape) * (high - low)
         for (since, until), factor in zip(

@@ -76,7 +76,7 @@ class NoiseOfColumn(Level):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One effect for each non-constant column that the noise does not follow yet."""
+        """Tuple of effects: one effect for each non-constant column that the noise does not follow yet."""
         used = {e.follows for e in model if e.kind == cls.kind}
         return tuple(
             cls(column=name)
@@ -104,7 +104,7 @@ class NoiseOfColumn(Level):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """White noise with unchanged variance, since N is the rms level of the record."""
+        """Tuple of `Term`: white noise with unchanged variance, since N is the rms level of the record."""
         return (White(white),)
 
     def gain(
@@ -126,5 +126,5 @@ class NoiseOfColumn(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Squared gain at the mean column value of each time segment."""
+        """Array: squared gain at the mean column value of each time segment."""
         return self.gain(np.asarray(start, dtype=float), columns) ** 2

@@ -85,7 +85,7 @@ class Notch(Filter):
     rivals: ClassVar[tuple[str, ...]] = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Frequencies 10 % apart from 1/200 of the rate, or 100/T, to Nyquist; three qualities; two depths."""
+        """Array: frequencies 10 % apart from 1/200 of the rate, or 100/T, to Nyquist; three qualities; two depths."""
         if name != "frequency":
             return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)
         low, high = max(100.0 / n, 0.005) * rate, 0.48 * rate
@@ -94,7 +94,7 @@ class Notch(Filter):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """The −3 dB band of the notch, Hz."""
+        """Pair: −3 dB band of the notch, Hz."""
         if self.frequency is None or self.quality is None:
             return None
         half = 0.5 * self.frequency / self.quality
@@ -129,7 +129,7 @@ class Notch(Filter):
 
 
 def _roots(b: float, c: float) -> tuple[complex, complex]:
-    """Roots of z² + bz + c."""
+    """Pair: roots of z² + bz + c."""
     apart = 0.25 * b * b - c
     if apart < 0.0:
         root = (-apart) ** 0.5

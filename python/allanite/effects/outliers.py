@@ -66,7 +66,7 @@ class Outliers(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One effect without values for every model without outliers, even without white noise."""
+        """Tuple of effects: one effect without values for every model without outliers, even without white noise."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     @classmethod
@@ -76,7 +76,7 @@ class Outliers(Modifier):
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Times of the outliers, s."""
+        """Tuple of floats: times of the outliers, s."""
         return self.times or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:

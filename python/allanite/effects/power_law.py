@@ -63,10 +63,10 @@ class PowerLaw(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "rate_random_walk", "gauss_markov")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Grid of exponents between the standard ones."""
+        """Array: grid of exponents between the standard ones."""
         return np.array([-2.6, -2.3, -1.7, -1.4, -1.2, -0.8, -0.6, -0.4, 0.4, 0.7])
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """A power law with level² rate^{a+1} per sample."""
+        """Tuple of `Term`: a power law with level² rate^{a+1} per sample."""
         a = round(self.exponent if self.exponent is not None else -1.0, 6)
         return (PowerLawTerm(a, rate ** (a + 1.0)),)

@@ -66,7 +66,7 @@ class RateOfChange(Proportional):
     refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Lags from 1/1000 to 1/20 of the record; with a longer lag the effect resembles the column itself."""
+        """Array: lags from 1/1000 to 1/20 of the record; with a longer lag the effect resembles the column itself."""
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
     def regressors(

@@ -88,7 +88,7 @@ class RateRamp(Deterministic):
         return np.tile(odd, (len(points), 1))
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Allan variance R²τ²/2 at each averaging time, U²."""
+        """Array: Allan variance R²τ²/2 at each averaging time, U²."""
         return np.asarray((self.R or 0.0) ** 2 * (m / rate) ** 2 / 2.0)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:

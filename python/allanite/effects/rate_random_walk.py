@@ -64,5 +64,5 @@ class RateRandomWalk(Stochastic):
     )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """A random walk with steps of variance τ0 per sample."""
+        """Tuple of `Term`: a random walk with steps of variance τ0 per sample."""
         return (RandomWalk(1.0 / rate),)

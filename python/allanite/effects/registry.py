@@ -163,11 +163,11 @@ def register(effect: E) -> E:
 
 
 def standard() -> dict[str, type[Effect]]:
-    """The five effects of IEEE 952-1997 by the names of their coefficients: Q, N, B, K, R."""
+    """Dict: five effects of IEEE 952-1997 by the names of their coefficients: Q, N, B, K, R."""
     return {e.standard.name: e for e in CATALOGUE if e.standard is not None}
 
 
 def white_noise(coefficient: float | None = None) -> Stochastic:
-    """The white-noise effect with this coefficient; None is a coefficient to be fitted."""
+    """`Stochastic`: white-noise effect with this coefficient; None is a coefficient to be fitted."""
     cls = next(e for e in CATALOGUE if issubclass(e, Stochastic) and e.white)
     return cls().with_values(**{cls.coefficient: coefficient})

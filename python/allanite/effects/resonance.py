@@ -81,7 +81,7 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Grid of dampings, or of frequencies from 20/T to Nyquist.
+        """Array: grid of dampings, or of frequencies from 20/T to Nyquist.
 
         Frequencies are 10 % apart, or closer for a small known damping, so that no peak is missed. Dampings run from the
         width of a bin to a broad band. A fit extends the grid by a factor of 2, up to the limit of ζ.
@@ -94,7 +94,7 @@ class Resonance(Stochastic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """The band within one half-width ζf of the frequency, which contains half of the power, Hz."""
+        """Pair: band within one half-width ζf of the frequency, which contains half of the power, Hz."""
         if self.frequency is None or self.damping is None:
             return None
         half = self.damping * self.frequency
@@ -113,7 +113,7 @@ class Resonance(Stochastic):
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """One complex exponential with variance 1."""
+        """Tuple of `Term`: one complex exponential with variance 1."""
         return oscillations([self.frequency or 1.0], self.damping or 0.1, rate)
 
 

@@ -56,7 +56,7 @@ class _Reader:
         return None
 
     def name(self, what: str) -> tuple[str, int]:
-        """The next name, consumed, and its position."""
+        """Pair: next name, consumed, and its position."""
         self.skip()
         match = _TOKEN.match(self.text, self.at)
         if match is None or match["name"] is None:

@@ -45,12 +45,12 @@ class Term:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Parameters in the order that the compiled core expects."""
+        """Tuple of floats: parameters in the order that the compiled core expects."""
         raise NotImplementedError
 
     @property
     def kernel(self) -> tuple[str, list[float]]:
-        """Name and parameters for the compiled core."""
+        """Pair: name and parameters for the compiled core."""
         return self.name, list(self.numbers)
 
     @property
@@ -80,7 +80,7 @@ class Term:
         raise NotImplementedError
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Name and parameters with which the compiled core computes variances of ordinates of n samples."""
+        """Pair: name and parameters with which the compiled core computes variances of ordinates of n samples."""
         return self.kernel
 
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
@@ -97,7 +97,7 @@ class Term:
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Name and parameters of the generator in the compiled core; None if the term needs its own filter."""
+        """Pair: name and parameters of the generator in the compiled core; None if the term needs its own filter."""
         raise NotImplementedError
 
 
@@ -109,7 +109,7 @@ class _Sized(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The variance."""
+        """Tuple of floats: variance."""
         return (self.variance,)
 
     def scaled(self, factor: float) -> Self:
@@ -118,7 +118,7 @@ class _Sized(Term):
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Name, standard deviation and further parameters of the generator."""
+        """Pair: name, standard deviation and further parameters of the generator."""
         return self.name, [float(np.sqrt(self.variance)), *self.numbers[1:]]
 
 
@@ -170,7 +170,7 @@ class Blue(_Sized):
 
     @property
     def inside(self) -> Blue:
-        """The term without the leakage of the ends."""
+        """`Blue`: term without the leakage of the ends."""
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
@@ -228,7 +228,7 @@ class Flicker(_Sized):
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Name, variance, and corrections for leakage of the ends."""
+        """Pair: name, variance, and corrections for leakage of the ends."""
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
@@ -317,7 +317,7 @@ class Exponential(Term):
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Name and parameters of a Gauss-Markov generator; None for oscillations or negative variance."""
+        """Pair: name and parameters of a Gauss-Markov generator; None for oscillations or negative variance."""
         a_real, _, phi_real, phi_imag = self.numbers
         if phi_imag != 0.0 or a_real < 0.0:
             return None

@@ -70,7 +70,7 @@ class ToneBurst(Tone):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Start and end, s."""
+        """Pair: start and end, s."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
@@ -81,7 +81,7 @@ class ToneBurst(Tone):
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
-        """Frequency range that contains nearly all power of the burst, Hz."""
+        """Pair: frequency range that contains nearly all power of the burst, Hz."""
         f, when = self.frequency or 0.0, self.when or (start, end)
         lobe_half_width = LOBE_HALF_WIDTH / max(when[1] - when[0], 1e-12)
         return max(0.0, f - lobe_half_width), f + lobe_half_width

@@ -65,7 +65,7 @@ class Transient(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Time of the jump, and three time constants later, s."""
+        """Pair: time of the jump, and three time constants later, s."""
         if self.time is None or self.time_constant is None:
             return None
         return self.time, self.time + 3.0 * self.time_constant
@@ -78,7 +78,7 @@ class Transient(Event):
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """About a thousand times over the record; time constants from 1/500 to 1/4 of it."""
+        """Array: about a thousand times over the record; time constants from 1/500 to 1/4 of it."""
         if name == "time":
             return np.linspace(0.0, n / rate, 1026)[1:-1]
         return np.geomspace(n / 500.0, n / 4.0, 15) / rate

@@ -66,7 +66,7 @@ class Transition(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Begin and end, s."""
+        """Pair: begin and end, s."""
         return None if self.begin is None or self.end is None else (self.begin, self.end)
 
     @classmethod
@@ -77,7 +77,7 @@ class Transition(Event):
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """About a thousand times over the record; begins before a known end, ends after a known begin."""
+        """Array: about a thousand times over the record; begins before a known end, ends after a known begin."""
         times = np.linspace(0.0, n / rate, 1026)[1:-1]
         if name == "begin" and self.end is not None:
             times = times[times < self.end]
@@ -86,7 +86,7 @@ class Transition(Event):
         return times if times.size > 1 else np.array([0.0, n / rate])
 
     def _edges(self) -> tuple[float, float]:
-        """Begin and end, s; a missing end equals the begin."""
+        """Pair: begin and end, s; a missing end equals the begin."""
         begin = self.begin or 0.0
         return begin, max(begin if self.end is None else self.end, begin)
 

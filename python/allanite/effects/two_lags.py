@@ -67,7 +67,7 @@ class TwoLags(Follower):
     refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Short lags from 0 to 1/100 of the record, long lags from 1/80 to 1/5 of it."""
+        """Array: short lags from 0 to 1/100 of the record, long lags from 1/80 to 1/5 of it."""
         if name == "fast_lag":
             return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate
         return np.geomspace(n / 80.0, n / 5.0, 6) / rate

@@ -99,7 +99,7 @@ class Unexplained(Stochastic):
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """A complex exponential for each band, with total variance 1."""
+        """Tuple of `Term`: a complex exponential for each band, with total variance 1."""
         bands = self.bands or (1.0, 1.0)
         root = float(np.sqrt(1.0 - BAND_DAMPING**2))
         total = sum(bands[1::2])

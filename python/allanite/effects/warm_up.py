@@ -74,7 +74,7 @@ class WarmUp(Deterministic):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One warm-up without values; none if the model already has one."""
+        """Tuple of effects: one warm-up without values; none if the model already has one."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

@@ -127,14 +127,14 @@ def export(
 
 
 def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list[Axis]:
-    """The axes with the given names; all axes for None or an empty sequence."""
+    """List of `Axis`: axes with the given names; all axes for None or an empty sequence."""
     names = [column] if isinstance(column, str) else column or []
     known = [axis.name for axis in axes]
     return [axes[find_column(name, known)] for name in names] or list(axes)
 
 
 def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
-    """The axes grouped by IMU. Columns whose names differ only in the letter of the axis are one sensor.
+    """List of lists: axes grouped by IMU. Columns whose names differ only in the letter of the axis are one sensor.
 
     If there are as many gyroscopes as accelerometers, the first gyroscope belongs to the first accelerometer, and so on.
     """

@@ -132,7 +132,7 @@ class Axis:
 
     @property
     def taus(self) -> NDArray[np.float64]:
-        """Averaging times up to the horizon, s, eight per decade."""
+        """Array: averaging times up to the horizon, s, eight per decade."""
         low, high = 1.0 / self.sampling, max(self.horizon, 10.0 / self.sampling)
         m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
         return np.unique(np.round(m)) / self.sampling
@@ -147,7 +147,7 @@ class Axis:
 
     @property
     def loudest(self) -> tuple[float, float] | None:
-        """Start and end in s of the segment with the loudest white noise; None if the level is constant."""
+        """Pair: start and end in s of the segment with the loudest white noise; None if the level is constant."""
         return _loudest_span(self.limits, self.span) if self.limits.levels else None
 
     @property
@@ -162,14 +162,14 @@ class Axis:
 
     @property
     def broad(self) -> Model:
-        """The random processes without narrow bands; all random processes if there are only narrow bands."""
+        """`Model`: random processes without narrow bands; all random processes if there are only narrow bands."""
         whole = self.expected_steady
         wide = [e for e in whole.stochastic if e.occupies is None]
         return Model((*(wide or whole.stochastic), *whole.modifiers))
 
     @property
     def slow(self) -> Model:
-        """The random processes without narrow bands and without noise that averages out faster than white noise."""
+        """`Model`: random processes without narrow bands and without noise that averages out faster than white noise."""
         broad = self.broad
         kept = [e for e in broad.stochastic if e.occupies is None and not self._averages_out(e)]
         return Model((*kept, *broad.modifiers)) if kept else Model(())
@@ -205,7 +205,7 @@ class Axis:
 
 
 def _loudest_span(model: Model, span: tuple[float, float]) -> tuple[float, float]:
-    """Start and end of the segment in which the mean level of the white noise is largest, s."""
+    """Pair: start and end of the segment in which the mean level of the white noise is largest, s."""
     count = int(np.clip((span[1] - span[0]) / LEVEL_SEGMENT, 1, MAX_LEVEL_SEGMENTS))
     edges = np.linspace(*span, count + 1)
     segments = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
@@ -225,7 +225,7 @@ def axes_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[Axis]:
-    """Axes of a model, a result, a file or a model string, or of a sequence of them.
+    """List of `Axis`: axes of a model, a result, a file or a model string, or of a sequence of them.
 
     Parameters
     ----------
@@ -320,12 +320,12 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
 
 
 def _sentences(lines: Iterable[object]) -> tuple[str, ...]:
-    """The sentences of a document, converted to text that is safe in every file format."""
+    """Tuple of texts: sentences of a document, converted to text that is safe in every file format."""
     return tuple(plain(line, MAX_SENTENCE_LENGTH) for line in lines)
 
 
 def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
-    """The effect with its expected size, and the effect at its upper limit; both unchanged without an interval."""
+    """Pair: effect with its expected size, and the effect at its upper limit; both unchanged without an interval."""
     if not isinstance(effect, Stochastic):
         return effect, effect
     given = (entry.get("parameters") or {}).get(effect.coefficient) or {}
@@ -360,7 +360,7 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
 
 
 def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """The fitted effect, followed by its forms with all combinations of the interval ends of its shape parameters."""
+    """List: fitted effect, followed by its forms with all combinations of the interval ends of its shape parameters."""
     found = [effect]
     for name in effect.free_shapes:
         interval = (given.get(name) or {}).get("interval") or [None, None]
@@ -370,7 +370,7 @@ def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
 
 
 def _correlations(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
-    """Correlation of two fitted parameters by their names; empty if a document has none, or damaged ones."""
+    """Dict: correlation of two fitted parameters by their names; empty if a document has none, or damaged ones."""
     found = document.get("correlations")
     if not isinstance(found, dict):
         return {}
@@ -397,7 +397,7 @@ def _joint_forms(
     given: Mapping[str, Any],
     correlations: Mapping[tuple[str, str], float],
 ) -> list[Effect]:
-    """The effect on the border of the joint 95 % region of its coefficient and shapes.
+    """List of `Effect`: effect on the border of the joint 95 % region of its coefficient and shapes.
 
     The level of a process at one frequency is known better than its coefficient and shapes apart, whose errors
     compensate. In the linear approximation the largest levels within the region are above the true curve at all
@@ -447,7 +447,7 @@ class _HalfWidths:
 
 
 def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
-    """Distances from a fitted value to the ends of its interval.
+    """`_HalfWidths`: distances from a fitted value to the ends of its interval.
 
     None if the parameter was not detected, its interval is open or does not contain the value, or a
     positive parameter has an interval that reaches 0.
@@ -488,7 +488,7 @@ def _directions(size: int) -> NDArray[np.float64]:
 
 
 def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """For each random process, the models to try: each of its forms combined with each form of the filters."""
+    """Tuple: for each random process, the models to try: each of its forms combined with each form of the filters."""
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
     return tuple(
@@ -552,7 +552,7 @@ def _times(value: Estimate, factor: float) -> Estimate:
 
 
 def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
-    """Gyroscope axes and accelerometer axes; raises an error for any other sensor."""
+    """Pair: gyroscope axes and accelerometer axes; raises an error for any other sensor."""
     axes = list(axes)
     for axis in axes:
         if axis.kind not in (ANGULAR_RATE, ACCELERATION):

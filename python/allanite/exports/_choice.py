@@ -23,7 +23,7 @@ LIMIT = "not detected, this is the 95 % upper limit"
 
 
 def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> Choice:
-    """The numbers N and K to be written for an axis.
+    """`Choice`: numbers N and K to be written for an axis.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def choose_lag(
 
 
 def _as_fitted(axis: Axis) -> Choice:
-    """The fitted N and K; for a coefficient that was not detected, its upper limit.
+    """`Choice`: fitted N and K; for a coefficient that was not detected, its upper limit.
 
     Without white noise in the model, N comes from the Allan deviation at one sample. Without a
     random walk, K is negligibly small.
@@ -96,7 +96,7 @@ def _as_fitted(axis: Axis) -> Choice:
 
 
 def _variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Allan variance of a part of the model of an axis, SI."""
+    """Array: Allan variance of a part of the model of an axis, SI."""
     return axis.scale**2 * part.allan_variance(tau, axis.sampling)
 
 

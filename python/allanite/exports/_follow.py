@@ -103,7 +103,7 @@ class _Target:
 
     @cached_property
     def tau(self) -> Array:
-        """Averaging times at which the Allan deviations are compared, s."""
+        """Array: averaging times at which the Allan deviations are compared, s."""
         low = 1.0 / self.rate if self.simulator else mission_of(self.horizon, self.rate).step
         high = max(self.horizon, 2.0 * low)
         count = max(2, int(TAUS_PER_DECADE * np.log10(high / low)) + 2)
@@ -149,7 +149,7 @@ class _Target:
         return np.asarray(self.scale**2 * true / errors.predicted)
 
     def tried(self, ratio: Array, time: Array) -> Tried:
-        """Candidates with these ratios K/N and correlation times, each with its N² and cost.
+        """`Tried`: candidates with these ratios K/N and correlation times, each with its N² and cost.
 
         Correlation times are in s, and infinite for a random walk.
         """
@@ -181,12 +181,12 @@ class _Target:
 
     @property
     def ratios(self) -> Array:
-        """Ratios K/N to try, 1/s."""
+        """Array: ratios K/N to try, 1/s."""
         count = int(RATIOS_PER_DECADE * np.log10(MAX_RATIO / MIN_RATIO)) + 1
         return np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
 
-    def refined(self, found: Tried) -> tuple[float, float, float]:
-        """N, slow coefficient, and correlation time (s) of the best candidate, after a finer search near it."""
+    def best_coefficients(self, found: Tried) -> tuple[float, float, float]:
+        """(N, K or q_c, correlation time in s), SI, of the best candidate after a finer search over K/N; K for time inf."""
         ratio, time = found.ratio[found.best], found.time[found.best]
         step = 1 / RATIOS_PER_DECADE
         near = ratio * np.geomspace(10**-step, 10**step, 13)
@@ -222,7 +222,7 @@ def _cost(shares: Array, squares: Array, last: float) -> Array:
 
 
 def follow_walk(axis: Axis, *, simulator: bool = False) -> Choice:
-    """N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
+    """`Choice`: N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
     return _walk_numbers(_target(axis, simulator))
 
 
@@ -245,13 +245,13 @@ def shared_lag(axes: Sequence[Axis]) -> float:
 
 
 def quality(axis: Axis, choice: Choice) -> Quality:
-    """Comparison of the numbers to be written with the whole model of an axis: ratio of Allan deviations, and NEES."""
+    """`Quality` of the numbers to be written against the whole model of an axis: ratio of Allan deviations, and NEES."""
     bare = Choice(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
     return _quality(_target(axis, simulator=False), bare)
 
 
 def _target(axis: Axis, simulator: bool) -> _Target:
-    """Model that the numbers of an axis must follow."""
+    """`_Target`: model that the numbers of an axis must follow."""
     return _Target(
         axis.expected_steady, axis.slow, axis.sampling, axis.horizon, axis.scale, simulator
     )
@@ -278,24 +278,24 @@ def _filters(
 
 @lru_cache(maxsize=64)
 def _walk_numbers(target: _Target) -> Choice:
-    """N and K that follow a model: the fitted ones if they are consistent, otherwise the best candidate."""
+    """`Choice`: N and K that follow a model: the fitted ones if they are consistent, otherwise the best candidate."""
     fitted = target.scale * _value(target.model, "K")
     plain = _fitted_walk(target, fitted)
     if plain is not None:
         return plain
-    N, K, _ = target.refined(target.search([np.inf]))
+    N, K, _ = target.best_coefficients(target.search([np.inf]))
     return Choice(N, K, remarks=_remarks(target, N, "K", K, fitted))
 
 
 @lru_cache(maxsize=64)
 def _lag_numbers(target: _Target, time: float | None) -> Choice:
-    """N and a Gauss-Markov process that follow a model: the fitted ones if consistent, otherwise the best candidate."""
+    """`Choice` of N and a Gauss-Markov process that follow a model: the fitted ones if consistent, else the best."""
     own = target.lags
     if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
         choice = Choice(target.white, 0.0, *own[0])
         if _is_consistent(target, choice):
             return choice
-    N, q_c, T = target.refined(target.search(target.times if time is None else [time]))
+    N, q_c, T = target.best_coefficients(target.search(target.times if time is None else [time]))
     return Choice(N, 0.0, q_c, T, remarks=_remarks(target, N, "lag", q_c, 0.0))
 
 
@@ -312,7 +312,7 @@ def _negligible_walk(N: float, horizon: float, rate: float) -> float:
 
 
 def _fitted_walk(target: _Target, K: float) -> Choice | None:
-    """The fitted N and K if a filter with them is consistent; None otherwise, or if the model has no white noise.
+    """`Choice`: fitted N and K if a filter with them is consistent; None otherwise, or if the model has no white noise.
 
     If K is 0 or negligible, a negligible positive K replaces it.
     """
@@ -340,7 +340,7 @@ def _is_consistent(target: _Target, choice: Choice) -> bool:
 
 
 def _nees_of(target: _Target, choice: Choice) -> Array:
-    """NEES of a filter with these numbers at each coasting time."""
+    """Array: NEES of a filter with these numbers at each coasting time."""
     ratio = np.array([(choice.q_c or choice.K) / choice.N])
     time = np.array([choice.correlation_time or np.inf])
     return target.nees(ratio, time)[0] / choice.N**2
@@ -367,7 +367,7 @@ def _remarks(
 
 @lru_cache(maxsize=256)
 def _quality(target: _Target, choice: Choice) -> Quality:
-    """Comparison of the numbers to be written with the model: ratio of Allan deviations, and NEES."""
+    """`Quality`: comparison of the numbers to be written with the model: ratio of Allan deviations, and NEES."""
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)
     whole = target.scale**2 * target.model.allan_variance(tau, fs)

@@ -39,7 +39,7 @@ def head(
     simulator: bool = False,
     samples: bool = False,
 ) -> list[str]:
-    """Comment lines at the head of a file: whether to use the file, its conventions, and the effects of each axis in it."""
+    """List of comment lines at the head of a file: whether to use it, its conventions, and the effects of each axis."""
     return [
         verdict(pairs, simulator=simulator or samples),
         GENERAL,
@@ -94,7 +94,7 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
 
 
 def _too_short(axes: Sequence[Axis]) -> list[str]:
-    """Sentences on slow effects that were not detected in short logs; empty if there are none.
+    """List of texts: sentences on slow effects that were not detected in short logs; empty if there are none.
 
     A log is short if a tenth of its length, the longest tau with a reliable deviation, is below the default horizon.
     """
@@ -131,7 +131,7 @@ def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:
 
 
 def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
-    """Lines on one axis: its model, and the effects that the numbers cover or omit."""
+    """List of texts: lines on one axis: its model, and the effects that the numbers cover or omit."""
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
     if axis.assumptions:
         origin = f"from {axis.source}, without a log"
@@ -212,7 +212,7 @@ def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
 
 
 def _left_out(axis: Axis, choice: Choice | None, *, simulator: bool) -> list[tuple[str, Effect]]:
-    """Label and effect of each effect that the numbers of a file omit."""
+    """List of pairs: label and effect of each effect that the numbers of a file omit."""
     if choice is not None and choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
     return [

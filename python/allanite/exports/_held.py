@@ -67,7 +67,7 @@ class Choice:
 
 
 def walk(K: float) -> Effect:
-    """Random walk with coefficient K: the slow process of most filters."""
+    """`Effect`: random walk with coefficient K: the slow process of most filters."""
     return standard()["K"]().with_values(K=K)
 
 

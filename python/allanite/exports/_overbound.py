@@ -25,7 +25,7 @@ POINTS_PER_DECADE, POINTS_PER_BAND = 48, 65
 
 
 def overbound_walk(axis: Axis) -> Choice:
-    """Smallest N and K that cover the upper limits of an axis, by linear programming in N² and K²."""
+    """`Choice` of the smallest N and K, SI, that cover the upper limits of an axis; a negligible K replaces 0."""
     limits = _Limits(axis)
     white, slow = limits.smallest(walk(1.0))[0]
     if slow > 0.0:
@@ -39,7 +39,7 @@ def overbound_walk(axis: Axis) -> Choice:
 
 
 def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
-    """Smallest N and Gauss-Markov process that cover the upper limits, with the best or the given correlation time."""
+    """`Choice` of the smallest N and Gauss-Markov process that cover the upper limits, with the best or a given T."""
     limits, tau = _Limits(axis), axis.taus
     low, high = 4.0 * tau[0], 10.0 * tau[-1]
     count = max(2, int(LAGS_PER_DECADE * np.log10(high / low)))

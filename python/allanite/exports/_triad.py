@@ -17,7 +17,7 @@ PLACES = ("x", "y", "z")
 def in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
-    """The numbers of x, y and z in this order, and remarks on axes without a model of their own.
+    """Pair: numbers of x, y and z in this order, and remarks on axes without a model of their own.
 
     The letter in its name assigns an axis; three axes without letters are taken in their order. An
     axis without a model gets the largest of each number, because the density and Allan variance of

@@ -77,7 +77,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _fitted_numbers(axis: Axis) -> Choice:
-    """The fitted N, B and K, or their upper limits; K is larger if other slow processes must be covered."""
+    """`Choice`: fitted N, B and K, or their upper limits; K is larger if other slow processes must be covered."""
     first = choose(axis, simulator=True) if axis.as_fitted else _white_numbers(axis)
     values = {"B": 0.0, "K": 0.0}
     remarks = {"N": first.remark("N")}
@@ -99,7 +99,7 @@ def _fitted_numbers(axis: Axis) -> Choice:
 
 
 def _white_numbers(axis: Axis) -> Choice:
-    """The numbers of an axis with the fitted N and K = 0; without white noise, N from the Allan deviation at one sample."""
+    """`Choice` with the fitted N and K = 0; without white noise, N from the Allan deviation at one sample."""
     fitted = replace(axis, as_fitted=True)
     return replace(choose(fitted), K=0.0, holds=None)
 

@@ -93,7 +93,7 @@ def random_part(model: Model) -> Model:
 
 
 def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
-    """Ordinates j of the record at which a known function of time is evaluated."""
+    """Array: ordinates j of the record at which a known function of time is evaluated."""
     if isinstance(effect, Periodic):
         return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
     if not effect.low:
@@ -154,7 +154,7 @@ def _bin_sums(values: Array, j: NDArray[np.int64], data: Data) -> Array:
 
 
 def best_fit(model: Model, power: Array, data: Data) -> Solution:
-    """Fit of a model to expected bin powers; its shape parameters start from the values in the model."""
+    """`Solution`: fit of a model to expected bin powers; its shape parameters start from the values in the model."""
     count = data.bins.count
 
     part = RandomPart(data, power, count, is_expected=True)
@@ -208,7 +208,7 @@ def absorbed_ordinates(directions: Array, data: Data) -> Array:
 
 
 def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
-    """Index of the bin to which each ordinate j belongs."""
+    """Array: index of the bin to which each ordinate j belongs."""
     return np.searchsorted(data.bins.edges, j, side="right") - 1
 
 

@@ -70,7 +70,7 @@ def _key(label: str, effect: Effect, name: str) -> str:
 
 
 def _errors_from_information(fisher: Array) -> Array:
-    """Standard errors from a Fisher information matrix; infinite for a parameter without information."""
+    """Array: standard errors from a Fisher information matrix; infinite for a parameter without information."""
     scale = np.sqrt(np.diag(fisher))
     empty = scale <= 0.0
     scale = np.where(empty, 1.0, scale)

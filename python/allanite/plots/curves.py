@@ -76,7 +76,7 @@ class Part:
 
 
 def parts(fit: Fit) -> tuple[Part, ...]:
-    """Style and label of each effect: stochastic, then deterministic ones, in the order of ``fit.curve.components``."""
+    """Tuple of `Part`, one per effect, in the order of ``fit.curve.components``: style and label."""
     placed = list(enumerate(fit.model))
     random = [(k, e) for k, e in placed if isinstance(e, Stochastic)]
     known = [(k, e) for k, e in placed if isinstance(e, Deterministic)]
@@ -125,7 +125,7 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
 
 
 def tau_spans(fit: Fit) -> tuple[Span, ...]:
-    """Shaded ranges of τ in which a model fails, each labeled with the ratio between model and measured deviation."""
+    """Tuple of `Span`: ranges of τ in which a model fails, with the ratio of model and measured deviation."""
     return tuple(
         Span(
             low / 1.06,
@@ -188,7 +188,7 @@ def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
 
 
 def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple[Panel, ...]:
-    """Panel of the Allan deviation with intervals, model, band and effects, and a strip of residuals in σ."""
+    """Tuple: panel of the Allan deviation with intervals, model, band and effects, and a strip of residuals in σ."""
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
     marks: list[Mark] = [*spans]
@@ -223,7 +223,7 @@ def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple
 def ordinates_between(
     fit: Fit, low: float, high: float, whole: bool = False, most: int = MAX_SINGLE
 ) -> tuple[Array, Array]:
-    """Frequencies in Hz and densities of the single ordinates between two frequencies.
+    """Pair: frequencies in Hz and densities of the single ordinates between two frequencies.
 
     The model's known functions of time are removed, unless `whole`. With more than `most` ordinates, neighbors are
     averaged. Empty if single ordinates are not meaningful: for summaries, and if many samples are missing.
@@ -246,7 +246,7 @@ def ordinates_between(
 
 
 def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
-    """Frequency ranges in Hz around the bands of the model that are narrower than a bin."""
+    """List of pairs: frequency ranges in Hz around the bands of the model that are narrower than a bin."""
     if not has_all_ordinates(fit.data):
         return []
     aside = LINE_ORDINATES * fit.data.rate / (2.0 * fit.data.n)
@@ -258,7 +258,7 @@ def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
 
 
 def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
-    """Lines of single ordinates around failing ranges, missing spectral lines, and lines and narrow bands of the model."""
+    """List of `Line`: single ordinates around failing ranges, missing lines, and lines and narrow bands of the model."""
     out = [
         Line(*ordinates_between(fit, *near), "raw", SINGLE, 1.0)
         for near in _around_narrow_bands(fit)
@@ -276,7 +276,7 @@ def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -
 
 
 def missing_lines(check: Check | None) -> tuple[float, ...]:
-    """Frequencies in Hz of the spectral lines that are significantly missing."""
+    """Tuple of floats: frequencies in Hz of the spectral lines that are significantly missing."""
     found = () if check is None else check.significant
     return tuple(
         s.effect.frequency
@@ -288,7 +288,7 @@ def missing_lines(check: Check | None) -> tuple[float, ...]:
 def spectrum_panels(
     fit: Fit, column: int = 1, spans: Sequence[Span] = (), lines: Sequence[float] = ()
 ) -> tuple[Panel, ...]:
-    """Panel of the two-sided density with model and effects, and a strip of residuals in σ.
+    """Tuple of `Panel`: panel of the two-sided density with model and effects, and a strip of residuals in σ.
 
     Single ordinates are drawn in the failing ranges `spans` and at the frequencies `lines` (Hz) of missing lines.
     """
@@ -412,12 +412,12 @@ def _line_frequencies(
 
 
 def _drawn_densities(marks: list[Mark]) -> list[Array]:
-    """Densities of the points measured before deterministic effects were removed; the axis must cover them."""
+    """List: densities of the points measured before deterministic effects were removed; the axis must cover them."""
     return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
 
 
 def _merge(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """First bin of each plotted point, and the degrees of freedom of the points.
+    """Pair: first bin of each plotted point, and the degrees of freedom of the points.
 
     The bins of a cell are drawn as one point, because a screen could not resolve them. Cells are
     merged until they have `MIN_DOF` degrees of freedom.

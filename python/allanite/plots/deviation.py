@@ -40,7 +40,7 @@ def plot_deviation(
     theme: str = "light",
     recording: Recording | None = None,
 ) -> Figure:
-    """A deviation over averaging time, with its interval if known, on logarithmic axes.
+    """`Figure`: a deviation over averaging time, with its interval if known, on logarithmic axes.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def plot_stability(
     theme: str = "light",
     recording: Recording | None = None,
 ) -> Figure:
-    """Several deviations of one record with intervals, guide lines for noise slopes, and a table of the values.
+    """`Figure`: several deviations of one record with intervals, guide lines for noise slopes, and a table of the values.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def plot_stability(
 
 
 def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> tuple[Line, Note]:
-    """A dotted guide line with a given slope through the middle of a curve, and its label near its end."""
+    """Pair: a dotted guide line with a given slope through the middle of a curve, and its label near its end."""
     tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
     kept = np.flatnonzero(np.isfinite(values) & (values > 0))
     middle = kept[kept.size // 2]

@@ -24,7 +24,7 @@ MAX_MARKED = 80
 def plot_dynamic(
     dynamic: DynamicDeviation, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Deviation over time, one line for each of up to six averaging times; gaps interrupt the lines.
+    """`Figure`: deviation over time, one line for each of up to six averaging times; gaps interrupt the lines.
 
     Parameters
     ----------

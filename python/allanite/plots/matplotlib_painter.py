@@ -281,7 +281,7 @@ def _resize(canvas: Any, form: Style) -> None:
 
 
 def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
-    """Draw title, subtitle, table and legend; return the upper and lower limit of the panels as fractions of the height."""
+    """Draw title, subtitle, table and legend; returns (top, bottom) of the panels as fractions of the height."""
     width, height = canvas.get_size_inches()
     grown = 1.0 if form.points is None else form.points / 9.5
     bottom = 0.0
@@ -358,7 +358,7 @@ def _handle(mark: Mark, look: Theme) -> Any:
 
 
 def _marker(mark: Points, look: Theme) -> dict[str, Any]:
-    """Marker properties of points."""
+    """Dict: marker properties of points."""
     color = look.color(mark.color)
     return {
         "marker": "o",

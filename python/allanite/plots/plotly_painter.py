@@ -92,7 +92,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
 
 
 def _title(figure: Figure, look: Theme) -> dict[str, Any]:
-    """Title and subtitle as a plotly title."""
+    """Dict: title and subtitle as a plotly title."""
     rest = words(figure.subtitle)
     text = f"<b>{words(figure.title)}</b>" + (
         f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""
@@ -114,7 +114,7 @@ def _row_gap(figure: Figure) -> float:
 
 
 def _bare_columns(figure: Figure) -> frozenset[int]:
-    """Indices of the grid columns without tick texts on the left; they may be closer to the column before."""
+    """Set: indices of the grid columns without tick texts on the left; they may be closer to the column before."""
     return frozenset(p.column for p in figure.panels if not p.show_y)
 
 
@@ -143,7 +143,7 @@ def _partner(figure: Figure, panel: Panel) -> str | None:
 def _axis(
     axis: Axis, panel: Panel, domain: list[float], anchor: str, show: bool, look: Theme
 ) -> dict[str, Any]:
-    """Layout of one axis."""
+    """Dict: layout of one axis."""
     ends = [math.log10(axis.low), math.log10(axis.high)] if axis.log else [axis.low, axis.high]
     return {
         "type": "log" if axis.log else "linear",
@@ -172,7 +172,7 @@ def words(text: str) -> str:
 
 
 def _numbers(values: Any) -> list[float | None]:
-    """Numbers as a list, with None for values that are not finite."""
+    """List of the numbers, with None for values that are not finite."""
     return [float(v) if math.isfinite(v) else None for v in np.asarray(values, dtype=float)]
 
 
@@ -248,7 +248,7 @@ def _draw(
 
 
 def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:
-    """Annotation with the text of a shaded range, at its top and inside the axis."""
+    """Dict: annotation with the text of a shaded range, at its top and inside the axis."""
     axis = layout[f"xaxis{suffix}"]
     first, last = sorted(axis["range"])
     ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
@@ -275,7 +275,7 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
 
 
 def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
-    """Scatter trace with a label for the legend."""
+    """Dict: scatter trace with a label for the legend."""
     plain = [[None] if list(v) == [None] else _numbers(v) for v in (x, y)]
     return {
         "type": "scatter",
@@ -289,7 +289,7 @@ def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
 
 
 def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
-    """Trace of markers with error bars."""
+    """Dict: trace of markers with error bars."""
     color = look.color(mark.color)
     symbol = "circle-open" if mark.hollow else "circle"
     trace = _trace(mark.x, mark.y, mark.label, axes)

@@ -229,7 +229,7 @@ class Panel:
     grid: bool = True
 
     def find(self, kind: type[Any]) -> tuple[Any, ...]:
-        """All marks of one kind."""
+        """Tuple: all marks of one kind."""
         return tuple(m for m in self.marks if isinstance(m, kind))
 
 
@@ -258,7 +258,7 @@ class Figure:
     below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Marks with a label, each label once: measured, model, then the others in drawing order."""
+        """Tuple of `Mark`: marks with a label, each label once: measured, model, then the others in drawing order."""
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:

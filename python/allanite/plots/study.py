@@ -26,7 +26,7 @@ TITLE, LINES = 92, 31
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Errors of each step, and the Allan deviation and the spectrum with the first and the last model.
+    """`Figure`: errors of each step, and the Allan deviation and the spectrum with the first and the last model.
 
     The errors are the unexplained misfit, the error of the Allan deviation, and the model discrepancy.
 
@@ -68,7 +68,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
 
 
 def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
-    """Text of each step, with values if they fit between the texts above and below."""
+    """Tuple of texts: text of each step, with values if they fit between the texts above and below."""
     full, short = ([_step_text(step, numbers) for step in ladder] for numbers in (True, False))
     lines = [text.count("\n") + 1 for text in full]
     neighbor_lines = [
@@ -98,7 +98,7 @@ def _step_text(step: Rung, numbers: bool) -> str:
 
 
 def _colors(steps: int) -> tuple[str, ...]:
-    """Colors of the bars: the first and the last step have the colors of their curves."""
+    """Tuple of texts: colors of the bars: the first and the last step have the colors of their curves."""
     return tuple("c1" if i == steps - 1 else "model" if i == 0 else "before" for i in range(steps))
 
 

@@ -390,7 +390,7 @@ def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
 
 
 def _legend(figure: Figure, width: float) -> tuple[str, float]:
-    """SVG elements of the legend of all panels, wrapped to the width, and its height in pixels."""
+    """Pair: SVG elements of the legend of all panels, wrapped to the width, and its height in pixels."""
     out, x, y = [], 14.0, 14.0
     for mark in figure.legend():
         label = label_of(mark)

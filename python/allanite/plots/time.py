@@ -29,7 +29,7 @@ MIN_CLOSE_COLUMNS = 4
 
 
 def plot_time(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Heat map of measured over expected power by time and octave band; significant cells are framed.
+    """`Figure`: heat map of measured over expected power by time and octave band; significant cells are framed.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
 
 
 def close_up(check: Check) -> Panel | None:
-    """Map of measured over expected power by time and frequency around the narrow range in which a model fails most.
+    """`Panel` of measured over expected power by time and frequency around the range in which a model fails most.
 
     Lines and bands that drift are visible in it. None if the model fails nowhere within an octave, or if the record is
     too short to resolve that range in time.

@@ -52,7 +52,7 @@ def column_title(entry: Entry) -> str:
 
 
 def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
-    """All blocks of one column of a report.
+    """List of `Block`: all blocks of one column of a report.
 
     `place` is the path of its `document` in the document of the whole report.
     """
@@ -75,7 +75,7 @@ def _without_title(figure: Figure) -> Figure:
 
 
 def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
-    """Section on the record: file, size, unit, findings of the audit, and a plot of the samples."""
+    """List of `Block`: section on the record: file, size, unit, findings of the audit, and a plot of the samples."""
     facts, recording = document["recording"], entry.recording
     place = f"{at}recording"
     rows: list[tuple[Cell, ...]] = [
@@ -117,7 +117,7 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
 
 
 def _curve_section(entry: Entry) -> list[Block]:
-    """Section with the Allan deviation and the spectrum of the last model."""
+    """List of `Block`: section with the Allan deviation and the spectrum of the last model."""
     fit = entry.study.fit
     caption = (
         f"Allan deviation and two-sided density with the last model, {fit.model.name}, and its effects. The strips below "
@@ -133,7 +133,7 @@ def _curve_section(entry: Entry) -> list[Block]:
 
 
 def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
-    """Section with the goodness of fit and the parameters of the last model."""
+    """List of `Block`: section with the goodness of fit and the parameters of the last model."""
     rows: list[tuple[Cell, ...]] = []
     sheet = False
     for i, effect in enumerate(fit["effects"]):
@@ -183,7 +183,7 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
 
 
 def _agreement(fit: dict[str, Any], place: str) -> Cell:
-    """Sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies that are not judged."""
+    """`Cell`: sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies that are not judged."""
     m, e = fit["misfit"], fit["error"]
     words: list[str | Number] = [f"{fit['model']}: χ²/dof "]
     words += _cell_values(exact(m["reduced"], f"{place}.misfit.reduced"))
@@ -221,7 +221,7 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
 
 
 def _worst_error(worst: dict[str, Any], place: str) -> list[str | Number]:
-    """The τ with the largest error and the ratio of model to measured deviation there, as text."""
+    """List: τ with the largest error and the ratio of model to measured deviation there, as text."""
     return [
         "at τ = ",
         *_cell_values(exact(worst["tau_s"], f"{place}.tau_s", 3)),
@@ -231,12 +231,12 @@ def _worst_error(worst: dict[str, Any], place: str) -> list[str | Number]:
 
 
 def _cell_values(cell: Cell) -> list[str | Number]:
-    """The texts and numbers of a cell as a list."""
+    """List of the texts and numbers of a cell."""
     return list(cell) if isinstance(cell, tuple) else [cell]
 
 
 def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
-    """Section on the first model: goodness of fit, where the model fails, and the missing effects."""
+    """List of `Block`: section on the first model: goodness of fit, where the model fails, and the missing effects."""
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
         Heading(_title(check)),
@@ -269,7 +269,7 @@ def _title(check: Any) -> str:
 
 
 def _failures(check: Any) -> list[Block]:
-    """Bulleted sentences on the averaging times, frequencies and times at which a model fails, or one sentence if none."""
+    """List of `Block`: sentences on the τ, frequencies and times at which a model fails, or one sentence if none."""
     sentences = tuple(sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(sentence(check.nowhere))]
 
@@ -346,7 +346,7 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
 
 
 def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
-    """Section on the stepwise model building: a table of steps and a plot."""
+    """List of `Block`: section on the stepwise model building: a table of steps and a plot."""
     ladder = document["improve"]["ladder"]
     if len(ladder) == 1:
         words = "No effect was added: there is only one step."

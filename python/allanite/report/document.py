@@ -60,7 +60,7 @@ class Entry:
         return shown
 
     def to_shown_dict(self) -> dict[str, Any]:
-        """The document without suggestions, most of which a page does not show; the estimates of each take long."""
+        """Dict: document without suggestions, most of which a page does not show; the estimates of each take long."""
         last = self.study.check
         check = replace(self.first, suggestions=()).to_dict()
         verdict = self.first.verdict
@@ -87,7 +87,7 @@ class Entry:
 
 
 def _without_shared_fields(document: dict[str, Any]) -> dict[str, Any]:
-    """The document without the fields that the report contains only once."""
+    """Dict: document without the fields that the report contains only once."""
     return {k: v for k, v in document.items() if k not in ("version", "recording")}
 
 

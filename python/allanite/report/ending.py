@@ -29,7 +29,7 @@ METHOD = (
 
 
 def computed(report: Report) -> list[Block]:
-    """Section with version, options, method, and versions of the libraries."""
+    """List of `Block`: section with version, options, method, and versions of the libraries."""
     import numpy as np
     import scipy
 
@@ -46,13 +46,13 @@ def computed(report: Report) -> list[Block]:
 
 
 def column_blocks(entries: Sequence[Entry], places: Sequence[str]) -> list[list[Block]]:
-    """All blocks of each column; several columns are computed in parallel.
+    """List of lists: all blocks of each column; several columns are computed in parallel.
 
     `places` are the paths of the columns in the JSON document.
     """
 
     def blocks(entry: Entry, place: str) -> list[Block]:
-        """All blocks of one column."""
+        """List of `Block`: all blocks of one column."""
         document = entry.to_shown_dict()
         return [*parts(entry, document, place), *curve_table(document, place)]
 
@@ -61,7 +61,7 @@ def column_blocks(entries: Sequence[Entry], places: Sequence[str]) -> list[list[
 
 
 def curve_table(document: dict[str, Any], place: str) -> list[Block]:
-    """Section with all points of the overlapping Allan deviation."""
+    """List of `Block`: section with all points of the overlapping Allan deviation."""
     at = f"{place}." if place else ""
     adev, unit = document["adev"], unit_text(document["recording"]["unit"])
     rows: list[tuple[Cell, ...]] = []

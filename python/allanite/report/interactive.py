@@ -52,7 +52,7 @@ class PlotlyFigures:
 
 
 def _programs() -> tuple[str, str]:
-    """The source of plotly and of the drawing program, with the line ends that browsers use to compute digests."""
+    """Pair: source of plotly and of the drawing program, with the line ends that browsers use to compute digests."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n"), _DRAW
@@ -64,7 +64,7 @@ def _digest(text: str) -> str:
 
 
 def _sized(document: dict[str, Any]) -> dict[str, Any]:
-    """The figure without a fixed size, title, and title margin, so that it fills its container."""
+    """Dict: figure without a fixed size, title, and title margin, so that it fills its container."""
     layout = {k: v for k, v in document["layout"].items() if k not in ("width", "height", "title")}
     layout["margin"] = {**layout.get("margin", {}), "t": 44}
     return {"data": document["data"], "layout": layout}

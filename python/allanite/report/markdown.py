@@ -63,7 +63,7 @@ def write_figures(report: Report, folder: Path) -> None:
 
 
 def _columns(report: Report) -> list[tuple[str, list[Block]]]:
-    """Name and blocks of each column; the blocks on all axes together come first, without a name."""
+    """List of pairs: name and blocks of each column; the blocks on all axes together come first, without a name."""
     axes = report.axes if len(report.entries) > 1 else None
     first: list[tuple[str, list[Block]]] = [] if axes is None else [("", overview(axes))]
     names = [entry.recording.columns[0] for entry in report.entries]

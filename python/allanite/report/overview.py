@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def overview(found: Characterization) -> list[Block]:
-    """Blocks of the section on all axes: a table per sensor, the common model, shared effects, a figure, and remarks."""
+    """List of `Block` on all axes: a table per sensor, the common model, shared effects, a figure, and remarks."""
     out: list[Block] = [Heading("All axes", 2)]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}

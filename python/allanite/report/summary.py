@@ -28,7 +28,7 @@ COEFFICIENTS = ("N", "B", "K")
 
 
 def summary(report: Report) -> list[Block]:
-    """Blocks of the first page: sensor, serial number, date, temperature, duration, verdicts, filter values, next step."""
+    """List of `Block` of the first page: sensor, serial number, date, duration, verdicts, filter values, next step."""
     first = report.entries[0].recording
     rows: list[tuple[Cell, ...]] = [
         (name, report.options.get(name, "not stated")) for name in GIVEN
@@ -64,7 +64,7 @@ def temperature_text(recording: Recording) -> str:
 
 
 def _axis(entry: Entry) -> tuple[str, ...]:
-    """Name, verdict, N, B and K of an axis in data-sheet units; a dash if the model lacks the effect."""
+    """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units; a dash if the model lacks the effect."""
     fit, found = entry.study.fit, {}
     known = {effect.kind: name for name, effect in standard().items()}
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
@@ -83,7 +83,7 @@ def _axis(entry: Entry) -> tuple[str, ...]:
 
 
 def _next_steps(report: Report) -> tuple[str, ...]:
-    """Sentences with recommended actions: which values to use, or how to clarify the misfit of an axis."""
+    """Tuple of texts: sentences with recommended actions: which values to use, or how to clarify the misfit of an axis."""
     out = []
     for entry in report.entries:
         study, name = entry.study, entry.recording.columns[0]

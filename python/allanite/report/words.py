@@ -28,7 +28,7 @@ SMALL = 1e-4
 
 
 def exact(value: float | None, place: str, figures: int = 3) -> Cell:
-    """A number of the document with a few digits; a dash for None."""
+    """`Cell`: a number of the document with a few digits; a dash for None."""
     return "–" if value is None else Number(number(value, figures), float(value), place)
 
 
@@ -185,7 +185,7 @@ def _removed_sentence(study: Any) -> str:
 
 
 def _added_effect_texts(study: Any) -> list[str]:
-    """Text of each added effect with its values; several effects of one kind are counted."""
+    """List of texts: text of each added effect with its values; several effects of one kind are counted."""
     together: dict[str, list[tuple[Any, Any]]] = {}
     for step in study.ladder[1:]:
         for effect in step.new:

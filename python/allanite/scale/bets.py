@@ -166,7 +166,7 @@ class Bets:
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
-        """Cosine ordinates over their standard deviation under the model, and the whitened samples with these ordinates."""
+        """Pair: cosine ordinates over their standard deviation under the model, and the samples with these ordinates."""
         limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):
             ordinates = _cosine_transform(limited - limited.mean())[1:] / self._deviation
@@ -187,7 +187,7 @@ class Bets:
         return scores
 
     def clearest(self) -> tuple[int, int, float, int]:
-        """The best bet: its first ordinate, the ordinate after its last, the measured over expected power, and its start.
+        """Tuple (first ordinate, end (exclusive), measured over expected power, start) of the best bet.
 
         The start is the index of the segment from which on the power is measured.
         """
@@ -224,7 +224,7 @@ class Bets:
 
 
 def _cosine_transform(samples: Array) -> Array:
-    """Orthonormal cosine transform of samples."""
+    """Array: orthonormal cosine transform of samples."""
     # The compiled transform would start threads for each call, which takes longer than the transform of a segment.
     from scipy.fft import dct
 
@@ -239,7 +239,7 @@ def _inverse_cosine_transform(ordinates: Array) -> Array:
 
 
 def _cumulative_sums(power: Array) -> Array:
-    """Cumulative sums, beginning with 0."""
+    """Array: cumulative sums, beginning with 0."""
     return np.concatenate([[0.0], np.cumsum(power)])
 
 
@@ -278,7 +278,7 @@ def share(segment: int) -> float:
 
 
 def _edges(segment: int) -> NDArray[np.int64]:
-    """First ordinate of each half octave, followed by the number of samples of the segment, in ascending order."""
+    """Array: first ordinate of each half octave, followed by the number of samples of the segment, in ascending order."""
     halves = (at for k in range(segment.bit_length() - 1) for at in (1 << k, 3 << k >> 1))
     return np.array(sorted({1, *halves, segment}), dtype=np.int64)
 

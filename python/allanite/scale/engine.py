@@ -128,7 +128,7 @@ def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | No
 
 
 def _computed(tasks: list[Any], client: Any) -> list[Any]:
-    """Results of Dask tasks, in their order; each is fetched from the worker that has it."""
+    """List: results of Dask tasks, in their order; each is fetched from the worker that has it."""
     # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
         if client is not None:

@@ -56,7 +56,7 @@ def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
 
 
 def _parse_line(line: bytes) -> tuple[str, Rows]:
-    """Key of a log and its rows, from one line of a journal; raises an error if the line is damaged."""
+    """Pair: key of a log and its rows, from one line of a journal; raises an error if the line is damaged."""
     value = json.loads(line)
     if value["form"] != FORMAT_VERSION or value["check"] != _checksum(value["key"], value["rows"]):
         raise ValueError(value["form"])

@@ -106,7 +106,7 @@ class Answer:
 
 
 def failed_row(path: str, why: str) -> dict[str, Any]:
-    """Row of a log without values, with the reason."""
+    """Dict: row of a log without values, with the reason."""
     return {
         "file": plain(path),
         "content": "",
@@ -137,7 +137,7 @@ class LogProcess:
         self._lock = threading.Lock()
 
     def answer(self, path: str) -> Answer:
-        """Rows of a log and its journal key; if the log cannot be used, one row with the reason.
+        """`Answer`: rows of a log and its journal key; if the log cannot be used, one row with the reason.
 
         Earlier logs may have damaged a used child, so a failure is confirmed by a new child.
         """
@@ -277,7 +277,7 @@ class LogProcess:
 
 
 def serve() -> NoReturn:
-    """Work on logs until the input is closed."""
+    """`NoReturn`: work on logs until the input is closed."""
     _state["child"] = True
     answers = os.dup(1)
     # Output of libraries must not mix with the answers.
@@ -397,7 +397,7 @@ def _release() -> None:
 
 
 def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Answer for a log: its journal key and its rows, or a row with the reason of a failure."""
+    """Dict: answer for a log: its journal key and its rows, or a row with the reason of a failure."""
     from allanite.scale.logs import rows_of
 
     try:

@@ -46,7 +46,7 @@ FORMULA_STARTS = tuple("=+-@")
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
-    """Logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the single log.
+    """List of `Path`: logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the single log.
 
     Hidden files, journals, and tables that have a journal are not logs.
 
@@ -74,7 +74,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
 
 def _logs_among(paths: Iterator[Path]) -> list[Path]:
-    """The paths without hidden files, folders, journals, and tables that have a journal."""
+    """List of `Path`: paths without hidden files, folders, journals, and tables that have a journal."""
     # A pipe, a device or a broken link stays: its row says what it is.
     return [
         path
@@ -90,7 +90,7 @@ def _journal_of(table: Path) -> Path:
 
 
 def _logs_in_list(path: Path) -> list[Path]:
-    """Logs that a text file names, one per line; empty if no line names a file, since the file is then a log itself."""
+    """List of the logs that a text file names, one per line; empty if no line names a file."""
     named: list[Path] = []
     try:
         with path.open(encoding="utf-8") as lines:
@@ -125,7 +125,7 @@ def rows_of(
     *,
     anyway: bool = False,
 ) -> list[dict[str, Any]]:
-    """One row for each axis of a log; a log or an axis that cannot be used has a row with the reason.
+    """List of dicts: one row for each axis of a log; a log or an axis that cannot be used has a row with the reason.
 
     Values are a JSON object: name → [value, low, high, standard error], in SI.
     """
@@ -170,7 +170,7 @@ def _reason(error: Exception) -> str:
 
 
 def _study_columns(study: Study) -> dict[str, Any]:
-    """Columns of a row that a study gives: model, verdict, discrepancy, effects and values."""
+    """Dict: columns of a row that a study gives: model, verdict, discrepancy, effects and values."""
     from scipy.special import chdtrc
 
     fit = study.fit
@@ -297,7 +297,7 @@ def run_fleet(
 
 
 def _without_table(logs: list[Path], target: Path) -> list[Path]:
-    """Logs without the table that is written, under any name. Raises an error if the table would replace a log."""
+    """List: logs without the table that is written, under any name. Raises an error if the table would replace a log."""
     # `Path.resolve` fails for a loop of links.
     own = {os.path.realpath(place) for place in (target, _journal_of(target))}
     found = [path for path in logs if os.path.realpath(path) not in own]
@@ -363,14 +363,14 @@ def _with_digest(declared: Any) -> str:
 
 
 def _registered() -> tuple[type[Effect], ...]:
-    """Effect classes of the catalog that are not part of allanite."""
+    """Tuple of classes: effect classes of the catalog that are not part of allanite."""
     from allanite.effects.registry import CATALOGUE
 
     return tuple(effect for effect in CATALOGUE if not effect.__module__.startswith("allanite."))
 
 
 def _program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
-    """Name or path under which another process imports the running program; empty unless it declares one of the effects."""
+    """Tuple of (key, value) by which another process imports the running program, if it declares one of the effects."""
     own = [effect for effect in effects if effect.__module__ == "__main__"]
     if not own:
         return ()
@@ -452,7 +452,7 @@ def _answer_in_child(setup: Setup, path: str) -> Answer:
 
 
 def _write_sorted(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:
-    """Rows sorted by file and column, after writing them to the table."""
+    """List of dicts: rows sorted by file and column, after writing them to the table."""
     rows = sorted(rows, key=lambda row: (row["file"], row["column"]))
     write_table(rows, target)
     return rows
@@ -478,7 +478,7 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
 
 
 def _quoted_cells(row: Sequence[Any]) -> list[Any]:
-    """Cells of a row, with an apostrophe in front of texts that a spreadsheet would compute, or that look quoted."""
+    """List: cells of a row, with an apostrophe in front of texts that a spreadsheet would compute, or that look quoted."""
     return [
         f"'{cell}"
         if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA_STARTS)

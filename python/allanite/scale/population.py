@@ -291,7 +291,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
 
 
 def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
-    """Bias of each column over the logs: mean and spread, by name of the column.
+    """Dict: bias of each column over the logs: mean and spread, by name of the column.
 
     A column needs at least two logs, and the same unit in all of them.
     """
@@ -310,7 +310,7 @@ def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
 
 
 def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
-    """The units that deviate significantly, at most one entry per axis.
+    """Tuple of `Deviating`: units that deviate significantly, at most one entry per axis.
 
     Significance follows Benjamini & Hochberg (1995) over all units and parameters.
     """
@@ -393,7 +393,7 @@ def _upper_limit(order: NDArray[np.float64]) -> float | None:
 
 
 def _median_ranks(n: int) -> tuple[int, int]:
-    """Indices of the order statistics that enclose the median with 95 % confidence."""
+    """Pair: indices of the order statistics that enclose the median with 95 % confidence."""
     from scipy.special import bdtr
 
     low = int(sum(bdtr(k, n, 0.5) <= (1.0 - CONFIDENCE) / 2.0 for k in range(n // 2)))
@@ -401,7 +401,7 @@ def _median_ranks(n: int) -> tuple[int, int]:
 
 
 def _read_table(path: Path) -> list[dict[str, Any]]:
-    """Rows of a table."""
+    """List of dicts: rows of a table."""
     if not path.is_file():
         raise InputError(f"{path}: no such table")
     with about(path), as_expected("not a table of `allanite fleet`"):
@@ -412,7 +412,7 @@ def _read_table(path: Path) -> list[dict[str, Any]]:
 
 
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
-    """Rows of a table as text."""
+    """List of dicts: rows of a table as text."""
     import csv
 
     # Cells of a sensor with many effects are longer than the limit of the library.
@@ -430,7 +430,7 @@ def _csv_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def _parquet_rows(path: Path) -> list[dict[str, Any]]:
-    """Rows of a Parquet table. A child process reads them, because a damaged table may crash or fill the memory."""
+    """List: rows of a Parquet table. A child process reads them, because a damaged table may crash or fill the memory."""
     rows: list[dict[str, Any]] = call_isolated(
         f"{__name__}:serve_parquet_rows",
         {"path": str(path)},
@@ -442,7 +442,7 @@ def _parquet_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
-    """Texts and numbers of the rows of a Parquet table; called in the child process."""
+    """List of dicts: texts and numbers of the rows of a Parquet table; called in the child process."""
     from pyarrow import parquet
 
     with refused_as("a Parquet table"):

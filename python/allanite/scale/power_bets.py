@@ -72,7 +72,7 @@ class ClippedPower:
         self.sums += (seen.sum(), seen @ seen, near.sum(), near @ near)
 
     def state(self) -> list[float]:
-        """State as plain values."""
+        """List of floats: state as plain values."""
         return [self.samples, self.beyond, *self.sums.tolist()]
 
     def restore(self, state: list[float]) -> None:
@@ -136,7 +136,7 @@ class PowerBets:
 
 @lru_cache(maxsize=4)
 def _squares_of_normal_samples(n: int) -> Array:
-    """Quantiles of the squares of standard normal samples at the middles of n equal probabilities."""
+    """Array: quantiles of the squares of standard normal samples at the middles of n equal probabilities."""
     from scipy.special import chdtri
 
     return np.asarray(chdtri(1.0, (np.arange(n) + 0.5) / n))

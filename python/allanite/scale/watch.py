@@ -191,7 +191,7 @@ class Watch:
         return max(self._capitals())
 
     def _capitals(self) -> list[float]:
-        """Share of the capital on short segments and on long segments, [short, long]."""
+        """List of floats: share of the capital on short segments and on long segments, [short, long]."""
         return [part * bets.capital for part, bets in zip(CAPITAL_SHARES, self._bets, strict=True)]
 
     def update(self, chunk: Any) -> Alarm | None:

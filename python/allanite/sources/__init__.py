@@ -183,7 +183,7 @@ def _check_recording(document: Mapping[str, Any], name: str) -> None:
 
 
 def _last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Document of the last model of a stepwise improvement; other documents are returned unchanged."""
+    """Dict: document of the last model of a stepwise improvement; other documents are returned unchanged."""
     ladder = document.get("ladder")
     if not ladder:
         return document

@@ -183,7 +183,7 @@ class DataSheet:
         return math.sqrt(low / rate), math.sqrt(high / rate)
 
     def remarks(self) -> list[str]:
-        """Remarks on contradictions inside the sheet: figures that state different N. Empty without any."""
+        """List of texts: remarks on contradictions inside the sheet: figures that state different N. Empty without any."""
         remarks = []
         density = [figure for figure in self.figures if figure.coefficient == "N"]
         first_of = {figure.kind: figure for figure in reversed(density)}
@@ -335,7 +335,7 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
 
 
 def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
-    """Model document of one kind of sensor. If two figures state the same coefficient, the larger is used."""
+    """Dict: model document of one kind of sensor. If two figures state the same coefficient, the larger is used."""
     unit = SI_OF_KIND[kind]
     table = next(t for t, k in TABLES.items() if k == kind)
     by_coefficient: dict[str, Quoted] = {}

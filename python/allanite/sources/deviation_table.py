@@ -62,7 +62,7 @@ def documents_of_table(
     rate: float | None,
     record_length: float | None,
 ) -> list[dict[str, Any]]:
-    """Model document for each column of a table of deviations: Q, N, B, K with intervals.
+    """List of dicts: model document for each column of a table of deviations: Q, N, B, K with intervals.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def curves_of_table(
 def _factors(
     tau: NDArray[np.float64], rate: float, source: str
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Averaging factors of the points to fit, about eight per decade, and the rows of these points in the table."""
+    """Pair: averaging factors of the points to fit, about eight per decade, and the rows of these points in the table."""
     m = np.round(tau * rate).astype(np.int64)
     if m[0] < 1 or np.abs(m / (tau * rate) - 1.0).max() > 0.05:
         raise InputError(
@@ -153,7 +153,7 @@ def _factors(
 
 
 def _units(unit: str | None, names: list[str], source: str) -> list[str]:
-    """Unit of each column, from a text with one unit, one unit per column, or one per kind of sensor in the names."""
+    """List: unit of each column, from a text with one unit, one unit per column, or one per kind of sensor in the names."""
     if unit is None:
         raise InputError(
             f"{source}: the unit of the samples behind the deviations is not known",
@@ -212,7 +212,7 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
 
 
 def _names(line: str) -> list[str]:
-    """Names in a header line, separated by commas, semicolons or tabs, or else by blanks."""
+    """List of texts: names in a header line, separated by commas, semicolons or tabs, or else by blanks."""
     line = line.strip().lstrip("#").strip()
     split = re.split(r"[,;\t]", line) if re.search(r"[,;\t]", line) else line.split()
     return [name.strip() for name in split if name.strip()]

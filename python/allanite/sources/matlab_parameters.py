@@ -22,7 +22,7 @@ _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
 
 
 def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
-    """Model documents from the text of a MATLAB script.
+    """List of dicts: model documents from the text of a MATLAB script.
 
     The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as
     ``imu.Gyroscope.NoiseDensity = …``.
@@ -61,7 +61,7 @@ def _is_part(part: object) -> bool:
 
 
 def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[str, Any]]:
-    """Model documents from a loadparams file, which must contain exactly one part."""
+    """List of dicts: model documents from a loadparams file, which must contain exactly one part."""
     parts = [part for part in (tree, *tree.values()) if _is_part(part)]
     if len(parts) > 1:
         raise InputError(
@@ -82,7 +82,7 @@ def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[
 def _axes(
     given: Mapping[str, str], sensor: str, unit: str, source: str, rate: str | None
 ) -> list[dict[str, Any]]:
-    """Model document for each axis of a sensor; a field with one number applies to all three axes."""
+    """List of dicts: model document for each axis of a sensor; a field with one number applies to all three axes."""
     numbers = {letter: _numbers(given[key], key, source) for key, letter in FIELDS if key in given}
     if not any(numbers.get("N", ())):
         raise InputError(f"{source}: {sensor} has no NoiseDensity above 0")

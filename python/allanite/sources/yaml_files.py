@@ -42,7 +42,7 @@ def _check_events(text: str, source: str) -> None:
 
 
 def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
-    """Model documents from a YAML file of Kalibr or imu_utils.
+    """List of dicts: model documents from a YAML file of Kalibr or imu_utils.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
 
 
 def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list[dict[str, Any]]:
-    """Model documents of an imu_utils file: of three axes if all are present, otherwise of their average."""
+    """List of dicts: model documents of an imu_utils file: of three axes if all are present, otherwise of their average."""
     if rate is None:
         raise InputError(
             f"{source}: imu_utils states the noise per sample but not the sampling rate of the log",

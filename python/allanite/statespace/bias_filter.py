@@ -256,7 +256,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
 
 
 def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
-    """Error of each filter due to a known function of time: weighted sums of its integrals over each step."""
+    """Array: error of each filter due to a known function of time: weighted sums of its integrals over each step."""
     m = round(mission.step * rate)
     signal = effect.signal(np.arange(m * mission.steps) / rate, {})
     return np.asarray(weights @ (signal.reshape(-1, m).sum(axis=1) / rate))
@@ -285,7 +285,7 @@ def _step_variogram(
 
 
 def _line_terms(model: Model, rate: float) -> list[Term]:
-    """Terms of all spectral lines of a model, each as a process of random phase."""
+    """List of `Term`: terms of all spectral lines of a model, each as a process of random phase."""
     return [
         Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.frequency or 0.0) / rate)))
         for e in model.deterministic

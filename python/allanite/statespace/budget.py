@@ -144,7 +144,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
 
 
 def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
-    """The axes named x and y if both exist, else all axes."""
+    """List of `Axis`: axes named x and y if both exist, else all axes."""
     level = [axis for axis in own if letter_of(axis.name) in ("x", "y")]
     return level if len(level) == 2 else list(own)
 
@@ -152,7 +152,7 @@ def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
 def _horizontal_variance(
     own: Sequence[Axis], integral: Callable[[Array], Array], aided: float, times: Array
 ) -> Array:
-    """Variance of both horizontal channels together at each time, in SI units.
+    """Array: variance of both horizontal channels together at each time, in SI units.
 
     It is twice the mean variance of the axes.
     """

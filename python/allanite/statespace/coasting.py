@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def integration_weights(m: int, rate: float, order: int) -> Array:
-    """Weights, shape (m,), with which m samples (each held) add up to their `order`-fold integral."""
+    """Weights, s^order, shape (m,), that sum m samples, each constant for 1/rate, to their integral of `order` 1 to 3."""
     edges = (m - np.arange(m + 1)) / rate
     powers = edges**order / (1.0, 2.0, 6.0)[order - 1]
     return np.asarray(powers[:-1] - powers[1:])

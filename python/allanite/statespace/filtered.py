@@ -61,7 +61,7 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
 
 
 def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Block-diagonal F and Q, and H, of all sections, and the mask of states with unknown levels.
+    """Tuple: block-diagonal F and Q, and H, of all sections, and the mask of states with unknown levels.
 
     White noise is the last state.
     """
@@ -81,7 +81,7 @@ def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[n
 
 
 def _stationary(F: Array, Q: Array) -> Array:
-    """Stationary covariance Σ F^k Q F^kᵀ of states with transition F and process noise Q."""
+    """Array: stationary covariance Σ F^k Q F^kᵀ of states with transition F and process noise Q."""
     total, step = Q, F
     for _ in range(64):
         total, step = total + step @ total @ step.T, step @ step

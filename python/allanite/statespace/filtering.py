@@ -123,7 +123,7 @@ class Innovations:
 
     @cached_property
     def by_tau(self) -> NisByTau:
-        """NIS of means over τ, from one sample to a tenth of the record, two averaging times per octave."""
+        """`NisByTau`: NIS of means over τ, from one sample to a tenth of the record, two averaging times per octave."""
         from scipy.special import chdtri
 
         z = self.values / np.sqrt(self.variances)

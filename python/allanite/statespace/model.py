@@ -76,7 +76,7 @@ class StateSpace:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Label of the effect of each state."""
+        """Tuple of texts: label of the effect of each state."""
         return tuple(
             owner
             for owner, s in zip(self.owners, self.sections, strict=True)
@@ -139,12 +139,12 @@ class StateSpace:
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """Primitive terms of the noise that the matrices represent."""
+        """Tuple of `Term`: primitive terms of the noise that the matrices represent."""
         return tuple(t for s in self.sections for t in s.terms)
 
     @property
     def cost(self) -> Cost:
-        """Error of the Allan deviation and loss of likelihood relative to the exact model."""
+        """`Cost`: error of the Allan deviation and loss of likelihood relative to the exact model."""
         from allanite.statespace.reduction import cost
 
         return cost(self)

@@ -53,7 +53,7 @@ class Cost:
 
 
 def cost(space: StateSpace) -> Cost:
-    """Loss of a state space relative to the exact terms of its model."""
+    """`Cost`: loss of a state space relative to the exact terms of its model."""
     m = _factors(space.samples, 16)
     error = np.sqrt(_allan(space.terms, m) / _allan(space.exact, m)) - 1.0
     worst = int(np.argmax(np.abs(error)))
@@ -135,7 +135,7 @@ def _fit(
     damping, best = 1e-3, np.inf
 
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
-        """Contribution of each section, their total, the weighted residuals, and the sum of the squared residuals."""
+        """Tuple (contribution of each section, total, weighted residuals, sum of the squared residuals)."""
         unit = np.array([_lag_curves(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
         parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
         total = base + parts.sum(axis=0)
@@ -203,7 +203,7 @@ def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Arra
 
 
 def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
-    """Allan variance at the factors m, followed by the density at the frequencies w, of the sum of some terms."""
+    """Array: Allan variance at the factors m, followed by the density at the frequencies w, of the sum of some terms."""
     return np.concatenate([_allan(terms, m), _density(terms, w)])
 
 
@@ -219,11 +219,11 @@ def _factors(n: int, per_decade: int) -> Array:
 
 
 def _allan(terms: Sequence[Term], m: Array) -> Array:
-    """Allan variance of the sum of some terms at the averaging factors m."""
+    """Array: Allan variance of the sum of some terms at the averaging factors m."""
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
-    """Density of the sum of some terms, without lines, at w radians per sample; at least 1e-300."""
+    """Array: density of the sum of some terms, without lines, at w radians per sample; at least 1e-300."""
     noise = (t for t in terms if not is_line(t))
     return np.asarray(sum((t.spectrum(w) for t in noise), np.full(w.size, 1e-300)))

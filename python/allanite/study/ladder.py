@@ -62,7 +62,7 @@ class Rung:
 
     @property
     def new(self) -> tuple[Effect, ...]:
-        """Effects that this step put into the model."""
+        """Tuple of `Effect`: effects that this step put into the model."""
         return () if self.added is None else (self.added, *self.brought)
 
     @property
@@ -135,7 +135,7 @@ def rung_of(
 
 
 def kinds_added_again(ladder: Sequence[Rung]) -> set[str]:
-    """Kinds that were removed on a step and added again later, and are therefore needed."""
+    """Set of texts: kinds that were removed on a step and added again later, and are therefore needed."""
     gone: set[str] = set()
     back: set[str] = set()
     for rung in ladder:
@@ -190,7 +190,7 @@ class Study:
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Sentences why the last model is not adequate although its check is.
+        """Tuple of texts: sentences why the last model is not adequate although its check is.
 
         The Allan error is more than twice its expected scatter, or another model has a score higher by more than 3 nats.
         """
@@ -227,17 +227,17 @@ class Study:
 
     @property
     def misfit_left(self) -> tuple[float, ...]:
-        """Unexplained misfit of each step, % of that of the first step."""
+        """Tuple of floats: unexplained misfit of each step, % of that of the first step."""
         return misfit_left(self.ladder)
 
     @cached_property
     def undecided(self) -> Undecided | None:
-        """Values over all models that this record cannot distinguish from the last; None if there is only one."""
+        """`Undecided`: values over all models that explain the record as well as the last; None if there is only one."""
         return undecided(self.fit)
 
     @property
     def left(self) -> list[str]:
-        """Sentences about what the last model does not explain."""
+        """List of texts: sentences about what the last model does not explain."""
         if self._is_good_enough:
             return []
         return [*self.check.left, *self.doubts] or [self.check.nowhere]
@@ -309,7 +309,7 @@ class Study:
         return "\n".join(lines)
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Texts of each step: changes, misfit, discrepancy, Allan error, worst τ, prediction score, model."""
+        """List: texts of each step: changes, misfit, discrepancy, Allan error, worst τ, prediction score, model."""
         out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error
@@ -386,7 +386,7 @@ def _number_text(value: float | None) -> str:
 
 
 def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
-    """Unexplained misfit of each step, % of that of the first step.
+    """Tuple of floats: unexplained misfit of each step, % of that of the first step.
 
     The misfit of the last step is the logL that a saturated model gains, less what chance gives. That of an earlier step
     adds the ΔlogL of all later steps.

@@ -82,7 +82,7 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
 
 
 def _course(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
-    """Course over time of a function of time or of a noise level; None for other effects."""
+    """Array: course over time of a function of time or of a noise level; None for other effects."""
     if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
         return fit.data.signal((effect,))
     if isinstance(effect, Modifier) and effect.passing and effect.band is None:

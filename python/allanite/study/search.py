@@ -107,7 +107,7 @@ class Search:
         return self.tolerance is not None and fit.discrepancy.percent < self.tolerance
 
     def study(self, stop: str) -> Study:
-        """Result with the steps that were checked, in the order that users read."""
+        """`Study`: result with the steps that were checked, in the order that users read."""
         assert self.check is not None
         ladder = self.ladder[: self.checked]
         steps = tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)

@@ -62,15 +62,15 @@ class State:
 
     @property
     def added(self) -> tuple[int, ...]:
-        """Places of the effects that the search added."""
+        """Tuple of integers: places of the effects that the search added."""
         return tuple(p for p in range(len(self.numbers)) if not self.is_given(p))
 
     def new_since(self, before: State) -> tuple[int, ...]:
-        """Places of the effects that an earlier state did not have."""
+        """Tuple of integers: places of the effects that an earlier state did not have."""
         return tuple(p for p, n in enumerate(self.numbers) if n not in before.numbers)
 
     def lost_since(self, before: State) -> tuple[int, ...]:
-        """Places in an earlier state of the effects that have left."""
+        """Tuple of integers: places in an earlier state of the effects that have left."""
         return tuple(p for p, n in enumerate(before.numbers) if n not in self.numbers)
 
 
@@ -87,7 +87,7 @@ def state_of(ladder: Sequence[Rung]) -> State:
 
 
 def places_lost(before: Model, after: Model) -> tuple[int, ...]:
-    """Places of the effects of a model that another model lacks, by kind; of equal kinds, the nearest frequencies stay."""
+    """Indices of the effects of a model that another model lacks; of equal kinds, the nearest frequencies stay."""
     lost: list[int] = []
     for kind in dict.fromkeys(e.kind for e in before):
         had = [p for p, e in enumerate(before) if e.kind == kind]

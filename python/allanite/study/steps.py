@@ -69,7 +69,7 @@ def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def _candidates(check: Check) -> list[Suggestion]:
-    """Significant suggestions, after those that explain the misfit of the first of them with a clearly higher score.
+    """List: significant suggestions, after those that explain the misfit of the first of them with a clearly higher score.
 
     The p-value of one shows that an effect is missing; the scores tell which.
     """
@@ -115,7 +115,7 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
-    """Step with the largest gain that merges a stack of effects, or drops, replaces or splits one; None if none gains.
+    """`Rung` with the largest gain that merges a stack of effects, or drops, replaces or splits one; None if none gains.
 
     New effects that the record does not show are removed again, and no error may rise beyond its scatter.
     """
@@ -218,7 +218,7 @@ def _step_with(
 def _merged_or_added(
     before: State, suggestion: Suggestion, check: Check
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
-    """State with a suggestion and its companions, its ΔlogL, and the added suggestions, the one to name first."""
+    """Tuple: state with a suggestion and its companions, its ΔlogL, and the added suggestions, the one to name first."""
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
     if wandering is not None:

@@ -50,7 +50,7 @@ class Check:
 
     @property
     def significant(self) -> tuple[Suggestion, ...]:
-        """Suggestions whose p-value, corrected for all searches, is below 1 %."""
+        """Tuple of `Suggestion`: suggestions whose p-value, corrected for all searches, is below 1 %."""
         return tuple(s for s in self.suggestions if s.significant)
 
     @property
@@ -78,7 +78,7 @@ class Check:
 
     @cached_property
     def rest(self) -> Rest | None:
-        """Smooth shape of the spectrum that no effect of the catalog explains; it can be added to the model.
+        """`Rest`: smooth shape of the spectrum that no effect of the catalog explains; it can be added to the model.
 
         None if the model is adequate or an effect of the catalog is significantly missing.
         """
@@ -86,7 +86,7 @@ class Check:
 
     @property
     def left(self) -> list[str]:
-        """One sentence for each view on which the model fails, and one for the unexplained shape."""
+        """List of texts: one sentence for each view on which the model fails, and one for the unexplained shape."""
         return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
 
     @property
@@ -102,7 +102,7 @@ class Check:
 
     @cached_property
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
-        """Suggestions to show, with their ranks, in titled groups: the best, its alternatives, and additional effects.
+        """List of (title, [(rank, suggestion), …]): the best suggestion, its alternatives, and additional effects.
 
         If no suggestion is significant, the two best form the only group.
         """
@@ -173,7 +173,7 @@ class Check:
 
 
 def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
-    """Lines of a suggestion in the printed check: explanation, evidence, alternatives, how to confirm it."""
+    """List of texts: lines of a suggestion in the printed check: explanation, evidence, alternatives, how to confirm it."""
     mark = "" if s.significant else " (not significant)"
     evidence = (
         f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"

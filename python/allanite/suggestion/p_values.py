@@ -105,7 +105,7 @@ def line_trials(n: int) -> float:
 
 
 def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
-    """W of Baluev's formula for lines of so many cycles in n samples, over their share of the false-alarm probability.
+    """Array: W of Baluev's formula for lines of so many cycles in n samples, over their share of false alarms.
 
     Baluev's W is proportional to the range of frequencies searched. One share of the probability is divided equally among
     the octaves from one cycle to n/2, so that a slow line does not pay for all fast ones. A second share covers all
@@ -141,7 +141,7 @@ def interval_trials(cells: int, length: int, x: float) -> float:
 def best_interval(
     power: NDArray[np.float64], freedom: float, cells: int
 ) -> tuple[int, int, float, float]:
-    """Interval of a power series with the lowest p-value: first value, end, ΔlogL, and ln of the p-value.
+    """Tuple: interval of a power series with the lowest p-value: first value, end, ΔlogL, and ln of the p-value.
 
     `freedom` is the degrees of freedom of each value. Boundaries lie between `cells` equal cells.
     """
@@ -185,7 +185,7 @@ def two_levels(
 def refine(
     power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
 ) -> tuple[int, int, float]:
-    """Interval and its ΔlogL after moving each boundary in turn, by single values, to the largest ΔlogL.
+    """Tuple: interval and its ΔlogL after moving each boundary in turn, by single values, to the largest ΔlogL.
 
     A boundary moves by up to two coarse cells, or by an eighth of a longer interval, the step of its search. The interval
     keeps at least `least` values, since anything shorter is an outlier and not a level.

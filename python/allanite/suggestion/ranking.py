@@ -42,7 +42,7 @@ def prior(effect: Effect) -> float:
 def in_order(
     found: Iterable[Suggestion], fit: Fit, overdispersion: float
 ) -> tuple[Suggestion, ...]:
-    """Suggestions ranked best first, each with its alternative explanations.
+    """Tuple of `Suggestion`: suggestions ranked best first, each with its alternative explanations.
 
     `overdispersion` is the overdispersion of the spectrum from a missing change of the noise level (1 for a steady record).
     """
@@ -52,7 +52,7 @@ def in_order(
     judged = [s for s in judged if s in first or not excludes_segment(s.effect)]
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
-        """Significance, class, score.
+        """Tuple: significance, class, score.
 
         A change of level that makes the spectrum overdispersed leads, because nothing else can be judged before.
         """

@@ -139,7 +139,7 @@ class Suggestion:
 
     @property
     def solution(self) -> Solution:
-        """The refitted model with the effect."""
+        """`Solution`: refitted model with the effect."""
         return self.found.solution
 
     @cached_property
@@ -232,7 +232,7 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
 
 
 def _band(effect: Effect) -> tuple[float, float] | None:
-    """Lowest and highest frequency of a band, a line, or a change of a band, Hz; None for other effects."""
+    """Pair: lowest and highest frequency of a band, a line, or a change of a band, Hz; None for other effects."""
     return effect.band if isinstance(effect, Modifier) else effect.occupies
 
 
@@ -311,7 +311,7 @@ def suggest(
 
 
 def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
-    """Model with the best wandering process, to which a slow function of time must add something; or None."""
+    """`Solution`: model with the best wandering process, to which a slow function of time must add something; or None."""
     red = [c for c in candidates if isinstance(c.effect, Stochastic) and c.effect.wanders]
     return max(red, key=lambda c: c.gain).solution if red else None
 

@@ -56,7 +56,7 @@ def nameless() -> Effect:
 
 
 def rest_of(fit: Fit) -> Rest | None:
-    """Shape that would describe what a model lacks; None if it explains less than its parameters cost."""
+    """`Rest`: shape that would describe what a model lacks; None if it explains less than its parameters cost."""
     if any(effect.nameless for effect in fit.model):
         return None
     with_shape = fit.add(nameless())

@@ -146,7 +146,7 @@ def _is_read_in_chunks(log: str, taus: str, options: LogOptions) -> bool:
 
 
 def _read_in_chunks(log: str, options: LogOptions, taus: str) -> list[_Measured]:
-    """Overlapping Allan deviation of each column of a log that is read in chunks."""
+    """List of `_Measured`: overlapping Allan deviation of each column of a log that is read in chunks."""
     from allanite.cli.stream import deviations
 
     return [_Measured(stream, deviation) for stream, deviation in deviations(options, taus, log)]
@@ -155,7 +155,7 @@ def _read_in_chunks(log: str, options: LogOptions, taus: str) -> list[_Measured]
 def _read_whole(
     log: str, kinds: tuple[str, ...], taus: str, options: LogOptions
 ) -> list[_Measured]:
-    """Deviations of each column and kind, of a log that is held in memory."""
+    """List of `_Measured`: deviations of each column and kind, of a log that is held in memory."""
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options, for_fit=False)

@@ -208,7 +208,7 @@ def command(
 def _at_work(
     working: str | None, options: LogOptions, rest: Sequence[Recording]
 ) -> list[Recording]:
-    """Recordings of the --working log, read with the same options except --trim; motion is allowed."""
+    """List of `Recording`: recordings of the --working log, read with the same options except --trim; motion is allowed."""
     from dataclasses import replace
 
     from allanite.axes.working import check_working

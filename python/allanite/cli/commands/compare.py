@@ -108,7 +108,7 @@ def _is_table(item: str) -> bool:
 
 
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
-    """Models of the sheet for the kinds of sensor in these columns; empty if the sheet has no noise density."""
+    """List: models of the sheet for the kinds of sensor in these columns; empty if the sheet has no noise density."""
     from allanite.cli.models import models_of
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
@@ -139,7 +139,7 @@ def _is_log(item: str) -> bool:
 
 
 def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """One comparison per column: the figures of the data sheet against a fit of the model.
+    """List: one comparison per column: the figures of the data sheet against a fit of the model.
 
     Columns whose kind of sensor the sheet does not cover are skipped.
     """

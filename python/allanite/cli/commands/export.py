@@ -124,7 +124,7 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """The unit of each model. --unit holds one unit for all models, or one per model, separated by commas."""
+    """List: unit of each model. --unit holds one unit for all models, or one per model, separated by commas."""
     from allanite.common.errors import InputError
 
     units = unit.split(",") if unit else [None]

@@ -94,7 +94,7 @@ def _target(log: str, output: str | None) -> Path:
 
 
 def _provenance(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
-    """Inputs from which the report can be repeated: logs, command, first model and seed."""
+    """Dict: inputs from which the report can be repeated: logs, command, first model and seed."""
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"
     seed = "none: nothing in a report is random" if options.seed is None else str(options.seed)

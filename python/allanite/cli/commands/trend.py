@@ -107,7 +107,7 @@ def command(
 
 
 def _output_unit(unit: str, requested: str | None) -> tuple[str, float]:
-    """Unit of the results, and the factor that converts the samples to this unit."""
+    """Pair: unit of the results, and the factor that converts the samples to this unit."""
     from allanite.common.errors import InputError
 
     if requested is None or requested == unit:

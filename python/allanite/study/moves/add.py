@@ -65,7 +65,7 @@ def with_addition(
 
 
 def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
-    """Lines after the first that are too far apart to be one wandering line; empty if the first effect is no line."""
+    """Tuple of the lines after the first that are too far apart to be one; empty if the first effect is no line."""
     kept: list[Effect] = []
     least = MAX_LINE_BAND_DISTANCE / fit.data.duration
     for line in lines:
@@ -78,7 +78,7 @@ def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
 def with_second_effect(
     before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
-    """State with a second effect, if the first addition alone raises an error, and its suggestion; None if none helps.
+    """Pair (state with a second effect, its suggestion), if the first addition alone raises an error; else None.
 
     The second effect is one that `check` found missing. If none of those helps, the model with the addition is checked.
     Its suggestions are added, or take the place of the addition. If only the discrepancy rises, within its interval
@@ -104,7 +104,7 @@ def with_second_effect(
 def _best_beside(
     before: State, after: State, suggestions: Sequence[Suggestion]
 ) -> tuple[State, Suggestion] | None:
-    """State with the first suggestion with which no error rises beyond its scatter, and that suggestion; or None.
+    """Pair: state with the first suggestion with which no error rises beyond its scatter, and that suggestion; or None.
 
     Suggestions with which the Allan error does not rise at all are tried first.
     """

@@ -61,7 +61,7 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
 
 
 def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
-    """Excursion that explains most of all slow functions that may be missing, if it is significant; else None."""
+    """`Away`: excursion that explains most of all slow functions that may be missing, if it is significant; else None."""
     slow = slow_families(solution.model, data.covariates)
     whitened = cache(lambda: whiten(solution, data))
     screens = {

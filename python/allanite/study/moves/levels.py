@@ -74,19 +74,19 @@ def must_merge_levels(state: State) -> bool:
 
 
 def _changes(state: State) -> tuple[list[Level], list[int]]:
-    """Added effects that switch the level, and their places."""
+    """Pair: added effects that switch the level, and their places."""
     effects = state.fit.model.effects
     found = [(e, p) for p in state.added if isinstance(e := effects[p], Level) and e.switches[0]]
     return [e for e, _ in found], [p for _, p in found]
 
 
 def _switching(candidates: Iterable[Candidate]) -> list[Level]:
-    """Effects of those candidates that switch between levels."""
+    """List of `Level`: effects of those candidates that switch between levels."""
     return [c.effect for c in candidates if isinstance(c.effect, Level) and c.effect.switches[0]]
 
 
 def _combined(changes: list[Level]) -> list[Level]:
-    """Effects of the catalog that have the product of the levels of several."""
+    """List of `Level`: effects of the catalog that have the product of the levels of several."""
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))

@@ -65,7 +65,7 @@ def _is_single_line(effect: Effect) -> bool:
 
 
 def _band(low: float, high: float) -> Stochastic | None:
-    """Narrow band of the catalog between two frequencies; None if there is none."""
+    """`Stochastic`: narrow band of the catalog between two frequencies; None if there is none."""
     kinds = (cls() for cls in CATALOGUE if issubclass(cls, Stochastic))
     return next((made for blank in kinds if (made := blank.banded(low, high)) is not None), None)
 

@@ -96,7 +96,7 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
 
 
 def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
-    """Band modulated at the distance of a weaker band, if the weaker one may be its side band; else None."""
+    """`Stochastic`: band modulated at the distance of a weaker band, if the weaker one may be its side band; else None."""
     assert isinstance(effect, Stochastic)
     assert isinstance(band, Stochastic)
     a, b = effect.occupies, band.occupies
@@ -115,7 +115,7 @@ def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
 
 
 def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | None:
-    """Effect of the catalog that is this band, modulated; None if there is none."""
+    """`Stochastic`: effect of the catalog that is this band, modulated; None if there is none."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
     made = (cls.modulating(band, rate, depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)

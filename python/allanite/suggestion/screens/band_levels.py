@@ -153,7 +153,7 @@ def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
 
 
 def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:
-    """Factor of a level between two fractions of a record: value, ΔlogL, standard error, and the power without the change.
+    """Tuple (factor of a level between two fractions of a record, ΔlogL, standard error, power without the change).
 
     In each cell the process has a known share of the power, and its mean over the record is that of the model. The power
     over time is that of the most informative cell.
@@ -174,7 +174,7 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
-        """Expected power over the mean, inside and outside of the interval, for each share."""
+        """Array: expected power over the mean, inside and outside of the interval, for each share."""
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
         return np.asarray(1.0 + of[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
@@ -226,7 +226,7 @@ def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, i
 def _changed_band(
     samples: Array, octave: tuple[float, float], when: tuple[float, float], rate: float
 ) -> tuple[float, float] | None:
-    """Band around an octave whose power differs most between two parts of a record, Hz; None if there are too few samples.
+    """Pair (low, high), Hz: band around an octave whose power differs most between two parts; None with too few samples.
 
     The ends of `octave` are fractions of the sampling rate over two.
     """

@@ -40,7 +40,7 @@ CHAIN_BLOCKS = 512
 
 
 def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
-    """Candidate of burst noise if the samples may switch between two levels; empty otherwise.
+    """Tuple of `Candidate`: candidate of burst noise if the samples may switch between two levels; empty otherwise.
 
     It is built from a Gauss-Markov candidate, which has the same spectrum.
     """

@@ -34,7 +34,7 @@ def without_ringing(
     inside = slice(low * length // (2 * n), high * length // (2 * n) + 1)
 
     def power(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Power within the band in the windows that begin at some samples."""
+        """Array: power within the band in the windows that begin at some samples."""
         pieces = np.lib.stride_tricks.sliding_window_view(samples, length)[at]
         found = np.fft.rfft(pieces * window, axis=1)[:, inside]
         return np.asarray((found.real**2 + found.imag**2).sum(axis=1))

@@ -48,7 +48,7 @@ SEARCHES = (
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
-    """Bands of the model whose center frequency may change, strong enough to be located in sections of the record.
+    """List: bands of the model whose center frequency may change, strong enough to be located in sections of the record.
 
     Empty if much of the record is missing. Bands on the course of a moving band are excluded,
     because its remainder moves as well.
@@ -65,7 +65,7 @@ def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
 def screen_drifting_bands(
     bands: list[Process], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Candidates in which a moving band replaces a band of the model, alone or with other bands on its course."""
+    """Tuple: candidates in which a moving band replaces a band of the model, alone or with other bands on its course."""
     if not bands:
         return ()
     found = (_candidate(own, solution, data) for own in bands)
@@ -136,7 +136,7 @@ def _names(replaced: tuple[Effect, ...]) -> str:
 
 
 def _replaceable(own: Process, moving: Process, solution: Solution) -> list[tuple[Effect, ...]]:
-    """Sets of effects that a moving band may replace: the band alone, and the band with all others on its course."""
+    """List: sets of effects that a moving band may replace: the band alone, and the band with all others on its course."""
     course = moving.effect.occupies
     if course is None:
         return []
@@ -264,7 +264,7 @@ class _Sections:
         return best
 
     def _rest(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
-        """Expected squared ordinates of the model without some effects."""
+        """Array: expected squared ordinates of the model without some effects."""
         others = Model(_without(self.model, replaced))
         return cells.expected(self.data.terms(others) if others.stochastic else ())
 
@@ -307,7 +307,7 @@ def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
 
 
 def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
-    """Most likely piecewise linear course: frequency index in each section, and its gain minus its cost.
+    """Pair: most likely piecewise linear course: frequency index in each section, and its gain minus its cost.
 
     `gains` has shape (sections, frequencies). The course has `parts` straight parts of equal
     length. At its start and at the end of each part, all frequencies are equally probable. The sum

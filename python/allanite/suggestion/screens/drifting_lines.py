@@ -55,7 +55,7 @@ def bands_with_excess(
     data: Data,
     white: NDArray[np.float64],
 ) -> tuple[Band, ...]:
-    """Bands that may hold a line that drifts or is switched; empty for a summary or with missing samples.
+    """Tuple of `Band`: bands that may hold a line that drifts or is switched; empty for a summary or with missing samples.
 
     A summary keeps only the lowest ordinates, so a band has no phase.
     """
@@ -71,7 +71,7 @@ def bands_with_excess(
 def screen_drifting_lines(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Best drifting line of each kind of the catalog, refitted, if it beats the steady lines."""
+    """Tuple of `Candidate`: best drifting line of each kind of the catalog, refitted, if it beats the steady lines."""
     blanks = blanks_of_screen("drifting line", solution, data)
     found = (_best(blank, bands, lines, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
@@ -90,7 +90,7 @@ def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Dete
 def solved_with(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[Solution, Deterministic, float]:
-    """Solution with one more effect, the fitted effect, and the ΔlogL of that effect alone.
+    """Tuple: solution with one more effect, the fitted effect, and the ΔlogL of that effect alone.
 
     The ΔlogL uses the noise without the line, so that the line in its cells does not count as discrepancy.
     """

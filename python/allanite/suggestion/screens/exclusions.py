@@ -211,7 +211,7 @@ def _exclusion(
 
 
 def _disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """The disturbance with the lowest p-value, or a stuck value if the record has one; None if there is neither.
+    """`Candidate`: disturbance with the lowest p-value, or a stuck value if the record has one; None if there is neither.
 
     A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment is at
     most `MAX_EXCLUDED_FRACTION` of the record. Each octave is searched for one interval; octaves that see the same
@@ -270,7 +270,7 @@ def _disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidat
 
 
 def screen_disturbance(view: View) -> tuple[Candidate, ...]:
-    """The disturbance or stuck value of a record; empty if there is neither."""
+    """Tuple of `Candidate`: disturbance or stuck value of a record; empty if there is neither."""
     found = _disturbance(view.solution, view.data, view.whitened)
     return () if found is None else (found,)
 
@@ -279,7 +279,7 @@ SCREEN = OwnScreen("stretch", screen_disturbance)
 
 
 def _segment_effect(start: float, end: float) -> Modifier | None:
-    """Effect of the catalog that excludes the samples between two times."""
+    """`Modifier`: effect of the catalog that excludes the samples between two times."""
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
     return kinds[0].during(start, end, MIN_DISTURBANCE_POWER_RATIO) if kinds else None
 
@@ -329,7 +329,7 @@ def _power_ratio(
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
-        """Mean power in each band of the segment that begins at a sample."""
+        """Array: mean power in each band of the segment that begins at a sample."""
         found = rfft(samples[at : at + length] * window, padded)[: edges[-1]]
         power = found.real**2 + found.imag**2
         return np.asarray(np.add.reduceat(power, edges[:-1]) / np.diff(edges))
@@ -361,7 +361,7 @@ def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: flo
 
 
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
-    """Octaves of a whitened record: first ordinate, end, power over time, degrees of freedom of each value."""
+    """List: octaves of a whitened record: first ordinate, end, power over time, degrees of freedom of each value."""
     return [
         (low, high, power, each / overdispersion(power, each))
         for low, high, power, each in steady.bands

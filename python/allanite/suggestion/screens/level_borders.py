@@ -21,7 +21,7 @@ MAX_ROUNDS = 20
 def most_likely_borders(
     power: Array, places: NDArray[np.int64], levels: Array, least: int
 ) -> NDArray[np.int64]:
-    """Borders, each moved to the most likely place between its neighbors for the levels on its two sides.
+    """Array: borders, each moved to the most likely place between its neighbors for the levels on its two sides.
 
     An interval between two borders keeps at least `least` values, since anything shorter is an outlier. The ends of the
     record are no borders.
@@ -42,7 +42,7 @@ def most_likely_borders(
 def borders_between_values(
     power: Array, places: NDArray[np.int64], factors: Sequence[float], least: int
 ) -> NDArray[np.int64]:
-    """Most likely borders between intervals of constant level, as indices of values.
+    """Array: most likely borders between intervals of constant level, as indices of values.
 
     Borders and levels are refined alternately until neither changes.
 
@@ -59,7 +59,7 @@ def borders_between_values(
 
 
 def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
-    """Mean power of each interval; intervals with the same factor have one mean. The first factor is 1."""
+    """Array: mean power of each interval; intervals with the same factor have one mean. The first factor is 1."""
     known = np.array([1.0, *factors])
     ends = [0, *places, power.size]
     total = np.array([power[low:high].sum() for low, high in pairwise(ends)])
@@ -71,7 +71,7 @@ def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[f
 def borders_within_cells(
     power: Array, places: Sequence[float], factors: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """Borders within the cells of a power map, and the power from each border on over that at the start.
+    """Pair: borders within the cells of a power map, and the power from each border on over that at the start.
 
     A cell may be a mean over more than its own time. Levels come from cells well inside the intervals, with one mean for
     all intervals of the same factor. The power near a border then gives its place between the levels on the two sides.
@@ -80,7 +80,7 @@ def borders_within_cells(
     at = np.arange(power.size) + 0.5
 
     def levels(borders: Sequence[float]) -> list[float]:
-        """Mean power of each interval, without the blurred cells at its borders."""
+        """List of floats: mean power of each interval, without the blurred cells at its borders."""
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}
         for factor, (low, high) in zip(known, pairwise(ends), strict=True):

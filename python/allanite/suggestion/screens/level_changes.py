@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
-    """Candidate of outliers, or None, and candidates of changes of level in the samples without these outliers.
+    """Pair: candidate of outliers, or None, and candidates of changes of level in the samples without these outliers.
 
     If most samples of an interval are louder, the change of level comes first and outliers are left for the next step.
     """
@@ -81,7 +81,7 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
-    """Candidates of changes of the white-noise level that explain its power over time best.
+    """List of `Candidate`: candidates of changes of the white-noise level that explain its power over time best.
 
     The search covers one interval, several intervals, a periodic level, and levels that follow a
     logged column. Candidates within `MAX_RIVAL_LOG_EVIDENCE` nats of the best are returned.
@@ -110,7 +110,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
 
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
-    """Power of the white noise over time; None if there is too little white noise, or if its level depends on the bias."""
+    """`Series` of the power of white noise over time; None with too little of it, or if its level depends on the bias."""
     calm = whitened.without_single
     power, share, freedom = white_power(solution, data, calm)
     if power is None or power.size < MIN_POWER_VALUES or _dithered(data):
@@ -245,7 +245,7 @@ def _white_fraction(solution: Solution) -> float:
 
 
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
-    """Squares of the whitened samples with normal tails.
+    """Array: squares of the whitened samples with normal tails.
 
     The unknown ends of the record get the power of the samples nearby.
     """
@@ -266,7 +266,7 @@ def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Overdispersion of the spectrum, and largest relative noise power, due to the best significant missing level change.
+    """Pair: overdispersion of the spectrum, and largest relative power, due to the best significant missing level change.
 
     Both are 1 if no significant level change is missing. `searches` is the number of searches, for
     the significance.

@@ -97,7 +97,7 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """Candidate of several levels, if they gain more than the cost of their parameters.
+    """List of `Candidate`: candidate of several levels, if they gain more than the cost of their parameters.
 
     Each interval has its own level, or two levels alternate.
 
@@ -134,7 +134,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Level]:
-    """Effects of the catalog that may be added to a model as changes of the level."""
+    """List of `Level`: effects of the catalog that may be added to a model as changes of the level."""
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
@@ -177,7 +177,7 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
 
 
 def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
-    """Borders between two alternating levels, starting from the intervals of a partition."""
+    """List of integers: borders between two alternating levels, starting from the intervals of a partition."""
     if len(borders) < 2:
         return []
     means = np.sort(_interval_sums(power * count, borders) / _interval_sums(count, borders))
@@ -199,7 +199,7 @@ def _alternating_borders(power: Array, count: Array, borders: list[int], price: 
 
 
 def _interval_sums(values: Array, borders: list[int]) -> Array:
-    """Sum of the values in each interval."""
+    """Array: sum of the values in each interval."""
     return np.asarray(np.add.reduceat(values, [0, *borders]))
 
 
@@ -240,7 +240,7 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """The borders whose ΔlogL exceeds their cost; two borders within a coarse cell may stand for one change."""
+    """Array: borders whose ΔlogL exceeds their cost; two borders within a coarse cell may stand for one change."""
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
@@ -326,14 +326,14 @@ def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, floa
         if not count.all():
             continue
         folded = np.asarray(np.bincount(which, weights=power, minlength=PHASES), dtype=np.float64)
-        gain, first, last = _gate(folded, count, freedom)
+        gain, first, last = _best_phases(folded, count, freedom)
         if gain > best[0]:
             best = (gain, period, first, last)
     return best
 
 
 def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
-    """Period, begin and share of the gate that explains the squares of samples best, near a coarse gate.
+    """Tuple of floats: period, begin and share of the gate that explains the squares of samples best, near a coarse gate.
 
     Period and begin are in samples. The coarse gate is known to 1/`PHASES` of a period at both ends of the record.
     """
@@ -369,8 +369,8 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
     return best[1:]
 
 
-def _gate(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
-    """Largest ΔlogL of a separate level in an interval of phases, and the first and last phase of that interval."""
+def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
+    """(ΔlogL, first, end) of the interval of phases whose level differs most; phases in 1/`PHASES`, `end` exclusive."""
     twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
     sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])
     first = np.arange(PHASES)[:, None]
@@ -386,7 +386,7 @@ def _gate(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
 
 
 def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -> list[Candidate]:
-    """Candidates in which the log of the noise level is linear in a column, one for each suitable column."""
+    """List: candidates in which the log of the noise level is linear in a column, one for each suitable column."""
     from scipy.special import log_ndtr
 
     blanks = [blank for blank in _level_effects(model, columns) if blank.follows is not None]

@@ -49,7 +49,7 @@ MEDIAN_CHI2_1 = 0.4549
 def _divide_by_level(
     power: NDArray[np.float64], floor: float, bins: Bins
 ) -> list[tuple[int, float]]:
-    """Divide power in place by the level of its neighborhood, so that a band that the model misses does not become a line.
+    """Divide `power` in place by the level of its neighborhood, so that a band that the model misses is no line.
 
     Beside an empty bin, which has no level, no power is raised. Returns the end (exclusive) and the level of each interval.
     """
@@ -76,7 +76,7 @@ def _divide_by_level(
 def screen_lines(
     solution: Solution, data: Data, whitened: NDArray[np.float64], white: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
-    """Candidates of the strongest lines of the residual, with the harmonics that stand out, refitted.
+    """Tuple of `Candidate`: candidates of the strongest lines of the residual, with the harmonics that stand out, refitted.
 
     `whitened` is the residual in time; `white` are its ordinates whitened by the model without a discrepancy.
     """

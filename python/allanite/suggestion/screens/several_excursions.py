@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def merged_excursions(events: Sequence[Away]) -> Away | None:
-    """Effect of the catalog that has all the excursions; None if there is none."""
+    """`Away`: effect of the catalog that has all the excursions; None if there is none."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Away))
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 
@@ -37,14 +37,14 @@ def overlap(one: Away, event: Away) -> bool:
 
 
 def _times(event: Away) -> list[tuple[float, float]]:
-    """Times of each single excursion of an effect, s."""
+    """List of pairs: times of each single excursion of an effect, s."""
     return [e.when for e in event.singly if e.when is not None]
 
 
 def several_excursions(
     kind: type[Deterministic], first: Away, places: float, solution: Solution, data: Data
 ) -> tuple[Away, float] | None:
-    """Effect with the excursions that are least likely by chance together, and the cost of their number in ln p; or None.
+    """Pair: effect with the excursions least likely by chance together, and the cost of their number in ln p; or None.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def several_excursions(
 
 
 def _best_beside(kind: type[Deterministic], solution: Solution, data: Data) -> Away | None:
-    """Best further excursion if the model already has others; None if there is none."""
+    """`Away`: best further excursion if the model already has others; None if there is none."""
     spans = best_spans(
         kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
     )
@@ -87,7 +87,7 @@ def _best_beside(kind: type[Deterministic], solution: Solution, data: Data) -> A
 
 
 def _of_height_one(event: Away) -> Away:
-    """The excursion with height 1 as a start value, before several excursions are fitted together."""
+    """`Away`: excursion with height 1 as a start value, before several excursions are fitted together."""
     return event.with_amplitudes(np.ones(1))
 
 

@@ -59,7 +59,7 @@ def screen_slow(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Screen:
-    """Candidates of a family of slow functions: the best grid point of each effect, refitted, and its richer forms.
+    """`Screen` of a family of slow functions: the best grid point of each effect, refitted, and its richer forms.
 
     `whitened` returns the whitened record of the solution, if it is needed.
     """
@@ -156,7 +156,7 @@ def _significant_richer_forms(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """Richer forms, refitted, that explain significantly more, beyond the simple form if that one is significant."""
+    """List: richer forms, refitted, that explain significantly more, beyond the simple form if that one is significant."""
     found: list[Candidate] = []
     for effect, (arc, _, noise) in forms.items():
         plain = 0.0
@@ -232,7 +232,7 @@ def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -
 def _refined(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
 ) -> Deterministic:
-    """Effect at the best shapes between the neighbors of a grid point, optimized one after the other."""
+    """`Deterministic`: effect at the best shapes between the neighbors of a grid point, optimized one after the other."""
     known = solution.model.deterministic
     for name in names:
         grid = np.unique(effect.grid(name, data.n, data.rate))
@@ -351,7 +351,7 @@ def score(candidate: Candidate) -> float:
 
 
 def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """The screens by family, where each clearly worse function counts only with its smallest ΔlogL next to a better one.
+    """Dict: screens by family, where each clearly worse function counts only with its smallest ΔlogL next to a better one.
 
     A step at the start looks like a warm-up, and like any temperature that rises from there.
     """

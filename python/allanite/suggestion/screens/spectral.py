@@ -89,7 +89,7 @@ class Screen:
 
 @lru_cache(maxsize=64)
 def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
-    """Every point of an effect's grid. The grid of a shape may depend on shapes declared after it."""
+    """Tuple of `Effect`: every point of an effect's grid. The grid of a shape may depend on shapes declared after it."""
     out: list[Effect] = list(blank.variants())
     for name in reversed(blank.free_shapes):
         out = [
@@ -199,7 +199,7 @@ def _log_p_narrow(gain: float, data: Data) -> float:
 def _residual_maxima(
     points: list[Effect], unit: NDArray[np.float64], solution: Solution
 ) -> list[Effect]:
-    """Grid points at which the residual lies more in their direction than at both neighbors; the best ones.
+    """List: grid points at which the residual lies more in their direction than at both neighbors; the best ones.
 
     For narrow effects only: effects elsewhere in the model cannot have absorbed them there.
     """
@@ -215,7 +215,7 @@ def _residual_maxima(
 def _with_richer_form(
     ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
 ) -> tuple[Model, Maximum]:
-    """Model and maximum with the richer form of the last effect, if that lessens a discrepancy and gains enough logL."""
+    """Pair (model, maximum) with the richer form of the last effect, if that form lowers a discrepancy and gains enough."""
     if best.scale is None:
         return model, best
     last = len(model) - 1
@@ -234,7 +234,7 @@ def _with_richer_form(
 
 
 def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """Model and maximum over all shapes, and over other designs of the model's filters if the model has a discrepancy.
+    """Pair (model, maximum) over all shapes, and over other filter designs if the model has a discrepancy.
 
     Present shapes and designs may stand for what is missing: a cutoff, or more sections of a filter, for a rise towards the
     Nyquist frequency.

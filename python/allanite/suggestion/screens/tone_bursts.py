@@ -109,6 +109,6 @@ def _is_same_line(one: Deterministic, other: Deterministic) -> bool:
 
 
 def _is_near(candidate: Candidate, frequency: float, width: float) -> bool:
-    """True if the candidate is a line or a band within `width` of the frequency."""
+    """True if the candidate is a line, band or gap that includes the frequency, Hz, or lies within `width` of it."""
     place = candidate.effect.occupies
     return place is not None and place[0] - width <= frequency <= place[1] + width
