@@ -28,7 +28,9 @@ def launched(name):
         except Exception as error:
             if "unknown command" not in str(error):
                 raise
-            pytest.skip(f"{path} is too old for Playwright: apt-get update, and install 153 or newer")
+            pytest.skip(
+                f"{path} is too old for Playwright: apt-get update, and install 153 or newer"
+            )
         yield browser
         browser.close()
 

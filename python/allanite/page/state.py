@@ -98,7 +98,7 @@ def state(tab: Tab) -> dict[str, Any]:
         "where": [] if study is None else failures(study),
         "view": None if study is None else telling_view(study),
         "alternatives": None if study is None else alternatives(study),
-        "cards": [] if check is None else cards(check),
+        "cards": [] if check is None else cards(check, tab.unit),
         "ladder": step_rows(ladder.steps),
         "at": ladder.at,
         "undo": place > 0 or (now is not None and now.before is not None),

@@ -27,14 +27,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
         for p in [effect.parameter(n)]
         if isinstance(v, Estimate)
     )
-    name = before.display_name(effect)
-    if isinstance(effect, Periodic) and len(effect.lines) > 1:
-        further = [m for m, _, _ in effect.lines[1:]]
-        if all(m == round(m) for m in further):
-            name += f" with harmonics {', '.join(map(str, further))}"
-        else:
-            apart = min(b - a for a, b in itertools.pairwise([1.0, *further]))
-            name += f", {number(apart * (effect.frequency or 0.0), 4)} Hz apart"
+    name = name_with_lines(effect, before)
     text = f"{name} ({numbers})" if numbers else name
     curve = found.curve
     own = [k for k in curve.components if k.split(" ")[0] == effect.kind]
@@ -54,6 +47,19 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     return tidy(f"{text}. {note}Physically: {effect.physics}.")
 
 
+def name_with_lines(effect: Effect, fit: Fit) -> str:
+    """Name of the effect, and of a comb also its harmonics or spacing: ``sinusoid with harmonics 2, 3``."""
+    name = fit.display_name(effect)
+    if isinstance(effect, Periodic) and len(effect.lines) > 1:
+        further = [m for m, _, _ in effect.lines[1:]]
+        if all(m == round(m) for m in further):
+            name += f" with harmonics {', '.join(map(str, further))}"
+        else:
+            apart = min(b - a for a, b in itertools.pairwise([1.0, *further]))
+            name += f", {number(apart * (effect.frequency or 0.0), 4)} Hz apart"
+    return name
+
+
 def _value_text(name: str, value: Estimate) -> str:
     """Text of a value with its unit: ``K = 12.3 °/h/√h``."""
     return (
@@ -71,7 +77,7 @@ def _slopes_sentence(effect: Effect, found: Fit) -> str:
     if slopes is None or abs(slopes[0][0] - slopes[0][1]) < 2.0 * slopes[1]:
         return ""
     slow, fast = (share * float(fitted[0]) for share in slopes[0])
-    unit = found.estimates[-1]["coefficient"].unit
+    unit = printed(found.estimates[-1]["coefficient"].unit)
     return (
         f"The slope is {slow:.3g} {unit} at slow and {fast:.3g} at fast time scales: "
         "more than one lag, hysteresis, or a thermometer in another place. "

@@ -10,6 +10,7 @@ from allanite import Recording
 from allanite.effects import parse_model
 from allanite.fit import fit_model
 from allanite.fit.rivals.undecided import Undecided
+from allanite.page.edits import SHEET
 from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.sessions import Sessions
 from allanite.page.shown.cards import cards, failures
@@ -199,3 +200,17 @@ def test_the_card_of_a_drifting_line_names_the_frequencies_that_the_line_has():
     # From 10 Hz to 10 Hz + 0.005 Hz/s · 400 s; the page shows 12 % more on each side.
     assert card["acts"]["frequency"] == pytest.approx([10.0 / 1.12, 12.0 * 1.12], rel=1e-3)
     assert card["size_text"].endswith("between 10 and 12 Hz")
+
+
+def test_a_card_has_the_units_of_the_model_and_the_harmonics_of_a_comb():
+    rng = np.random.default_rng(8)
+    t = np.arange(N) / RATE
+    comb = sum(a * np.sin(2 * np.pi * m * 1.3 * t) for m, a in ((1, 0.01), (2, 0.006), (3, 0.006)))
+    check = check_fit(
+        fit_model(Recording(white(rng, N, RATE, 0.01) + comb, RATE, unit="rad/s"), "N")
+    )
+    card = next(c for c in cards(check, SHEET) if c["kind"] == "sinusoid")
+    amplitude = float(re.search(r"A? ?= (\S+) °/h", card["values"], re.I)[1])
+    assert amplitude == pytest.approx(0.01 * 180 / np.pi * 3600, rel=0.05)
+    assert card["values"].endswith("with harmonics 2, 3")
+    assert card["sentence"].startswith(("up to", "at most"))

@@ -17,6 +17,7 @@ from allanite.plots.curves import parts
 from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import resolved
 from allanite.study import misfit_left
+from allanite.suggestion.explanation import name_with_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -197,27 +198,29 @@ def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | No
     return [None if end is None else float(f"{end * factor:.6g}") for end in ends]
 
 
-def cards(check: Check) -> list[dict[str, Any]]:
-    """List of one dict per significant suggestion, at most 8; without any, for the two best suggestions."""
+def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
+    """List of one dict per significant suggestion, at most 8; without any, for the two best suggestions.
+
+    `unit` is the sample unit of the displayed values, `SHEET`, or None for that of the recording.
+    """
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
-    return [_card(check.fit, i, s) for i, s in shown[:8]]
+    return [_card(check.fit, i, s, unit) for i, s in shown[:8]]
 
 
-def _card(fit: Fit, place: int, s: Suggestion) -> dict[str, Any]:
+def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, Any]:
     """Dict of a suggestion for the page; `place` is its index in `Check.suggestions`."""
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
     name, acts = fit.display_name(s.effect), _ranges_of_action(fit, s)
-    values, sentence = _values_and_explanation(name, _sentence(s))
     between = _frequency_range_text(_line_range(fit, s.effect) or acts["frequency"])
     return {
         "number": place,
         "kind": s.kind,
         "name": name,
         "significant": s.significant,
-        "values": values,
-        "sentence": sentence,
+        "values": _values_text(fit, s, unit),
+        "sentence": s.explanation.removeprefix(name).partition(": ")[2],
         "physics": s.effect.physics,
         "confirm": s.check_by,
         "rivals": rivals,
@@ -238,12 +241,16 @@ def _view_and_range(effect: Effect, acts: dict[str, list[float] | None]) -> dict
     return {"view": "psd", "place": [low * (1 - MIN_SHOWN_WIDTH), high * (1 + MIN_SHOWN_WIDTH)]}
 
 
-def _values_and_explanation(name: str, sentence: str) -> tuple[str, str]:
-    """Pair (text of the values, explanation) of a sentence ``name (values): explanation``; ``""`` without values."""
-    if sentence.startswith(f"{name} (") and "): " in sentence:
-        values, _, words = sentence.removeprefix(f"{name} (").partition("): ")
-        return values, words
-    return "", sentence
+def _values_text(fit: Fit, s: Suggestion, unit: str | None) -> str:
+    """Text of the values of a suggestion, e.g. ``f = 38 Hz, a = 2.1 °/h, with harmonics 2, 3``."""
+    lines = name_with_lines(s.effect, fit).removeprefix(fit.display_name(s.effect))
+    texts = []
+    for name, own in s.estimates.items():
+        if isinstance(own, Estimate):
+            value = own.to(shown_unit(s.effect.parameter(name), own, fit.recording.unit, unit))
+            shown = "" if value.unit in ("", "1") else f" {unit_text(value.unit)}"
+            texts.append(f"{_symbol(s.effect, name)} = {number(value.value, 3)}{shown}")
+    return ", ".join(filter(None, [*texts, lines.lstrip(", ")]))
 
 
 def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
@@ -259,18 +266,6 @@ def _frequency_range_text(ends: Sequence[float] | None) -> str:
         return ""
     low, high = (number(f, 2) for f in ends)
     return f" at {low} Hz" if low == high else f" between {low} and {high} Hz"
-
-
-def _sentence(s: Suggestion) -> str:
-    """Text of the explanation of a suggestion, with printed symbols and units."""
-    values = [v for v in s.estimates.values() if isinstance(v, Estimate)]
-    text = s.explanation
-    # Replace the longest unit first, because rad/s is a part of rad/s·s^½.
-    for value in sorted(values, key=lambda v: -len(v.unit)):
-        text = text.replace(f"{value.name} = ", f"{_symbol(s.effect, value.name)} = ")
-        if value.unit:
-            text = text.replace(f" {value.unit}", f" {unit_text(value.unit)}")
-    return text
 
 
 def _symbol(effect: Effect, name: str) -> str:
