@@ -301,6 +301,8 @@ def table(result: Path) -> str:
         "Written by `python benches/decisions/ablation.py RESULT.json --table docs/ablation.md`.",
         "",
         f"The search of {len(found)} records ends with exactly the hidden effects in {exact}.",
+        "An ablation removes one part of the search and repeats it. A move changes the model (add, drop, replace, split,",
+        "merge); a veto refuses a change; the constants are those of `allanite/suggestion/constants.py`.",
         "In each row one move or veto is off, or one constant is half or twice as large. *Acts on* counts the records",
         "whose search uses the move or the constant, and *searched again* those that were searched with the change.",
         "*Better*: only the search with the change ends with exactly the hidden effects. *Worse*: only the search without",
@@ -343,7 +345,7 @@ def table(result: Path) -> str:
         "",
         *(f"* {_shown(name)}" for name in waiting),
         "",
-        "Whole numbers are changed only with `--only`, since their comparisons are not noted.",
+        "Integer constants are changed only with `--only`, because the search does not log where it compares them.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -31,10 +31,10 @@ MAX_DIGITS = 9
 
 model_option = click.option(
     "--model",
-    show_default=f"{SENSOR_START}; {CLOCK_START} for the phase of a clock",
     metavar="MODEL",
-    help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. GM(T=30): the search for T starts"
-    " at 30 s. T=30! holds T; T=[10,100] limits T.",
+    help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. T is the correlation time of a"
+    " Gauss-Markov process GM: GM(T=30) starts the search at 30 s, T=30! holds T, T=[10,100] limits T. Default:"
+    f" {SENSOR_START}; for the phase of a clock {CLOCK_START}, where Q is white and F flicker phase noise.",
 )
 #: Type of every --seed option: the range that the random number generators accept.
 SEED = click.IntRange(0, SEEDS)
@@ -120,8 +120,8 @@ time_option = click.option(
     "seconds",
     type=Seconds(),
     metavar="TIME",
-    help="Time for all axes together, e.g. 60s or 10min; no further step starts after it. Every axis gets at least a first"
-    " model. Default: for each axis 1 min of processor time plus 10 s per million samples.",
+    help="Limit of the elapsed time for all axes together, e.g. 60s or 10min; no further step starts after it. Every axis"
+    " gets at least a first model. Without --time, each axis may use 1 min of processor time and 10 s per million samples.",
 )
 
 
@@ -159,8 +159,8 @@ _LOG_OPTIONS = (
         "--quantity",
         type=click.Choice(["rate", "increment", "angle"]),
         help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral"
-        " from the start; also velocity or clock phase). A unit of s, ms, us or ns implies angle. For increments and"
-        " angles, deg/s and deg mean the same.",
+        " from the start; also velocity or clock phase). A unit of s, ms, us or ns implies angle. Increments and angles in"
+        " deg may be given as deg/s or as deg.",
     ),
     click.option(
         "--column",
@@ -172,7 +172,8 @@ _LOG_OPTIONS = (
         "--covariate",
         multiple=True,
         metavar="NAME",
-        help="Logged column that the sensor may depend on, such as a voltage; repeatable. Temperatures are always used.",
+        help="Logged column that the sensor may depend on, such as a voltage; repeatable. Logged temperatures are always"
+        " tried as a cause.",
     ),
     click.option(
         "--time-column",
@@ -183,7 +184,8 @@ _LOG_OPTIONS = (
         "--piece",
         type=int,
         metavar="N",
-        help="Segment to use if time jumps split the log, counted from 1. Default: the longest.",
+        help="Segment to use if pauses split the log, counted from 1. A pause counts as missing samples; it splits the log"
+        " only if more than 80 % would be missing. Default: the segment with the most samples.",
     ),
     click.option(
         "--topic",
@@ -218,7 +220,7 @@ _LOG_OPTIONS = (
         "--decimate",
         type=int,
         metavar="K",
-        help="Replace each K consecutive samples by their mean.",
+        help="Replace each K consecutive samples by their mean. N and the slow noise keep their values.",
     ),
     click.option(
         "--seed",

@@ -142,6 +142,12 @@ class Combination:
 
         return plot_combination(self, path, theme)
 
+    def save(self, path: str | Path) -> None:
+        """Write the noise model of the combination to `path` as JSON, with the unit and the rate of its samples."""
+        from allanite.effects.files import save_model
+
+        save_model(self.model, path, {"unit": self.unit, "rate_hz": self.rate})
+
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/combine/1``."""
         space = self.state_space()

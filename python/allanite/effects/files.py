@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -112,10 +113,14 @@ def parse_model(text: str | Model) -> Model:
     return parse_string(text)
 
 
-def save_model(model: Model, path: str | Path) -> None:
-    """Write a model to `path` as JSON (schema ``allanite/model/1``)."""
+def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | None = None) -> None:
+    """Write a model to `path` as JSON (schema ``allanite/model/1``).
+
+    `recording` holds the ``unit`` and ``rate_hz`` of its samples, which exports read.
+    """
+    document = model_to_dict(model) | ({} if recording is None else {"recording": dict(recording)})
     with whole_file(path) as draft:
-        draft.write_text(json.dumps(model_to_dict(model), indent=1) + "\n", encoding="utf-8")
+        draft.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
 def as_model(given: object) -> Model:

@@ -72,11 +72,11 @@ def command(
     """Test the sensor in LOG against the limits of its data sheet.
 
     LOG is a file, or - for standard input. Each figure of the sheet is measured with a 95 % interval. The verdict is
-    "meets" if the whole interval is at most the limit, and "does not meet" if the whole interval is above. Otherwise the
-    figure is undecided, and the table shows the record length that would probably decide.
+    "meets" if the whole interval does not exceed the limit, and "does not meet" if the whole interval lies above.
+    Otherwise the figure is undecided, and the table shows the record length that would probably decide.
 
-    Prints a table with one row per figure. Exit codes: 0 every figure meets the sheet; 1 at least one does not meet; 3
-    none fails, but at least one is undecided.
+    Prints a table with one row per figure. Exit codes: 0 every figure meets the sheet; 1 at least one does not meet;
+    3 none fails, but at least one is undecided.
     """
     from pathlib import Path
 

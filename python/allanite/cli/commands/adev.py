@@ -68,10 +68,12 @@ def command(
 ) -> None:
     """Compute the Allan deviation of each sensor column in LOG.
 
-    Prints a table of averaging times τ in s, deviations and 95 % intervals. LOG is a file, or - for standard input.
-    A log larger than half of the free memory is read in chunks.
+    Prints a table of averaging times τ in s, deviations and 95 % intervals. LOG is a file, or - for standard input. A
+    log larger than half of the free memory is read in chunks.
 
-    tierms and mtie have no intervals. theo1 and theoh use their own averaging times, up to three quarters of the log.
+    adev is the Allan deviation, mdev the modified, hdev the Hadamard, pdev the parabolic, tdev the time, tot… a total
+    and o… an overlapping deviation; mtie and tierms are the maximum and the rms time interval error, without
+    intervals. theo1 and theoh use their own averaging times, up to three quarters of the log.
     """
     from allanite.cli import output
 

@@ -40,14 +40,15 @@ if TYPE_CHECKING:
 @click.option(
     "--tolerance",
     type=Percent(),
-    help="Stop once the model discrepancy is below this percentage of the Allan deviation, e.g. 5%.",
+    help="Stop once the model differs from the spectrum by less than this percentage of the Allan deviation, e.g. 5%"
+    " (model discrepancy).",
 )
 @click.option(
     "--steps",
     type=click.IntRange(1),
     default=MAX_ADDED_EFFECTS,
     show_default=True,
-    help="Maximum number of effects to add per axis. Spectral lines and excluded samples do not count.",
+    help="Maximum number of effects to add per axis. Spectral lines and excluded segments do not count.",
 )
 @time_option
 @plot_option
@@ -72,7 +73,7 @@ if TYPE_CHECKING:
     "--overbound",
     is_flag=True,
     help="With --export: conservative N and K that cover the 95 % limits of the models and their alternative"
-    " explanations.",
+    " explanations. Not together with --as-fitted.",
 )
 @click.option(
     "--as-fitted",

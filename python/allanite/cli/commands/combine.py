@@ -44,7 +44,7 @@ def command(
     named with --column. With several LOGs, each LOG is another board.
 
     Prints the best weights, the Allan deviation of the combination at each τ against that of the single sensors, and the
-    sensors that deviate from the others. allanite export reads the file of --save; give it the unit with --unit.
+    sensors that are noisier or quieter than the others. allanite export reads the file of --save.
     """
     from allanite.cli import output as out
     from allanite.cli.options import recording_of
@@ -67,5 +67,5 @@ def command(
             found.append(combine(units, model, tau=tau, on_progress=on_progress))
     out.plot(found, list(groups), plot)
     if save is not None:
-        found[0].model.save(save)
+        found[0].save(save)
     out.show(found, options)

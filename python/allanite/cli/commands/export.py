@@ -36,7 +36,8 @@ from allanite.exports import TARGETS
 @click.option(
     "--overbound",
     is_flag=True,
-    help="Write conservative N and K that cover the 95 % limits of the model and its alternative explanations.",
+    help="Write conservative N and K that cover the 95 % limits of the model and its alternative explanations. Not"
+    " together with --as-fitted.",
 )
 @click.option(
     "--as-fitted",
@@ -85,8 +86,8 @@ def command(
     units, as in "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)".
 
     Most filters only know white noise N and a random walk K. By default, N and K also cover other slow noise of the
-    sensor, such as B and Gauss-Markov processes. A filter is then not overconfident up to the horizon. The comments in
-    the file say what its format cannot hold.
+    sensor, such as B and Gauss-Markov processes. A filter is then not overconfident up to the horizon. Comments in the
+    file list what its format cannot state.
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive

@@ -51,7 +51,8 @@ class Percent(click.types.FloatParamType):
 @click.option(
     "--tolerance",
     type=Percent(),
-    help="Stop once the model discrepancy is below this percentage of the Allan deviation, e.g. 5%.",
+    help="Stop once the model differs from the spectrum by less than this percentage of the Allan deviation, e.g. 5%"
+    " (model discrepancy).",
 )
 @time_option
 @plot_option

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     "--tell",
     metavar="A,B",
     help="Two effects to distinguish, e.g. GM,K. MODEL has one of them with values, preferably the more specific one (here"
-    " GM). A GM with a long T looks like K, so a K in MODEL can never be distinguished from GM.",
+    " GM). Put GM into MODEL, not K: a K looks like a GM with a very long T, so no record distinguishes them.",
 )
 @click.option(
     "--to",

@@ -49,7 +49,8 @@ if TYPE_CHECKING:
     "-o",
     "--output",
     metavar="FILE",
-    help="File to write (.npz, .npy or .csv). Default: CSV on standard output.",
+    help="File to write. .csv and .npz state the unit and the rate; .npy states neither, so give --unit and --rate when you"
+    " read it. Default: CSV on standard output.",
 )
 @click.option(
     "--all-axes",

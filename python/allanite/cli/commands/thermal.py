@@ -46,8 +46,9 @@ def command(
     Each LOG holds the same sensor at rest while its temperature changes: a warm-up or a run in a chamber, each after
     another switch-on. Name the temperature column with --covariate if it is not recognized.
 
-    Polynomials, a thermal lag, hysteresis and a dependence on the rate of change are compared by evidence, under the
-    noise of the axis. Prints the chosen law of each axis with its 95 % band, and the error that remains after correction.
+    Polynomials, a thermal lag, hysteresis and a dependence on the rate of change are fitted together with the noise;
+    the evidence (logL less a cost for each parameter) decides. Prints the chosen law of each axis with its 95 % band,
+    and the error that remains after correction.
     """
     from allanite.calibration import thermal
     from allanite.cli import output as out

@@ -52,19 +52,24 @@ def command(
 ) -> None:
     """Test the phase (time error) of clocks and time servers.
 
-    LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase. A column
-    in s, ms, us or ns (header or --unit) is taken for a phase. - reads standard input. Prints time error, MTIE
-    and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted holdover error.
+    LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase. A column in s, ms,
+    us or ns (header or --unit) is taken for a phase. - reads standard input. Prints time error, MTIE and TDEV with
+    the verdict of each --mask, jumps, frequency offset, drift, noise and predicted holdover error. MTIE is the
+    maximum time interval error, TDEV the time deviation. The exit code is 0 also if a mask fails; --json has the
+    verdicts for scripts.
 
     The log of a servo also holds its frequency corrections. The corrections are removed: noise and frequency are
-    those of the free-running clock. In holdover the servo keeps its last frequency.
+    those of the free-running clock. Holdover is predicted for the free clock with the last frequency that the servo
+    set.
     """
     from allanite.cli import output
     from allanite.clocks import AFTER, mask_named, timing
-    from allanite.common.errors import about
+    from allanite.common.errors import InputError, about
     from allanite.trends.design import seconds_of
 
     if hat:
+        if mask or after or as_logged:
+            raise InputError("--hat compares clocks: remove --mask, --after and --as-logged")
         _hat(logs, options)
         return
     masks = [mask_named(name) for name in mask]

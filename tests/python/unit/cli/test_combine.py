@@ -30,8 +30,11 @@ def test_command(run, log, tmp_path):
     assert code == 0, err
     document = valid(json.loads(out))
     assert sum(document["weights"]) == pytest.approx(1.0)
-    code, out, err = run("export", model, "--format", "json", "--unit", "deg/s", "--rate", RATE)
+    code, out, err = run("export", model, "--format", "kalibr")
     assert code == 0, err
+    (line,) = [one for one in out.splitlines() if one.startswith("gyroscope_noise_density:")]
+    saved = json.loads(model.read_text())["effects"][0]["parameters"]["N"]["value"]
+    assert float(line.split()[1]) == pytest.approx(np.deg2rad(saved), rel=1e-3)
     code, out, err = run("combine", log, "--rate", RATE, "--unit", "deg/s", "--column", "gyro0_x")
     assert code == 2
     assert "no axis has two units" in err

@@ -70,7 +70,8 @@ def command(
     the coefficients of every axis. Prints the typical values of the fleet and the sensors that deviate from them.
 
     Finished logs (recognized by content and options) are skipped; run the same command again to resume. A log that cannot
-    be read, or that crashes the process, gets a row with the reason.
+    be read, or that crashes the process, gets a row with the reason, and the next run tries it again. Exit codes: 0, also
+    if logs failed; 3 if no axis could be characterized.
     """
     import sys
 

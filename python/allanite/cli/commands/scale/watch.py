@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     default=60.0,
     show_default=True,
     metavar="SECONDS",
-    help="Print a line each time this many seconds of samples have arrived.",
+    help="Print a line at least this many seconds of samples apart. Rows are read in blocks, so a line can come later.",
 )
 @click.option(
     "--follow", is_flag=True, help="At the end of the file, wait for more rows instead of ending."
@@ -76,11 +76,10 @@ def command(
 ) -> None:
     """Watch the samples of a running sensor; raise an alarm when MODEL no longer holds.
 
-    SOURCE is a growing text file, - for standard input, or udp://127.0.0.1:PORT. Each line is one row. Prints a JSON line
-    every --every seconds of samples, and one with the alarm. At most one run in a hundred raises a false alarm, however
-    long the runs are, if outliers are not more frequent than those of a Student t
-    distribution with four degrees of freedom. After an alarm the watch goes on;
-    the exit code stays 0.
+    SOURCE is a growing text file, - for standard input, or udp://127.0.0.1:PORT. Each line is one row. Prints a JSON
+    line every --every seconds of samples, and one with the alarm. At most 1 % of runs raise a false alarm, however
+    long they last. This holds if outliers are no more frequent than in a Student t distribution with 4 degrees of
+    freedom. After an alarm the watch goes on; the exit code stays 0.
 
     With --state, rows that an earlier run has read are skipped. A file that is truncated or replaced is read from its
     first row.
