@@ -61,7 +61,7 @@ class Search:
     def run(self) -> str:
         """Add steps until the search ends. Returns the reason, as `Study.stopped_because` states it."""
         while True:
-            check = self._checked()
+            check = self._check_of_last_fit()
             stop = self._stop_reason(check)
             found = None
             try:
@@ -82,7 +82,7 @@ class Search:
                         break
                     self.ladder.append(further)
 
-    def _checked(self) -> Check:
+    def _check_of_last_fit(self) -> Check:
         """Check of the last fit; what only earlier fits need is forgotten."""
         fit = self.ladder[-1].fit
         for rung in self.ladder:

@@ -46,12 +46,12 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
                 if not allan_error_rises(before, fit):
                     break
         if not tolerable:
-            found.append(_as_step(ladder, last, new, leaving))
+            found.append(_step_with_record(ladder, last, new, leaving))
             break
         effect, fit, gone = (
             tolerable[0] if allan_error_rises(before, tolerable[-1][1]) else tolerable[-1]
         )
-        found.append(_as_step(ladder, fit, [effect], gone))
+        found.append(_step_with_record(ladder, fit, [effect], gone))
         kept, new = [*kept, effect], [e for e in new if e is not effect]
         leaving = [e for e in leaving if e not in gone]
     return tuple(found)
@@ -111,7 +111,9 @@ def _fit_of_step(
     return fit, gone
 
 
-def _as_step(ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]) -> Rung:
+def _step_with_record(
+    ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]
+) -> Rung:
     """`Rung`: step with the ΔlogL and the trials that the search recorded for its first effect."""
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.

@@ -37,7 +37,7 @@ from allanite.suggestion.screens.level_changes import (
     screen_outliers_and_levels,
 )
 from allanite.suggestion.screens.lines import screen_lines
-from allanite.suggestion.screens.slow_functions import judged_beside_best, screen_slow
+from allanite.suggestion.screens.slow_functions import screen_slow, with_gains_beside_best
 from allanite.suggestion.screens.spectral import Candidate, Screen, screen_spectral
 from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
 
@@ -284,7 +284,7 @@ def suggest(
         levels = best_levels((*levels, swelling.result()), data.n)
         own = [candidate for one in alone for candidate in one.result()]
         progress()
-        screens = judged_beside_best({name: f.result() for name, f in found.items()}, data)
+        screens = with_gains_beside_best({name: f.result() for name, f in found.items()}, data)
         progress()
     families = _families(spectral, screens, data.n, bool(followed))
     # Each further form of a change of level is one more search.
@@ -353,7 +353,7 @@ def _suggestion(
     solution = candidate.solution
     assert solution is not None
     x = candidate.gain
-    judged = x if candidate.judged is None else candidate.judged
+    judged = x if candidate.judged_gain is None else candidate.judged_gain
     if solution.best.scale is not None:
         surplus = 0.0
     # If the model needs no discrepancy with the effect, the null hypothesis is a true model without it.

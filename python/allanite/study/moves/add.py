@@ -88,20 +88,20 @@ def with_second_effect(
     if falls:
         # A suggestion that replaces the addition gets a step of its own.
         beside = [s for s in check_fit(after.fit).significant if not s.gives_way]
-        pair = _best_beside(before, after, beside)
+        pair = _first_tolerable_pair(before, after, beside)
         if pair is None or discrepancy_rises(before.fit, pair[0].fit):
             return None
         return pair if gain(after.fit, pair[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
-    first = _best_beside(before, after, [s for s in check.significant if s.kind != new])
+    first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
     if first is not None and not allan_error_rises(before.fit, first[0].fit):
         return first
-    second = _best_beside(before, after, check_fit(after.fit).significant)
+    second = _first_tolerable_pair(before, after, check_fit(after.fit).significant)
     if first is None or (second and allan_error_rises(second[0].fit, first[0].fit)):
         return second
     return first
 
 
-def _best_beside(
+def _first_tolerable_pair(
     before: State, after: State, suggestions: Sequence[Suggestion]
 ) -> tuple[State, Suggestion] | None:
     """Pair: state with the first suggestion with which no error rises beyond its scatter, and that suggestion; or None.

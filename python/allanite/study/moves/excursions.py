@@ -16,7 +16,7 @@ from allanite.study.judgement import is_as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EVENTS
 from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.screens.several_excursions import merged_excursions, overlap
-from allanite.suggestion.screens.slow_functions import judged_beside_best, score, screen_slow
+from allanite.suggestion.screens.slow_functions import score, screen_slow, with_gains_beside_best
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,13 +68,13 @@ def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -
         name: screen_slow(blanks, solution, data, rival, whitened)
         for name, blanks in sorted(slow.items())
     }
-    screens = judged_beside_best(screens, data)
+    screens = with_gains_beside_best(screens, data)
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return None
     best = max(found, key=score)
     if not isinstance(best.effect, Away):
         return None
-    judged = best.gain if best.judged is None else best.judged
+    judged = best.gain if best.judged_gain is None else best.judged_gain
     chance = log_p_value(Family(best.family, screens[best.family].arcs, sides=2), judged)
     return best.effect if chance + np.log(len(slow)) < np.log(FALSE_ALARM_PROBABILITY) else None

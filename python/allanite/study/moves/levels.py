@@ -28,7 +28,7 @@ def with_merged_levels(before: State) -> State | None:
     candidate explains more than the changes without the last.
     """
     fit = before.fit
-    changes, places = _changes(before)
+    changes, places = _added_level_changes(before)
     base = refitted(fit, Model(tuple(e for e in fit.model if e not in changes)))
     whitened = whiten(base.solution, base.data)
     series = level_series(base.solution, base.data, whitened)
@@ -47,10 +47,10 @@ def with_merged_levels(before: State) -> State | None:
         """ΔlogL less the BIC cost of the parameters of a level."""
         return explained(level) - price * level.numbers
 
-    had = max((explained(level) for level in _combined(changes[:-1])), default=0.0)
+    had = max((explained(level) for level in _product_levels(changes[:-1])), default=0.0)
     found = [
-        *_switching(screen_levels(base.solution, base.data, whitened)),
-        *_combined(changes),
+        *_switching_levels(screen_levels(base.solution, base.data, whitened)),
+        *_product_levels(changes),
     ]
     # Requiring more each time prevents a loop between equal sets.
     found = [level for level in found if explained(level) > had + MAX_RIVAL_LOG_EVIDENCE]
@@ -60,7 +60,7 @@ def with_merged_levels(before: State) -> State | None:
     while True:
         last = refitted(base, base.model + best)
         again = screen_levels(last.solution, last.data, whiten(last.solution, last.data))
-        more = [e for one in _switching(again) for e in _combined([best, one])]
+        more = [e for one in _switching_levels(again) for e in _product_levels([best, one])]
         if not more or worth(further := max(more, key=worth)) <= worth(best):
             return before.after(last, places)
         best = further
@@ -68,24 +68,24 @@ def with_merged_levels(before: State) -> State | None:
 
 def must_merge_levels(state: State) -> bool:
     """True if the added changes of level are more than two separate louder intervals."""
-    changes, _ = _changes(state)
+    changes, _ = _added_level_changes(state)
     intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)
     return len(changes) > (MAX_SEPARATE_LEVEL_INTERVALS if intervals else 1)
 
 
-def _changes(state: State) -> tuple[list[Level], list[int]]:
+def _added_level_changes(state: State) -> tuple[list[Level], list[int]]:
     """Pair: added effects that switch the level, and their places."""
     effects = state.fit.model.effects
     found = [(e, p) for p in state.added if isinstance(e := effects[p], Level) and e.switches[0]]
     return [e for e, _ in found], [p for _, p in found]
 
 
-def _switching(candidates: Iterable[Candidate]) -> list[Level]:
+def _switching_levels(candidates: Iterable[Candidate]) -> list[Level]:
     """List of `Level`: effects of those candidates that switch between levels."""
     return [c.effect for c in candidates if isinstance(c.effect, Level) and c.effect.switches[0]]
 
 
-def _combined(changes: list[Level]) -> list[Level]:
+def _product_levels(changes: list[Level]) -> list[Level]:
     """List of `Level`: effects of the catalog that have the product of the levels of several."""
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)

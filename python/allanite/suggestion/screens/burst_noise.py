@@ -71,7 +71,7 @@ def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
             found.family,
             refitted,
             found.parameters,
-            judged=found.gain,
+            judged_gain=found.gain,
         ),
     )
 

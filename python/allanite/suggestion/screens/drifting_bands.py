@@ -68,7 +68,7 @@ def screen_drifting_bands(
     """Tuple: candidates in which a moving band replaces a band of the model, alone or with other bands on its course."""
     if not bands:
         return ()
-    found = (_candidate(own, solution, data) for own in bands)
+    found = (_moving_band_candidate(own, solution, data) for own in bands)
     return tuple(c for c in found if c is not None)
 
 
@@ -102,7 +102,7 @@ def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
     return next((one for cls in kinds if (one := cls.along(band, course)) is not None), None)
 
 
-def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
+def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
     """Candidate in which a moving band replaces the given band and others on its course; None if the band does not move."""
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)
@@ -113,7 +113,7 @@ def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None
     refitted = _refitted_with(course, solution, data)
     # Search again with the width and strength of the refit, also without the bands that stood for it elsewhere.
     moving = refitted.processes[-1]
-    for replaced in _replaceable(own, moving, solution):
+    for replaced in _replaceable_sets(own, moving, solution):
         if moving.theta > 0.0:
             again = sections.course([_width(moving.effect)], moving.theta, replaced)
             if again is not None and again.risen > course.risen:
@@ -135,7 +135,9 @@ def _names(replaced: tuple[Effect, ...]) -> str:
     return f"the {' and '.join(titles)} at {' and '.join(f'{f:.3g}' for f in at)} Hz"
 
 
-def _replaceable(own: Process, moving: Process, solution: Solution) -> list[tuple[Effect, ...]]:
+def _replaceable_sets(
+    own: Process, moving: Process, solution: Solution
+) -> list[tuple[Effect, ...]]:
     """List: sets of effects that a moving band may replace: the band alone, and the band with all others on its course."""
     course = moving.effect.occupies
     if course is None:

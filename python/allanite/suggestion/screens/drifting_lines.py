@@ -73,7 +73,7 @@ def screen_drifting_lines(
 ) -> tuple[Candidate, ...]:
     """Tuple of `Candidate`: best drifting line of each kind of the catalog, refitted, if it beats the steady lines."""
     blanks = blanks_of_screen("drifting line", solution, data)
-    found = (_best(blank, bands, lines, solution, data) for blank in blanks if bands)
+    found = (_best_candidate(blank, bands, lines, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
 
 
@@ -146,7 +146,7 @@ def _bands_to_search(
             yield low, high
 
 
-def _best(
+def _best_candidate(
     blank: Deterministic,
     bands: tuple[Band, ...],
     lines: tuple[Candidate, ...],

@@ -157,7 +157,7 @@ def screen_outliers(
         return None
     largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
     effect = wanted[0].at((data.start + index / data.rate).tolist())
-    return _exclusion(effect, solution, data, gain, 1, largest)
+    return _exclusion_candidate(effect, solution, data, gain, 1, largest)
 
 
 def _limit(distance: NDArray[np.float64], n: int, step: float) -> float:
@@ -176,7 +176,7 @@ def _limit(distance: NDArray[np.float64], n: int, step: float) -> float:
     return max(limit, own)
 
 
-def _exclusion(
+def _exclusion_candidate(
     effect: Modifier | None,
     solution: Solution,
     data: Data,
@@ -210,7 +210,7 @@ def _exclusion(
     )
 
 
-def _disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
+def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
     """`Candidate`: disturbance with the lowest p-value, or a stuck value if the record has one; None if there is neither.
 
     A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment is at
@@ -259,7 +259,7 @@ def _disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidat
         if last < close < last + reach and _is_loud(power, freedom, last, close):
             last = close
     begin, close = (data.start + part * data.duration for part in (first, last))
-    return _exclusion(
+    return _exclusion_candidate(
         _segment_effect(begin, close),
         solution,
         data,
@@ -271,7 +271,7 @@ def _disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidat
 
 def screen_disturbance(view: View) -> tuple[Candidate, ...]:
     """Tuple of `Candidate`: disturbance or stuck value of a record; empty if there is neither."""
-    found = _disturbance(view.solution, view.data, view.whitened)
+    found = _disturbance_candidate(view.solution, view.data, view.whitened)
     return () if found is None else (found,)
 
 
@@ -303,7 +303,7 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
     begin = data.start + first / data.rate
     note = f"One value stands for {count} samples from {begin:.6g} s: a stuck sensor or a lost link"
     effect = _segment_effect(begin, begin + (count - 1) / data.rate)
-    return _exclusion(effect, solution, data, -chance, 2, chance, note)
+    return _exclusion_candidate(effect, solution, data, -chance, 2, chance, note)
 
 
 def _power_ratio(

@@ -62,7 +62,7 @@ def screen_outliers_and_levels(
         return None, found
     cleaned = outliers.solution
     found = screen_levels(cleaned, outliers.data, whiten(cleaned, outliers.data))
-    return outliers, [_refitted(c, solution, data) for c in found]
+    return outliers, [_refitted_candidate(c, solution, data) for c in found]
 
 
 def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
@@ -101,7 +101,9 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     best = max(c.gain - price * c.parameters for c in found)
     kept = [c for c in found if c.gain - price * c.parameters > best - MAX_RIVAL_LOG_EVIDENCE]
     kept = [
-        _refitted(_with_refined_times(c, series, solution, data, whitened), solution, data)
+        _refitted_candidate(
+            _with_refined_times(c, series, solution, data, whitened), solution, data
+        )
         for c in kept
     ]
     if any(effect.passing for effect in solution.model.modifiers):
@@ -256,7 +258,7 @@ def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
     return square
 
 
-def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
+def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
     """Candidate with the solution of the model refitted with its effect."""
     model = solution.model
     refitted = solve(data, model + candidate.effect, like=solution, settled=len(model), rounds=3)

@@ -152,7 +152,7 @@ def _refitted(
         refitted,
         last.numbers,
         log_p_value=log_p_value(Family("line", width=trials), judged),
-        judged=judged,
+        judged_gain=judged,
         note=_wandering_note(frequency, band[0], band[1] - max(gains), data),
     )
 

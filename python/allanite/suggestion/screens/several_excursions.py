@@ -32,11 +32,11 @@ def merged_excursions(events: Sequence[Away]) -> Away | None:
 
 def overlap(one: Away, event: Away) -> bool:
     """True if two excursions overlap in time."""
-    (start, end), *_ = _times(one)
-    return any(start < last and end > first for first, last in _times(event))
+    (start, end), *_ = _excursion_times(one)
+    return any(start < last and end > first for first, last in _excursion_times(event))
 
 
-def _times(event: Away) -> list[tuple[float, float]]:
+def _excursion_times(event: Away) -> list[tuple[float, float]]:
     """List of pairs: times of each single excursion of an effect, s."""
     return [e.when for e in event.singly if e.when is not None]
 
@@ -55,13 +55,13 @@ def several_excursions(
     places : float
         Number of independent excursions that the search for one tries.
     """
-    events, fitted = [_of_height_one(first)], _fitted([first], solution, data)
+    events, fitted = [_with_height_one(first)], _solution_with_excursions([first], solution, data)
     chance = _log_p(1, places, fitted, solution)
     while chance < 0.0 and len(events) < MAX_EVENTS:
-        further = _best_beside(kind, fitted, data)
+        further = _next_excursion(kind, fitted, data)
         if further is None or any(overlap(further, e) for e in events):
             break
-        more = _fitted([*events, further], solution, data)
+        more = _solution_with_excursions([*events, further], solution, data)
         risen = _log_p(len(events) + 1, places, more, solution)
         if risen >= chance:
             break
@@ -71,27 +71,27 @@ def several_excursions(
     for place in range(len(events)):
         # The first ones were found while the noise was too high.
         others = events[:place] + events[place + 1 :]
-        moved = _best_beside(kind, _fitted(others, solution, data), data)
+        moved = _next_excursion(kind, _solution_with_excursions(others, solution, data), data)
         if moved is not None and not any(overlap(moved, e) for e in others):
             events[place] = moved
     whole = merged_excursions(events)
     return None if whole is None else (whole, _choices(len(events), places))
 
 
-def _best_beside(kind: type[Deterministic], solution: Solution, data: Data) -> Away | None:
+def _next_excursion(kind: type[Deterministic], solution: Solution, data: Data) -> Away | None:
     """`Away`: best further excursion if the model already has others; None if there is none."""
     spans = best_spans(
         kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
     )
-    return next((_of_height_one(effect) for effect, _ in spans if isinstance(effect, Away)), None)
+    return next((_with_height_one(effect) for effect, _ in spans if isinstance(effect, Away)), None)
 
 
-def _of_height_one(event: Away) -> Away:
+def _with_height_one(event: Away) -> Away:
     """`Away`: excursion with height 1 as a start value, before several excursions are fitted together."""
     return event.with_amplitudes(np.ones(1))
 
 
-def _fitted(events: Sequence[Away], solution: Solution, data: Data) -> Solution:
+def _solution_with_excursions(events: Sequence[Away], solution: Solution, data: Data) -> Solution:
     """Solution with some excursions as one effect."""
     effect = merged_excursions(events) if len(events) > 1 else events[0]
     assert effect is not None

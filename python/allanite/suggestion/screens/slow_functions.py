@@ -78,11 +78,13 @@ def screen_slow(
         families.append(blank.family)
         top = int(np.argmax(gain))
         worth = gain[top] >= MIN_SCREEN_GAIN
-        simple = _refit(points[top], solution, data, rival, whitened) if worth else None
+        simple = (
+            _refitted_candidate(points[top], solution, data, rival, whitened) if worth else None
+        )
         if simple is not None and simple.solution is not None:
             placed = is_placed(simple.solution.effects[-1], data)
             found += [simple] if placed else []
-            alone = log_p_value(Family(blank.family, (arcs[-1],)), simple.judged or 0.0)
+            alone = log_p_value(Family(blank.family, (arcs[-1],)), simple.judged_gain or 0.0)
             named = simple if placed and alone < np.log(FALSE_ALARM_PROBABILITY) else None
         else:
             named = None
@@ -137,13 +139,13 @@ def _richer_forms(
         grid = grid_points(blank, data)
         gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
         start = grid[int(np.argmax(gain))]
-        finer = _refined(start, blank.free_shapes, solution, noise, data)
+        finer = _with_best_shapes(start, blank.free_shapes, solution, noise, data)
         found[finer] = arc_length(directions), starts, noise
     # Beside a step the fitted noise may be too low for an excursion elsewhere, so both noise models are tried.
     for own in (noise,) if beside is None else (noise, base):
         for effect, arc in best_spans(kind, solution.ordinates, own, data, known):
             # Each independent place could be either end.
-            finer = _refined(effect, effect.free_shapes, solution, own, data)
+            finer = _with_best_shapes(effect, effect.free_shapes, solution, own, data)
             found.setdefault(finer, (arc, max(1.0, arc / (0.5 * np.pi)), own))
     return found
 
@@ -166,7 +168,7 @@ def _significant_richer_forms(
         hope = best - plain + MAX_NOISE_REFIT_FRACTION * best
         if log_p_value(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM_PROBABILITY):
             continue
-        candidate = _refit(effect, solution, data, rival, whitened)
+        candidate = _refitted_candidate(effect, solution, data, rival, whitened)
         if candidate is None or candidate.solution is None:
             continue
         if not is_placed(candidate.solution.effects[-1], data):
@@ -199,7 +201,7 @@ def _several_excursions(
     if not alone or any(isinstance(effect, Away) for effect in solution.model):
         return []
     _, arc, first = max(alone, key=lambda one: one[0])
-    judged = [c.judged or 0.0 for c in singly if isinstance(c.effect, Away)]
+    judged = [c.judged_gain or 0.0 for c in singly if isinstance(c.effect, Away)]
     chance = log_p_value(Family(first.family, (arc,)), max(judged, default=0.0))
     # A check makes fewer than 1/p searches, so such a single one is significant after all of them.
     if chance < 2.0 * np.log(FALSE_ALARM_PROBABILITY):
@@ -209,10 +211,10 @@ def _several_excursions(
     if several is None:
         return []
     effect, choices = several
-    found = _refit(effect, solution, data, rival, whitened)
-    if found is None or found.judged is None:
+    found = _refitted_candidate(effect, solution, data, rival, whitened)
+    if found is None or found.judged_gain is None:
         return []
-    return [replace(found, judged=max(0.0, found.judged - choices))]
+    return [replace(found, judged_gain=max(0.0, found.judged_gain - choices))]
 
 
 def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
@@ -229,7 +231,7 @@ def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -
     return float(matched_gains([effect], solution.ordinates, noise, data, known)[0][0])
 
 
-def _refined(
+def _with_best_shapes(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
 ) -> Deterministic:
     """`Deterministic`: effect at the best shapes between the neighbors of a grid point, optimized one after the other."""
@@ -246,7 +248,7 @@ def _refined(
     return effect
 
 
-def _refit(
+def _refitted_candidate(
     effect: Deterministic,
     base: Solution,
     data: Data,
@@ -279,7 +281,7 @@ def _refit(
         if any(_rests_on_few_samples(event, base, data) for event in short):
             return None
         judged *= min((_share_with_normal_tails(e, data, whitened) for e in short), default=1.0)
-    return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
+    return Candidate(found, gain, effect.family, refitted, found.numbers, judged_gain=judged)
 
 
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
@@ -350,8 +352,8 @@ def score(candidate: Candidate) -> float:
     return candidate.gain - parameters_cost(candidate.solution.effects[-1], candidate.solution)
 
 
-def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Dict: screens by family, where each clearly worse function counts only with its smallest ΔlogL next to a better one.
+def with_gains_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
+    """Dict from family to screen in which a clearly worse function has only its smallest ΔlogL next to a better one.
 
     A step at the start looks like a warm-up, and like any temperature that rises from there.
     """
@@ -363,22 +365,22 @@ def judged_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Scre
     top = max(map(score, found))
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
-    def judged(candidate: Candidate) -> Candidate:
-        """The candidate with its smallest ΔlogL when added to the model of one of the best candidates."""
+    def with_smallest_gain(candidate: Candidate) -> Candidate:
+        """Copy of a candidate with its smallest ΔlogL when added to the model of one of the best candidates."""
         if candidate in best:
             return candidate
-        left = candidate.gain if candidate.judged is None else candidate.judged
+        left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
         for other in best:
             assert other.solution is not None
             both = solve(data, other.solution.model + candidate.effect, polish=False, rounds=4)
             left = min(left, max(both.log_likelihood - other.solution.log_likelihood, 0.0))
-        return replace(candidate, judged=left)
+        return replace(candidate, judged_gain=left)
 
     arcs: dict[str, list[float]] = {}
     for screen in screens.values():
         for family, arc in zip(screen.families, screen.arcs, strict=True):
             arcs.setdefault(family, []).append(arc)
-    candidates = [judged(c) for c in found]
+    candidates = [with_smallest_gain(c) for c in found]
     return {
         family: Screen(tuple(c for c in candidates if c.family == family), tuple(angles))
         for family, angles in arcs.items()

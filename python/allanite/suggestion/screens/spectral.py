@@ -66,7 +66,7 @@ class Candidate:
     #: ln of the p-value, if the screen has its own law for it.
     log_p_value: float | None = None
     #: The part of `gain` that the p-value is computed for, if that is not all of it.
-    judged: float | None = None
+    judged_gain: float | None = None
     #: The data it was refitted to, if the effect excludes samples.
     data: Data | None = None
     #: Further sentence for the explanation.
@@ -162,15 +162,15 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
             points = _residual_maxima(points, unit, solution)
         if white.size == data.n:
             points = [*points, *cls.seen_in(white**2, data.rate)]
-        best = _refit(points, solution, part, arcs[-1])
-        narrow = _within_a_bin(points[0], solution, part, white, arcs[-1])
+        best = _refitted_candidate(points, solution, part, arcs[-1])
+        narrow = _narrow_band_candidate(points[0], solution, part, white, arcs[-1])
         both = [c for c in (best, narrow) if c is not None]
         if both:
             found.append(max(both, key=lambda c: c.gain))
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
-def _within_a_bin(
+def _narrow_band_candidate(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
     """Candidate for the band narrower than a bin that is clearest in single ordinates; None if there is none."""
@@ -188,7 +188,7 @@ def _within_a_bin(
     assert made is not None
     effect = made.with_values(**{point.coefficient: float(np.sqrt(best.variance))})
     solution = solve(data, base.model + effect, like=base, rounds=3, polish=False)
-    return _candidate(solution, base, data, arc)
+    return _candidate_of_last_effect(solution, base, data, arc)
 
 
 def _log_p_narrow(gain: float, data: Data) -> float:
@@ -233,7 +233,7 @@ def _with_richer_form(
     return found
 
 
-def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
+def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
     """Pair (model, maximum) over all shapes, and over other filter designs if the model has a discrepancy.
 
     Present shapes and designs may stand for what is missing: a cutoff, or more sections of a filter, for a rise towards the
@@ -282,7 +282,9 @@ def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
     )
 
 
-def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -> Candidate | None:
+def _refitted_candidate(
+    points: list[Effect], base: Solution, part: RandomPart, arc: float
+) -> Candidate | None:
     """Candidate from the best of many grid points: the shapes of the best few are polished, then everything is refitted."""
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -298,14 +300,16 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -
             key=lambda end: end[1].log_likelihood + MAX_SIMPLER_LOSS * (end[0] is model),
         )
     model, best = _with_richer_form(ends, model, best, part)
-    model, best = _redesigned(model, best, part)
+    model, best = _with_best_design(model, best, part)
     # Solve again so that steps and lines are refitted beside the new effect.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
-    return _candidate(solution, base, part.data, arc)
+    return _candidate_of_last_effect(solution, base, part.data, arc)
 
 
-def _candidate(solution: Solution, base: Solution, data: Data, arc: float) -> Candidate | None:
+def _candidate_of_last_effect(
+    solution: Solution, base: Solution, data: Data, arc: float
+) -> Candidate | None:
     """Candidate from the last effect of a refitted model, or None if it gains nothing; `arc` is the angle of its grid."""
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):

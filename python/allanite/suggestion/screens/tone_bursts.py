@@ -36,11 +36,11 @@ def screen_tone_bursts(
     # A burst does not drift, so wide bands are not needed.
     bands = tuple(band for band in bands if band.series.size <= MAX_EXHAUSTIVE_FREQUENCIES)
     blanks = blanks_of_screen("passing line", solution, data)
-    found = (_best(blank, bands, lasting, solution, data) for blank in blanks if bands)
+    found = (_best_candidate(blank, bands, lasting, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
 
 
-def _best(
+def _best_candidate(
     blank: Deterministic,
     bands: tuple[Band, ...],
     lasting: tuple[Candidate, ...],
