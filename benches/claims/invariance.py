@@ -181,7 +181,7 @@ def main() -> None:
             run = missing.get((kind, seed))
             found = differences(results.of(f"{kind} {seed}", run.result if run else dict))
             alike += not found
-            counts.update(found)
+            counts.update(list(found))
             for name, text in found.items():
                 print(f"{kind} {seed}, {name}: {text}", flush=True)
     print(f"{alike} of {len(cases)} records end alike in all of {len(names)} variants")

@@ -95,3 +95,14 @@ def test_an_error_at_short_times_is_not_excused_by_chance_at_long_ones():
     assert 0.001 < wrong.risen(fit.curve, 2.0) < 0.003
     assert fit.curve.risen(fit.curve, 2.0) == 0.0
     assert fit.curve.risen(wrong, 2.0) < -0.001
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_high_pass_without_a_pass_band_stands_for_no_phase_noise(seed):
+    """Phase noise that is slightly blue: a high-pass at a quarter of the rate is 20 nats better, and no filter."""
+    rng = np.random.default_rng(seed)
+    phase = rng.standard_normal(5001)
+    phase[1:] -= 0.15 * phase[:-1]
+    x = np.diff(phase) + g.white(rng, 5000, 1.0, 0.02)
+    fit = al.fit_model(al.Recording(x, 1.0, unit="1"), "N+Q")
+    assert "high_pass" not in {other.effect.kind for other in fit.alternatives(1)}

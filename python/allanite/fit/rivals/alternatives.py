@@ -89,6 +89,8 @@ def fit_replacement(
 ) -> Solution | None:
     """Fit of the base model plus an effect of kind `cls`; None if no grid point reaches the log likelihood `least`.
 
+    None as well if the fitted effect does not show the feature that distinguishes it from its alternatives.
+
     Parameters
     ----------
     cls : type of Effect
@@ -112,7 +114,9 @@ def fit_replacement(
             return None
         model, found = simplest_design(polished_designs(scanned, place, part), place)
         model = with_coefficients(model, found.theta)
-        return solve(data, model, start=found, like=base, rounds=3, polish=False)
+        solution = solve(data, model, start=found, like=base, rounds=3, polish=False)
+        own = solution.model
+        return solution if own.effects[-1].shows(own, data.rate, data.duration) else None
     if cls.screened == "slow":
         best = best_slow(base, data, lambda blank: isinstance(blank, cls)).get(cls.kind)
         if best is None or base.log_likelihood + best[0] < least:
