@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from allanite.fit.prediction import Prediction
 
+#: Minimum probability of a larger, and of a smaller, χ² of an adequate model: its share of the 1 % false-alarm probability
+#: of a check, which also tests about ten families of effects.
+MIN_ADEQUATE_P = 0.001
+
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """χ² of the spectrum (groups of bins, ten per decade) and its p-value."""
+    """χ² of the spectrum (groups of bins, ten per decade) and its p-value, the probability of a larger χ²."""
 
     chi2: float
     dof: int
@@ -21,6 +25,16 @@ class Misfit:
     def reduced(self) -> float:
         """χ² per degree of freedom."""
         return self.chi2 / self.dof
+
+    @property
+    def is_too_small(self) -> bool:
+        """True if a true model has so small a χ² with a probability of 0.1 %: the record is not noise.
+
+        A few samples with nearly all of the power, for example, have a spectrum without scatter.
+        """
+        from scipy.special import chdtr
+
+        return bool(chdtr(self.dof, self.chi2) < MIN_ADEQUATE_P)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.discrepancy import expected_saturated_gain, judge, scale_interval
 from allanite.fit.likelihood.stop_band import empty_ranges
 from allanite.fit.likelihood.whittle import normal_scores
-from allanite.fit.measures import Discrepancy, Error, Misfit
+from allanite.fit.measures import MIN_ADEQUATE_P, Discrepancy, Error, Misfit
 from allanite.fit.missing.completion import complete
 from allanite.fit.models import without_effect
 from allanite.fit.prediction import predict
@@ -40,10 +40,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
     from allanite.suggestion import Check
-
-#: Minimum p-value of χ² of an adequate model: its share of the 1 % false-alarm probability of a check, which also tests
-#: about ten families of effects.
-MIN_ADEQUATE_P = 0.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,12 +166,12 @@ class Fit:
     def adequate(self) -> bool:
         """True if χ², the discrepancy and the Allan curve do not contradict the model.
 
-        χ² is tested at 0.1 %, the Allan curve at 0.2 %. Missing effects are not searched; see `check`.
+        χ² is tested at 0.1 % on either side, the Allan curve at 0.2 %. Missing effects are not searched; see `check`.
         """
         beyond = np.nanmax(np.abs(self.curve.z)) >= _curve.MIN_FAILING_SCORE
-        return (
-            self.misfit.p_value >= MIN_ADEQUATE_P and not self.solution.discrepancy and not beyond
-        )
+        misfit = self.misfit
+        agrees = misfit.p_value >= MIN_ADEQUATE_P and not misfit.is_too_small
+        return agrees and not self.solution.discrepancy and not beyond
 
     @property
     def limited_by_quantization(self) -> bool:

@@ -80,6 +80,8 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
     """
     m, e = fit.misfit, fit.error
     words = ("adequate" if whole else "the spectrum agrees") if fit.adequate else "not adequate"
+    if m.is_too_small:
+        words += " (χ² is smaller than that of noise)"
     if fit.adequate and fit.limited_by_quantization:
         words += ", limited by quantization"
     line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"

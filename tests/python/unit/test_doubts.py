@@ -69,3 +69,16 @@ def test_two_effects_in_the_place_of_one_are_named_with_their_weight(seed):
     # One that leads by more than 3 nats is no alternative: the model is wrong.
     ahead = np.log(max(weights.values()) / weights[study.fit.model.name])
     assert study.adequate == bool(ahead <= 3.0)
+
+
+@pytest.mark.parametrize("n", [10_000, 100_000])
+def test_a_spectrum_smoother_than_noise_is_not_adequate(n):
+    """Two spikes hold nearly all of the power, and their spectrum has no scatter: χ²/dof is below 0.4."""
+    x = 0.01 * np.random.default_rng(2).standard_normal(n)
+    x[3 * n // 10] += 1000.0
+    x[6 * n // 10] -= 1000.0
+    fit = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N+B+K")
+    assert fit.misfit.p_value > 0.9
+    assert fit.misfit.is_too_small
+    assert not fit.adequate
+    assert "not adequate (χ² is smaller than that of noise)" in str(fit)
