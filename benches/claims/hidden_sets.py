@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
 import allanite as al
 import generators as g
-from allanite.fit.rivals.declared import rivals
+from allanite.fit.rivals.alternatives import rivals
 from allanite.fit.rivals.evidence import evidence
 
 RATE, DURATION = 50.0, 3600.0

@@ -60,7 +60,7 @@ def one_effect(kind: str, seed: int) -> dict[str, Any]:
 
 def _alternatives(fit: Any) -> set[str]:
     """Return the kinds that are declared as alternative explanations of an effect of the model."""
-    from allanite.fit.rivals.declared import rivals
+    from allanite.fit.rivals.alternatives import rivals
 
     found: set[str] = set()
     for place in range(len(fit.model)):

@@ -14,7 +14,6 @@ from allanite.common.printing import column_unit
 from allanite.common.units import coefficient_unit
 from allanite.effects import Model
 from allanite.fit.covariance import joint_covariance, logl_scale, shape_widening
-from allanite.fit.interval_ends import with_admissible_intervals
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
@@ -94,7 +93,7 @@ def estimates(
         else:
             out.append(_modifier_values(own.effect, errors, data, unit, column_units))
     return tuple(
-        with_admissible_intervals(own.effect, values)
+        _with_admissible_intervals(own.effect, values)
         for own, values in zip(solution.effects, out, strict=True)
     )
 
@@ -437,3 +436,29 @@ def shape_slope(
         return None
     up, down = (regressors_at(m, ordinates, data) for m in moved)
     return np.asarray((up - down) @ effect.amplitudes() / (2.0 * step))
+
+
+def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
+    """Values of an effect by name with admissible intervals.
+
+    Intervals are clipped to limits. Shapes of an effect that is not detected have no interval.
+    """
+    out = dict(values)
+    for name, value in values.items():
+        if not isinstance(value, Estimate) or value.interval is None:
+            continue
+        if not value.detected and _is_shape(effect, name):
+            # The frequency of a line that does not exist has no true value.
+            out[name] = Estimate(value.value, None, None, value.unit, False, name)
+        elif name in effect.limits:
+            low, high = (effect.limits.clipped(name, end) for end in value.interval)
+            out[name] = Estimate(
+                value.value, value.std_error, (low, high), value.unit, value.detected, name
+            )
+    return out
+
+
+def _is_shape(effect: Effect, name: str) -> bool:
+    """True if a parameter describes place, time or form of an effect instead of its size."""
+    declared = effect.parameter(name)
+    return declared.role in ("shape", "time") or declared.unit in ("Hz", "s", "rad")

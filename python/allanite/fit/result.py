@@ -352,7 +352,7 @@ class Fit:
 
         Without `searched`, alternative explanations are not searched, and the lists of rivals are empty.
         """
-        from allanite.fit.rivals.declared import Rivals, rivals
+        from allanite.fit.rivals.alternatives import Rivals, rivals
 
         misfit = self.misfit
         return {
