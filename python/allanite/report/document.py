@@ -265,6 +265,5 @@ def _entry(study: Study) -> Entry:
     from allanite.deviation import oadev
 
     # With a single step, the last check is also that of the first model.
-    alone = len(study.ladder) == 1
-    first = study.check if alone else study.ladder[0].fit.check()
-    return Entry(study, first, oadev(study.recording))
+    known = study.check if len(study.ladder) == 1 else study.first_check
+    return Entry(study, known or study.ladder[0].fit.check(), oadev(study.recording))

@@ -159,6 +159,8 @@ class Study:
         Requested limit of the model discrepancy, % of the deviation.
     tried : tuple of Effect
         Effects that the search added and dropped again, of kinds that the last model lacks.
+    first_check : Check or None
+        Check of the first model, if the search made it.
 
     Examples
     --------
@@ -177,6 +179,7 @@ class Study:
     stopped_because: str
     tolerance: float | None = None
     tried: tuple[Effect, ...] = ()
+    first_check: Check | None = None
 
     @property
     def fit(self) -> Fit:

@@ -45,6 +45,8 @@ class Search:
         Called with (steps done, most steps).
     check : Check or None
         The last check.
+    first_check : Check or None
+        The check of the first fit.
     checked : int
         Number of steps that the last check covers.
     """
@@ -56,6 +58,7 @@ class Search:
     clock: Callable[[], float] = time.process_time
     on_progress: Callable[[int, int], None] | None = None
     check: Check | None = None
+    first_check: Check | None = None
     checked: int = 0
 
     def run(self) -> str:
@@ -90,6 +93,8 @@ class Search:
                 rung.fit.data.forget()
         trim_memory(fit.data.n)
         self.check, self.checked = check_fit(fit), len(self.ladder)
+        if self.first_check is None:
+            self.first_check = self.check
         if self.on_progress is not None:
             self.on_progress(self.checked, max(self.limit + 1, self.checked))
         return self.check
@@ -112,7 +117,8 @@ class Search:
         ladder = self.ladder[: self.checked]
         steps = tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)
         recording = self.check.fit.recording
-        study = Study(recording, steps, self.check, stop, self.tolerance, tried_and_dropped(ladder))
+        tried = tried_and_dropped(ladder)
+        study = Study(recording, steps, self.check, stop, self.tolerance, tried, self.first_check)
         if stop == "adequate" and study.doubts:
             return replace(study, stopped_because="nothing helps")
         return study

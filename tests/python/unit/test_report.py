@@ -56,6 +56,13 @@ def run(capsys):
     return call
 
 
+def test_the_first_model_is_checked_once(report):
+    entry = report.entries[0]
+    assert len(entry.study.ladder) > 1
+    assert entry.first is entry.study.first_check
+    assert entry.first.fit is entry.study.ladder[0].fit
+
+
 class Numbers(HTMLParser):
     """Every number of a page: where it is in the JSON, its digits, and how it is printed; and every tag."""
 
