@@ -14,10 +14,11 @@ from allanite.page.edits import SHEET
 from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.sessions import Sessions
 from allanite.page.shown.cards import cards, failures
+from allanite.page.shown.figures import figure_of
 from allanite.page.source import Source
 from allanite.page.state import state
 from allanite.page.tab import Tab
-from allanite.plots.spec import HeatMap
+from allanite.plots.spec import HeatMap, Points
 from allanite.plots.time import close_up
 from allanite.study import Rung, Study
 from allanite.suggestion import Check, check_fit
@@ -214,3 +215,11 @@ def test_a_card_has_the_units_of_the_model_and_the_harmonics_of_a_comb():
     assert amplitude == pytest.approx(0.01 * 180 / np.pi * 3600, rel=0.05)
     assert card["values"].endswith("with harmonics 2, 3")
     assert card["sentence"].startswith(("up to", "at most"))
+
+
+def test_every_measured_error_is_inside_its_axis(white_only):
+    figure = figure_of(white_only, "error", {})
+    for panel in figure.panels:
+        points = next(m for m in panel.marks if isinstance(m, Points))
+        assert panel.y.low < points.y.min()
+        assert points.y.max() < panel.y.high

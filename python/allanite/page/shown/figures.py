@@ -298,7 +298,8 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
         shown = f"{number(float(total[-1]), 2)}{'' if name == '°' else ' '}{name}"
         said.append(f"the {noun} error {cause}{' ' if cause else ''}{'' if i else 'is '}{shown}")
         x = log_axis("time without a fix (s)", growth.tau)
-        y = log_axis(f"error, {growth.quantity} ({name})", total, 0.1 * total)
+        measured = () if seen is None else factor * seen.rms
+        y = log_axis(f"error, {growth.quantity} ({name})", total, 0.1 * total, measured)
         panels.append(Panel(x, y, tuple(marks), 0, i, title=growth.quantity.capitalize()))
     left = {name for g in found for name in g.left_out}
     without = f"; without {', '.join(sorted(left))}" if left else ""
