@@ -17,7 +17,7 @@ from pictures import picture
 
 import allanite as al
 from allanite._kernels import version
-from allanite.common.numbers import number, tidy
+from allanite.common.numbers import number, with_readable_numbers
 from allanite.effects import find
 from allanite.plots import plot_check, plot_study
 from allanite.plots.words import values_text
@@ -112,7 +112,7 @@ def section(record: Record, path: Path) -> str:
         f"## {record.title}",
         f"{record.what} *Source: {record.source}.*",
         f"{recording.n} samples at {recording.rate:g} Hz, {recording.unit}. The audit:",
-        bullets([tidy(f.message) for f in recording.audit] or ["nothing odd"]),
+        bullets([with_readable_numbers(f.message) for f in recording.audit] or ["nothing odd"]),
         f"**{words}**",
         table(
             ("expected", "found", ""),
@@ -180,7 +180,7 @@ def left(study: al.Study) -> str:
     text = f"Left unexplained ({why})"
     if not sentences:
         return f"{text}: the model is improbable as a whole, yet no single range stands out."
-    return f"{text}:\n\n{bullets([tidy(s) for s in sentences])}"
+    return f"{text}:\n\n{bullets([with_readable_numbers(s) for s in sentences])}"
 
 
 def bullets(items: list[str]) -> str:

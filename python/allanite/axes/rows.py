@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.axes.forms import labels_of
-from allanite.common.numbers import number, with_interval
+from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed, relative_unit, table_unit
 from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
@@ -127,7 +127,7 @@ def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = 
     if not interval or value.interval is None:
         kept = effect.kept(parameter.name) if interval else ""
         return number(float(value), 4) + (f" ({kept})" if kept else "")
-    return with_interval(float(value), value.interval)
+    return value_and_interval_text(float(value), value.interval)
 
 
 def _discrepancy_text(fit: Fit) -> str:

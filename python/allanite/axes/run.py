@@ -12,7 +12,7 @@ from allanite.axes.characterization import Characterization, common_of
 from allanite.axes.turn_on import turn_on_biases
 from allanite.axes.working import check_working, working_states
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.threads import parallel_columns, side_by_side
+from allanite.common.threads import max_parallel_columns, side_by_side
 from allanite.common.validation import positive, require_recording
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.study import MAX_ADDED_EFFECTS, improve
@@ -162,7 +162,7 @@ def improve_columns(
         waiting.pop()
         if end is None:
             return None
-        return max((end - time.monotonic()) * min(parallel_columns(), left) / left, MIN_SECONDS)
+        return max((end - time.monotonic()) * min(max_parallel_columns(), left) / left, MIN_SECONDS)
 
     def task(column: Recording, model: Start) -> Callable[[], Study]:
         """Function without arguments that builds and returns the study of a column."""

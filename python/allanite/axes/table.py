@@ -9,7 +9,7 @@ from allanite.axes.rows import Row, convention, legend, rows
 from allanite.axes.words import at_work, in_common, remarks, seen_by_several, turn_on_sentences
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
-from allanite.common.numbers import tidy
+from allanite.common.numbers import with_readable_numbers
 from allanite.common.showing import html_list, html_table
 
 if TYPE_CHECKING:
@@ -44,7 +44,9 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
         "at work": at_work(found),
         "bias at switch-on": turn_on_sentences(found),
         "seen by several axes": seen_by_several(found.common),
-        "averaging sensors of one axis": [tidy(str(one)) for one in found.averages],
+        "averaging sensors of one axis": [
+            with_readable_numbers(str(one)) for one in found.averages
+        ],
         "remarks": remarks(found, words),
     }
     for head, sentences in sections.items():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.documents import as_expected
+from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError
 from allanite.effects import CATALOGUE, Deterministic, Model
 from allanite.effects.files import model_from_dict
@@ -71,7 +71,7 @@ def samples_of(study: Study) -> dict[str, Any]:
     return found
 
 
-@as_expected("not a characterization as `save` writes it")
+@invalid_as_input_error("not a characterization as `save` writes it")
 def twin(
     document: Mapping[str, Any],
     *,

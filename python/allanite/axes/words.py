@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import CALL
-from allanite.common.numbers import tidy, with_interval
+from allanite.common.numbers import value_and_interval_text, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed
+from allanite.common.printing import printed, to_table_unit
 from allanite.fit.table import undecided_sentence
 from allanite.recording.findings import merged
 
@@ -50,7 +50,7 @@ def in_common(sensor: Sensor) -> list[str]:
             out.append(f"the axes differ in {', '.join(apart)}")
     if sensor.cross and not any(cross.significant for cross in sensor.cross):
         out.append("the residuals of the axes are uncorrelated")
-    return [tidy(sentence) for sentence in out]
+    return [with_readable_numbers(sentence) for sentence in out]
 
 
 def seen_by_several(common: Common) -> list[str]:
@@ -58,17 +58,17 @@ def seen_by_several(common: Common) -> list[str]:
     of_lines = {one.line: one for one in common.shared if one.line is not None}
     rest = [one for one in common.shared if one.line is None]
     lines = [of_lines.get(line, line) for line in common.lines]
-    return [tidy(str(one)) for one in (*lines, *common.events, *rest)]
+    return [with_readable_numbers(str(one)) for one in (*lines, *common.events, *rest)]
 
 
 def at_work(found: Characterization) -> list[str]:
     """List of texts: sentences on what the working log adds to the noise of each column."""
-    return [tidy(f"{name}: {'; '.join(w.reasons)}") for name, w in found.working.items()]
+    return [with_readable_numbers(f"{name}: {'; '.join(w.reasons)}") for name, w in found.working.items()]
 
 
 def turn_on_sentences(found: Characterization) -> list[str]:
     """List of texts: sentences on the bias at switch-on of each column."""
-    return [tidy(f"{name}: {bias}") for name, bias in found.turn_on.items()]
+    return [with_readable_numbers(f"{name}: {bias}") for name, bias in found.turn_on.items()]
 
 
 def _clause_on_single_axes(form: Form) -> str:
@@ -103,10 +103,10 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
     """Clause on a parameter that agrees, with its common value."""
     pooled, declared = number.pooled, number.parameter
     value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
-    value = in_table(value, declared.unit, declared.sheet, number.sample_unit)
+    value = to_table_unit(value, declared.unit, declared.sheet, number.sample_unit)
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
-    text = with_interval(float(value), value.interval)
+    text = value_and_interval_text(float(value), value.interval)
     return f"{pooled.name} = {text}{unit}, p {_p_text(pooled.p_value)}{_over_axes(number, sensor)}"
 
 
@@ -122,4 +122,4 @@ def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[st
             out.append(f"{name}: {'; '.join([study.ending, *why])}")
         if study.undecided is not None:
             out.append(f"{name}: {undecided_sentence(study.fit, study.undecided)}")
-    return [tidy(text) for text in out]
+    return [with_readable_numbers(text) for text in out]

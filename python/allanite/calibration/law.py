@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.calibration.forms import law_of, near_the_best
-from allanite.common.numbers import number, with_interval
+from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.common.showing import brief
@@ -251,7 +251,7 @@ class AxisLaw:
         slope = next((v for k, v in self.numbers.items() if k == "COV.coefficient"), None)
         if self.form.power == 1 and self.form.memory != "hysteresis" and slope is not None:
             assert slope.interval is not None
-            text += f" ({with_interval(slope.value, slope.interval)} {unit}/°C)"
+            text += f" ({value_and_interval_text(slope.value, slope.interval)} {unit}/°C)"
         return text + after
 
     @property

@@ -78,10 +78,10 @@ def models_of(text: str, unit: str | None = None, rate: float | None = None) -> 
 def first_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
     """The model of each column in the unit of its samples; the usual models if `text` is None."""
     if text is None:
-        from allanite.common.starts import start_of
+        from allanite.common.starts import start_model
         from allanite.effects.files import parse_model
 
-        return [parse_model(start_of(column.quantity, column.units)) for column in columns]
+        return [parse_model(start_model(column.quantity, column.units)) for column in columns]
     models = models_of(text)
     return [for_column(models, c.columns[0], text).in_unit(c.unit) for c in columns]
 

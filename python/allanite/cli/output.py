@@ -186,13 +186,13 @@ def progress_of_axes(
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
-    from allanite.common.threads import parallel_columns
+    from allanite.common.threads import max_parallel_columns
 
     at: dict[str, int] = {}
     lock = Lock()
     begin = monotonic()
-    turns = -(-columns // parallel_columns())
-    phase(f"{columns} axes, {parallel_columns()} at a time", options)
+    turns = -(-columns // max_parallel_columns())
+    phase(f"{columns} axes, {max_parallel_columns()} at a time", options)
 
     def steps_shown(_item: object) -> str:
         """Text with the steps done."""

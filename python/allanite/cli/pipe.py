@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory, gettempdir
 from typing import IO, TYPE_CHECKING
 
 from allanite.common.errors import InputError, about
-from allanite.common.memory import shown_bytes
+from allanite.common.memory import bytes_text
 from allanite.readers import FORMATS
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def _copy(head: bytes, stream: IO[bytes], spool: Path) -> None:
                 file.write(block)
                 if file.tell() > most:
                     raise InputError(
-                        f"{NAME} is longer than {shown_bytes(most)}, half of the free space of {folder}: give the name of"
+                        f"{NAME} is longer than {bytes_text(most)}, half of the free space of {folder}: give the name of"
                         " a file"
                     )
                 block = stream.read(BLOCK)

@@ -69,7 +69,7 @@ class RunFolder:
                 f"{path}: the folder cannot be created: {error.strerror or error}"
             ) from None
 
-    def start_of(self, column: Recording, model: Model) -> Model:
+    def start_model(self, column: Recording, model: Model) -> Model:
         """Model that an earlier run saved for the same samples and options; otherwise the given model."""
         from allanite.effects.files import model_from_dict
         from allanite.sources import documents_of

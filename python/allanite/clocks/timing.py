@@ -18,7 +18,7 @@ from allanite.clocks.verdicts import Verdict, averages, verdicts
 from allanite.clocks.words import span_text, time_text
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
-from allanite.common.several import Several, by_column, former_use
+from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.fit.stamped.likelihood import StampedSeries
@@ -290,7 +290,7 @@ def timing(
     chosen = [mask if isinstance(mask, Mask) else mask_named(mask) for mask in masks]
     times = [positive(t, "after", "s", "give times after the last sample") for t in after]
     if len(recording.columns) > 1:
-        former_use(recording.columns, "al.timing_columns(recording)")
+        warn_of_several_columns(recording.columns, "al.timing_columns(recording)")
         several: Any = timing_columns(
             recording, masks=chosen, after=times, steering=steering, progress=progress
         )
@@ -331,7 +331,7 @@ def timing_columns(recording: Recording, **options: Any) -> Timings:
     ['a', 'b']
     """
     require_recording(recording)
-    return Timings(by_column(recording, lambda column: timing(column, **options)))
+    return Timings(results_by_column(recording, lambda column: timing(column, **options)))
 
 
 def _refuse_other_units(recording: Recording) -> None:

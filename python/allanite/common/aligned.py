@@ -9,8 +9,11 @@ import numpy as np
 C = TypeVar("C", bound=type[Any])
 
 
-def aligned(value: Any) -> Any:
-    """Same value, with each misaligned array replaced by an aligned copy, also inside of lists, tuples and dicts."""
+def with_aligned_arrays(value: Any) -> Any:
+    """The value, with each misaligned array replaced by an aligned copy, also inside of plain lists, tuples and dicts.
+
+    An aligned array, and any value of another type, is returned itself.
+    """
     if isinstance(value, np.ndarray):
         if value.flags.aligned:
             return value
@@ -18,14 +21,14 @@ def aligned(value: Any) -> Any:
         copy.flags.writeable = value.flags.writeable
         return copy
     if type(value) in (list, tuple):
-        return type(value)(aligned(item) for item in value)
+        return type(value)(with_aligned_arrays(item) for item in value)
     if type(value) is dict:
-        return {key: aligned(item) for key, item in value.items()}
+        return {key: with_aligned_arrays(item) for key, item in value.items()}
     return value
 
 
-def aligned_when_unpickled(cls: C) -> C:
-    """Class decorator: when an instance is unpickled, its misaligned arrays are replaced by aligned copies.
+def align_when_unpickled(cls: C) -> C:
+    """Class decorator that sets `__setstate__`, so that the arrays of an unpickled instance are aligned.
 
     The core only accepts aligned arrays. Pickle protocol 5 stores arrays outside of the pickle. A receiver such as Dask
     uses parts of a network message as memory of the arrays, and such a part may begin at an odd address.
@@ -33,8 +36,8 @@ def aligned_when_unpickled(cls: C) -> C:
     restore = getattr(cls, "__setstate__", None)
 
     def set_state(self: Any, state: Any) -> None:
-        """Restore an instance from its pickled state, after the arrays in the state were aligned."""
-        state = aligned(state)
+        """Set the attributes of `self` from its pickled state, with aligned copies of misaligned arrays."""
+        state = with_aligned_arrays(state)
         if restore is not None:
             restore(self, state)
             return

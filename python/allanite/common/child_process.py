@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def python_command(*arguments: str) -> list[str]:
-    """Command line of a Python child process that ignores modules in the working directory.
+    """List of str: command of a Python child process that ignores modules in the working directory.
 
     Without ``-P``, ``python -m`` and ``python -c`` put the working directory first on ``sys.path``. A file ``json.py``
     in the folder of a log would then be executed.
@@ -21,13 +21,16 @@ def python_command(*arguments: str) -> list[str]:
 
 
 def child_environment() -> dict[str, str]:
-    """Environment of this process as a dict, with ``PYTHONSAFEPATH`` set. Grandchildren inherit the variable."""
+    """Dict of this process's environment variables, and ``PYTHONSAFEPATH`` = 1. Grandchildren inherit the variable."""
     return {**os.environ, "PYTHONSAFEPATH": "1"}
 
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Context in which ``PYTHONSAFEPATH`` is set, for libraries that start Python children (multiprocessing, Dask)."""
+    """Context in which ``PYTHONSAFEPATH`` is 1, for libraries that start Python children (multiprocessing, Dask).
+
+    Afterwards the variable has its previous value, or is removed.
+    """
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:

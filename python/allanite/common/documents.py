@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.memory import shown_bytes
+from allanite.common.memory import bytes_text
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ MAX_DOCUMENT_BYTES = 200_000_000
 
 
 def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "strict") -> str:
-    """Text of a document in UTF-8.
+    """Content of a UTF-8 file as a str.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "
         if not file.is_file():
             raise InputError("a folder, a pipe or a device, not a file")
         if size > most:
-            raise InputError(f"{shown_bytes(size)} are too many for such a file")
+            raise InputError(f"{bytes_text(size)} are too many for such a file")
         return file.read_text(encoding="utf-8", errors=errors)
     except FileNotFoundError:
         raise InputError("no such file") from None
@@ -52,7 +52,9 @@ def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "
 
 
 def json_of(path: str | Path, what: str = "a JSON file") -> Any:
-    """Value of a JSON document; `what` is the expected kind of file, for the message of an error.
+    """Value of a JSON file: dict, list, str, number, bool or None.
+
+    `what` is the expected kind of file, for the message of an error.
 
     Raises
     ------
@@ -60,13 +62,15 @@ def json_of(path: str | Path, what: str = "a JSON file") -> Any:
         The document cannot be read (`text_of`), or is not JSON.
     """
     text = text_of(path)
-    with as_expected(f"not {what}"):
+    with invalid_as_input_error(f"not {what}"):
         return json.loads(text)
 
 
 @contextmanager
-def as_expected(otherwise: str) -> Iterator[None]:
-    """Context for reading the parts of a document: an unexpected part raises an `InputError`.
+def invalid_as_input_error(otherwise: str) -> Iterator[None]:
+    """Context that replaces errors of reading a wrong document (`KeyError`, `TypeError`, …) by an `InputError`.
+
+    Errors of allanite pass unchanged.
 
     Parameters
     ----------

@@ -74,9 +74,12 @@ class AllaniteError(Exception):
         self.remedy = remedy
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """Complete message as one line: place, problem and remedy. `words` maps parameters to the names to print."""
+        """Message as one line of at most 288 characters: place, problem and remedy.
+
+        `words` maps each parameter to the name to print.
+        """
         where = f"{self.where}: " if self.where else ""
-        return plain(where + self.found + worded(self.remedy, words), MAX_MESSAGE_LENGTH)
+        return plain(where + self.found + remedy_text(self.remedy, words), MAX_MESSAGE_LENGTH)
 
     def __str__(self) -> str:
         return self.worded()
@@ -134,17 +137,21 @@ def about(where: object, instead: object = None) -> Iterator[None]:
         raise
 
 
-class _Slot:
+class _ParameterName:
     """Name of a parameter in a remedy, formatted with its value as format specification."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
     def __format__(self, number: str) -> str:
-        """Name of the parameter with the value filled in; `number` is the text of the value, or empty."""
+        """Name with ``{}`` replaced by the text `number`."""
         return self.name.format(number)
 
 
-def worded(remedy: str, words: Mapping[str, str] = CALL) -> str:
-    """Text of a remedy with its placeholders ``{rate}`` replaced by the names in `words`; empty for an empty remedy."""
-    return remedy.format_map({name: _Slot(word) for name, word in words.items()}) if remedy else ""
+def remedy_text(remedy: str, words: Mapping[str, str] = CALL) -> str:
+    """Text of a remedy, with each placeholder ``{rate}`` replaced by its name in `words`. Empty for an empty remedy."""
+    return (
+        remedy.format_map({name: _ParameterName(word) for name, word in words.items()})
+        if remedy
+        else ""
+    )

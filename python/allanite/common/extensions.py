@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 
-def declared_in(name: str, *packages: str) -> Iterator[Any]:
-    """Values of the variable `name` in the public modules of some packages, ordered by module.
+def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
+    """Iterator over the values of the variable `name` in the modules of some packages, by the modules' names.
 
-    Modules without it are skipped.
+    Modules without the variable, subpackages, and modules whose names begin with ``_`` are skipped.
     """
     for package in packages:
         for found in sorted(iter_modules(import_module(package).__path__), key=lambda m: m.name):
@@ -24,7 +24,7 @@ def declared_in(name: str, *packages: str) -> Iterator[Any]:
                     yield getattr(module, name)
 
 
-def add_installed(group: str, what: str, add: Callable[[Any], None]) -> None:
+def add_entry_points(group: str, what: str, add: Callable[[Any], None]) -> None:
     """Load all entry points of a group from the installed packages and call `add` with each loaded object.
 
     An entry point that cannot be loaded or added is skipped with a warning, because one faulty package must not

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def is_file(text: str | Path) -> bool:
-    """True if a text names a file. False also if the text is too long for a path or contains a null character."""
+    """True if a file with this path exists. False also if the text is too long for a path or has a null character."""
     try:
         return Path(text).is_file()
     except (OSError, ValueError):
@@ -29,7 +29,7 @@ def is_file(text: str | Path) -> bool:
 
 
 def exists(text: str | Path) -> bool:
-    """True if a text names a file or a folder."""
+    """True if a file or folder with this path exists. False also if the text is too long or has a null character."""
     try:
         return Path(text).exists()
     except (OSError, ValueError):
@@ -51,6 +51,8 @@ def check_target(path: str | Path) -> None:
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
     """Context with the path of a temporary file to write; the file replaces `path` if the block ends without an error.
+
+    A device or a pipe is written directly. The target of a link is replaced, not the link.
 
     Raises
     ------
@@ -95,7 +97,7 @@ class OwnedFolder:
     LOCK = ".owned"
 
     def __init__(self, kind: str) -> None:
-        self._folder = TemporaryDirectory(prefix=_prefix(kind))
+        self._folder = TemporaryDirectory(prefix=_folder_prefix(kind))
         self.path = Path(self._folder.name)
         new = self.path / f"{self.LOCK}-new"
         new.touch()
@@ -110,16 +112,16 @@ class OwnedFolder:
         self.close()
 
     def close(self) -> None:
-        """Remove the folder."""
+        """Unlock and remove the folder with its files."""
         self._lock.close()
         self._folder.cleanup()
 
     @classmethod
     def remove_abandoned(cls, kind: str) -> None:
         """Remove the temporary folders of this kind that belong to this user and whose processes have ended."""
-        for folder in Path(gettempdir()).glob(f"{_prefix(kind)}*"):
+        for folder in Path(gettempdir()).glob(f"{_folder_prefix(kind)}*"):
             with suppress(OSError):
-                if folder.is_symlink() or not _is_own(folder):
+                if folder.is_symlink() or not _has_own_user(folder):
                     continue
                 lock = folder / cls.LOCK
                 if os.name == "posix":
@@ -131,13 +133,13 @@ class OwnedFolder:
                     rmtree(folder)
 
 
-def _prefix(kind: str) -> str:
+def _folder_prefix(kind: str) -> str:
     """First part of the names of temporary folders of this kind: ``"allanite-KIND-"``."""
     return f"allanite-{kind}-"
 
 
-def _is_own(path: Path) -> bool:
-    """True if this user owns the file or folder; always True on Windows."""
+def _has_own_user(path: Path) -> bool:
+    """True if the file or folder belongs to the user of this process; always True on Windows."""
     return os.name != "posix" or path.stat().st_uid == os.getuid()
 
 
@@ -166,7 +168,7 @@ def _remove_abandoned_drafts(target: Path) -> None:
 
 
 def _is_running(process: int) -> bool:
-    """True if a process with this number runs, or if the system does not tell."""
+    """True if a process with this number runs, or if the system does not tell; always True on Windows."""
     if os.name != "posix":
         return True  # on Windows, os.kill(process, 0) would end the process
     try:

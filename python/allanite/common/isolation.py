@@ -22,7 +22,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from allanite.common.child_process import child_environment, python_command
 from allanite.common.errors import AllaniteError, InputError, InternalError, TooShortError
-from allanite.common.memory import budget, over_budget, shown_bytes
+from allanite.common.memory import budget, bytes_text, out_of_memory_error
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
@@ -91,9 +91,10 @@ def call_isolated(
     libraries: Sequence[str] = (),
     watch: Callable[[], None] | None = None,
 ) -> Any:
-    """Call a function in a child process and return its result.
+    """Result of `function(**arguments)`, called in a child process.
 
-    Inside of such a child, the function is called directly, with a new limit on its processor time only.
+    Inside of such a child, and on systems without processes, the function is called directly. In a child, this call
+    sets a new limit on the processor time only.
 
     Parameters
     ----------
@@ -119,8 +120,8 @@ def call_isolated(
         The function raised an error that is not one of allanite's.
     """
     if _is_child or not sys.executable or sys.platform == "emscripten":
-        with _cpu_limited(limits.cpu):
-            return _resolved(function)(**arguments)
+        with _cpu_limit(limits.cpu):
+            return _function_named(function)(**arguments)
     memory = budget() if limits.memory is None else limits.memory
     order = {
         "function": function,
@@ -139,16 +140,16 @@ def call_isolated(
 
             found = read_value(results)
         except (ValueError, TypeError, OSError):
-            raise _failure(code, worker, limits, memory) from None
+            raise _error_without_result(code, worker, limits, memory) from None
     if "result" in found:
         return found["result"]
-    raise _error(found["error"], worker)
+    raise _error_of_child(found["error"], worker)
 
 
 def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], None] | None) -> int:
     """Exit code of a new process that executes an order and writes the result to `results`.
 
-    After a timeout, it is −SIGALRM (1 on Windows).
+    The process is killed if it exceeds its wall time by 5 s. Then the code is −SIGALRM (1 on Windows).
     """
     end = math.inf if order["wall"] is None else time.monotonic() + order["wall"] + GRACE
     root = str(Path(__file__).resolve().parents[2])
@@ -187,8 +188,8 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
             process.wait(1.0)
 
 
-def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputError:
-    """`InputError` that explains, from the exit code, why a child wrote no result."""
+def _error_without_result(code: int, worker: str, limits: Limits, memory: float) -> InputError:
+    """`InputError` (not raised) that explains, from the exit code, why a child wrote no result."""
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"code {code}"
     if name == "SIGXCPU":
         return InputError(
@@ -202,18 +203,22 @@ def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputErro
         return InputError(f"{worker} was killed (SIGKILL): the system has too little memory for it")
     if code < 0 or code > 255:
         return InputError(
-            f"damaged, or larger than the memory ({shown_bytes(memory)}): {worker} crashes on this file ({name})"
+            f"damaged, or larger than the memory ({bytes_text(memory)}): {worker} crashes on this file ({name})"
         )
     return InputError(
         f"no process could be started for {worker} ({name}): too little memory is free"
     )
 
 
-def _error(described: dict[str, Any], worker: str) -> Exception:
-    """Exception that repeats, in the parent, the error that the function raised in the child."""
+def _error_of_child(described: dict[str, Any], worker: str) -> Exception:
+    """Exception (not raised) with the message of the error that the function raised in the child.
+
+    `InputError`, `TooShortError` and `ModuleNotFoundError` keep their type. Too little memory becomes an `InputError`,
+    any other error an `InternalError`.
+    """
     kind = described["kind"]
     if kind == "memory":
-        return over_budget(worker)
+        return out_of_memory_error(worker)
     if kind == "missing module":
         return ModuleNotFoundError(described["found"], name=described["name"])
     if kind == "unexpected":
@@ -229,9 +234,12 @@ def _error(described: dict[str, Any], worker: str) -> Exception:
 
 
 def main() -> None:
-    """Execute the order that the parent sends: read it from standard input, write the result to standard output."""
+    """Execute the order that the parent sends, and end this process.
+
+    The order is read from standard input, and the result is written to standard output.
+    """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    order = json.loads(_line(0))
+    order = json.loads(_read_line(0))
     results = os.fdopen(os.dup(1), "wb")
     # Output of libraries must not get into the result.
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -242,7 +250,7 @@ def main() -> None:
 
 
 def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
-    """Call the function of an order within its limits, and write the result or the error to `results`."""
+    """Call the function of an order within its limits, and write its result or its error to `results`."""
     global _is_child
     _is_child = True
     found: dict[str, Any]
@@ -250,8 +258,8 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
     try:
         for library in order["libraries"]:
             import_module(library)
-        function = _resolved(order["function"])
-        _limit(order)
+        function = _function_named(order["function"])
+        _set_limits(order)
         found = {"result": function(**order["arguments"])}
     except AllaniteError as error:
         kind = "too short" if isinstance(error, TooShortError) else "input"
@@ -262,13 +270,13 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
     except ModuleNotFoundError as error:
         found = {"error": {"kind": "missing module", "found": str(error), "name": error.name}}
     except Exception as error:
-        found = {"error": {"kind": "unexpected", "found": _traced(error)}}
+        found = {"error": {"kind": "unexpected", "found": _error_text(error)}}
     from allanite.common.transfer import write_value
 
     try:
         write_value(found, results)
     except Exception as error:
-        described = {"kind": "unexpected", "found": _traced(error)}
+        described = {"kind": "unexpected", "found": _error_text(error)}
         if isinstance(error, (OSError, MemoryError)):
             full = f"the samples do not fit into the folder of temporary files ({error})"
             described = {"kind": "input", "found": full, "missing": None, "where": None}
@@ -278,15 +286,15 @@ def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
         write_value({"error": described}, results)
 
 
-def _resolved(name: str) -> Callable[..., Any]:
+def _function_named(name: str) -> Callable[..., Any]:
     """Function with the name ``"package.module:function"``; its module is imported."""
     module, _, attribute = name.partition(":")
     function: Callable[..., Any] = getattr(import_module(module), attribute)
     return function
 
 
-def _traced(error: Exception) -> str:
-    """Text with the type and message of an error and the source line that raised it."""
+def _error_text(error: Exception) -> str:
+    """Text ``"KeyError: 'x' (file.py:12)"``: type and message of an error, and the line that raised it."""
     frame = error.__traceback__
     while frame is not None and frame.tb_next is not None:
         frame = frame.tb_next
@@ -294,8 +302,11 @@ def _traced(error: Exception) -> str:
     return f"{type(error).__name__}: {plain(error, 200)} ({place})"
 
 
-def _line(descriptor: int) -> bytes:
-    """One line from a file descriptor. If the input ends before the line is complete, this process exits with code 1."""
+def _read_line(descriptor: int) -> bytes:
+    """Bytes from a file descriptor up to and including a line end.
+
+    If the input ends before the line is complete, this process exits with code 1.
+    """
     line = b""
     while not line.endswith(b"\n"):
         piece = os.read(descriptor, 1 << 16)
@@ -306,12 +317,15 @@ def _line(descriptor: int) -> bytes:
 
 
 def _end_with_parent() -> None:
-    """Start a thread that ends this process when its standard input is closed, because then the parent has ended."""
+    """Start a thread that ends this process with exit code 1 when standard input is closed.
+
+    Standard input is closed when the parent has ended.
+    """
     import _thread
 
     def wait() -> None:
-        # os.read instead of sys.stdin: the interpreter aborts if a thread holds the buffer of sys.stdin at its end.
         """End this process with exit code 1 when standard input is closed."""
+        # os.read instead of sys.stdin: the interpreter aborts if a thread holds the buffer of sys.stdin at its end.
         while os.read(0, 1 << 16):
             pass
         os._exit(1)
@@ -321,8 +335,11 @@ def _end_with_parent() -> None:
         _thread.start_new_thread(wait, ())
 
 
-def _limit(order: dict[str, Any]) -> None:
-    """Set the limits of an order on this process: wall time, processor time, memory. Lower system limits are kept."""
+def _set_limits(order: dict[str, Any]) -> None:
+    """Set the limits of an order on this process: wall time, processor time, memory, size of files.
+
+    Lower limits of the system are kept. On Windows, nothing is set.
+    """
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
@@ -330,19 +347,19 @@ def _limit(order: dict[str, Any]) -> None:
         import resource
     except ModuleNotFoundError:  # on Windows, only the deadline of the parent applies
         return
-    _lower(resource.RLIMIT_CORE, 0)
+    _lower_limit(resource.RLIMIT_CORE, 0)
     if order["cpu"] is not None:
-        _lower(resource.RLIMIT_CPU, math.ceil(time.process_time() + order["cpu"]))
+        _lower_limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + order["cpu"]))
     if order["memory"] is not None:
         # The result file cannot be larger than the memory that held the result.
-        _lower(resource.RLIMIT_FSIZE, int(order["memory"] + OVERHEAD))
+        _lower_limit(resource.RLIMIT_FSIZE, int(order["memory"] + OVERHEAD))
         with suppress(OSError, ValueError, IndexError):
             pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
             taken = pages * resource.getpagesize()
-            _lower(resource.RLIMIT_AS, int(taken + order["memory"] + OVERHEAD))
+            _lower_limit(resource.RLIMIT_AS, int(taken + order["memory"] + OVERHEAD))
 
 
-def _lower(which: int, most: int) -> None:
+def _lower_limit(which: int, most: int) -> None:
     """Lower the soft limit of the resource `which` to `most`, unless the limit is lower already."""
     import resource
 
@@ -353,8 +370,12 @@ def _lower(which: int, most: int) -> None:
 
 
 @contextmanager
-def _cpu_limited(seconds: float) -> Iterator[None]:
-    """Context in a child with a limit on processor time; the signal for the limit ends the child."""
+def _cpu_limit(seconds: float) -> Iterator[None]:
+    """Context that ends a child by a signal after `seconds` more of processor time.
+
+    The limit applies neither outside of a child nor on Windows, and not for infinite `seconds`. The previous limit
+    returns afterwards.
+    """
     if not _is_child or not math.isfinite(seconds):
         yield
         return
@@ -364,7 +385,7 @@ def _cpu_limited(seconds: float) -> Iterator[None]:
         yield
         return
     before = resource.getrlimit(resource.RLIMIT_CPU)
-    _lower(resource.RLIMIT_CPU, math.ceil(time.process_time() + seconds))
+    _lower_limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + seconds))
     try:
         yield
     finally:

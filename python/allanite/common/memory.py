@@ -22,7 +22,7 @@ _CACHES: list[_lru_cache_wrapper[Any]] = []
 
 
 def free_memory() -> float:
-    """Bytes of memory that are available without swapping; infinite if unknown."""
+    """Memory that is available without swapping, bytes, as a float; infinite if ``/proc/meminfo`` does not tell."""
     try:
         lines = Path("/proc/meminfo").read_text("ascii").splitlines()
         return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
@@ -41,21 +41,24 @@ def address_space() -> float:
 
 
 def cleared_by_free_buffers(kept: Kept) -> Kept:
-    """Decorator to put above `lru_cache`: the cache is emptied by `allanite.free_buffers`."""
+    """Decorator above `lru_cache`: registers the cache, so that `allanite.free_buffers` empties it."""
     _CACHES.append(kept)
     return kept
 
 
 def clear_caches() -> None:
-    """Empty all caches that are decorated with `cleared_by_free_buffers`."""
+    """Empty the caches of all functions that are decorated with `cleared_by_free_buffers`."""
     for kept in _CACHES:
         kept.cache_clear()
 
 
 def budget() -> float:
-    """Maximum memory for one computation, bytes: half of the free memory, or the value of ``ALLANITE_MEMORY``."""
+    """Maximum memory for one computation, bytes: half of the free memory, or the value of ``ALLANITE_MEMORY``.
+
+    Infinite if the free memory is unknown. Raises `InputError` if the variable is no number of bytes.
+    """
     setting = os.environ.get(VARIABLE)
-    return FREE_MEMORY_SHARE * free_memory() if setting is None else _bytes(setting)
+    return FREE_MEMORY_SHARE * free_memory() if setting is None else _bytes_of_text(setting)
 
 
 def require_memory(size: float, what: str) -> None:
@@ -76,28 +79,34 @@ def require_memory(size: float, what: str) -> None:
     most = budget()
     if size > most:
         raise InputError(
-            f"{what} needs {shown_bytes(size)} of memory, more than {shown_bytes(most)} ({source_of_budget()}):"
+            f"{what} needs {bytes_text(size)} of memory, more than {bytes_text(most)} ({source_of_budget()}):"
             f" set {VARIABLE}={math.ceil(size / 1e9)}G to allow it"
         )
 
 
 def source_of_budget() -> str:
-    """Text that names the source of the budget: the environment variable, or the free memory."""
+    """Text that names the source of the budget: ``"ALLANITE_MEMORY=8G"`` or ``"half of the free memory"``."""
     setting = os.environ.get(VARIABLE)
     return "half of the free memory" if setting is None else f"{VARIABLE}={setting}"
 
 
-def over_budget(what: str) -> InputError:
-    """`InputError` for a computation of unknown size that ran out of memory. `what` is the beginning of its message."""
+def out_of_memory_error(what: str) -> InputError:
+    """`InputError` (not raised) for a computation of unknown size that ran out of memory.
+
+    `what` is the beginning of its message.
+    """
     most = budget()
     twice = f", or set {VARIABLE}={math.ceil(2 * most / 1e9)}G" if math.isfinite(most) else ""
     return InputError(
-        f"{what} needs more memory than {shown_bytes(most)} ({source_of_budget()}): take fewer columns{twice}"
+        f"{what} needs more memory than {bytes_text(most)} ({source_of_budget()}): take fewer columns{twice}"
     )
 
 
-def _bytes(text: str) -> float:
-    """Number of bytes in a text such as ``8G``, ``500MB`` or ``1e9``. Raises `InputError` for any other text."""
+def _bytes_of_text(text: str) -> float:
+    """Number of bytes (float) in a text such as ``8G``, ``500MB`` or ``1e9``, with 1 K = 1000 bytes.
+
+    Raises `InputError` for any other text and for numbers that are not positive.
+    """
     digits, factor = text.strip().upper().removesuffix("B"), 1.0
     if digits[-1:] in tuple("KMGT"):
         factor = 1e3 ** ("KMGT".index(digits[-1]) + 1)
@@ -111,6 +120,6 @@ def _bytes(text: str) -> float:
     return found
 
 
-def shown_bytes(size: float) -> str:
-    """Text of a number of bytes in MB or GB."""
+def bytes_text(size: float) -> str:
+    """Text of a number of bytes with three digits, in GB from 100 MB on, else in MB: ``0.12 GB``."""
     return f"{size / 1e9:.3g} GB" if size >= 1e8 else f"{size / 1e6:.3g} MB"

@@ -17,9 +17,9 @@ TIME_UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60
 
 
 def number(value: float, figures: int = 3, *, power: bool = False) -> str:
-    """Text of a number with this many significant figures: 0.0126, 1.9·10⁻⁵, 12000.
+    """Text of a number with `figures` significant figures: 0.0126, 1.9·10⁻⁵, 12000.
 
-    With `power`, a number below 0.1 is written with a power of ten.
+    A number below 10⁻⁴ (with `power` below 0.1), or from 10⁶ on, is written with a power of ten.
     """
     text = f"{value:.{figures}g}"
     if power and "e" not in text and 0.0 < abs(value) < 0.1:
@@ -38,12 +38,18 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
 
 
 def time_scale(span: float) -> tuple[float, str]:
-    """Unit for times in a record of `span` seconds: its size in s and its name."""
+    """(size in s, name) of the unit for times in a record of `span` seconds.
+
+    The unit is d from 2 d on, h from 2 h, min from 240 s, else s.
+    """
     return next(((s, n) for above, s, n in TIME_UNITS if span >= above), (1.0, "s"))
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
-    """Text of the values of one parameter; for more than 12 values (3 times), their count, minimum and maximum."""
+    """Text of the values of one parameter, separated by spaces.
+
+    For more than 12 values (3 values if `times`), it is their count, minimum and maximum: ``20: 0.1 … 3``.
+    """
     found = list(values)
     if len(found) <= (MAX_LISTED_TIMES if times else MAX_LISTED):
         return " ".join(number(v, 5 if times else 3) for v in found)
@@ -53,9 +59,9 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
 def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> str:
     """Text of the harmonics of a spectral line: ``34.6 Hz 0.00795 °/s (harmonic 2)``.
 
-    `overtones` is a flat sequence: multiple, amplitude and phase of the first harmonic, then of the second, and so on.
-    For evenly spaced lines that are no harmonics, the text states their number, spacing, highest frequency and range of
-    amplitudes.
+    `frequency` is that of the line, Hz. `overtones` is a flat sequence: multiple, amplitude and phase of the first
+    harmonic, then of the second, and so on. If a multiple is no whole number, the text states the number, spacing,
+    highest frequency and range of amplitudes of the lines.
     """
     given = list(overtones)
     multiples, amplitudes = given[::3], given[1::3]
@@ -72,27 +78,30 @@ def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> s
 
 
 def chance_text(log10_p: float) -> str:
-    """Text of a probability from its logarithm to base 10, also below the smallest double: 0.003, 2·10⁻⁵, 10⁻³⁴⁵."""
+    """Text of a probability with one figure from its logarithm to base 10: 0.003, 2·10⁻⁵; 10⁻³⁴⁵ from 10⁻⁹⁹ down."""
     if log10_p > -99.0:
         return number(10.0**log10_p, 1)
     return "10" + f"{log10_p:.0f}".translate(_DIGITS)
 
 
 def trials_text(trials: float) -> str:
-    """Text of the number of trials for which a p-value accounts: ``a single trial``, ``120 trials``."""
+    """Text of a number of trials: ``a single trial``, ``120 trials`` (two figures), ``more than 10¹⁵ trials``."""
     if trials >= 1e15:
         return "more than 10¹⁵ trials"
     return "a single trial" if trials < 1.5 else f"{number(trials, 2)} trials"
 
 
-def tidy(sentence: str) -> str:
-    """The sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05."""
+def with_readable_numbers(sentence: str) -> str:
+    """The sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05, − instead of -."""
     words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
     return _MINUS.sub("−", words)
 
 
 def figures_for_interval(interval: tuple[float, float], least: int) -> int:
-    """Number of significant figures, at least `least`, with which the ends of an interval differ in print."""
+    """Number of significant figures, from `least` to 12, with which the ends of an interval differ in print.
+
+    `least` for an interval of no width.
+    """
     low, high = interval
     size, width = max(abs(low), abs(high)), high - low
     if width > 0.0 and size > 0.0:
@@ -100,7 +109,7 @@ def figures_for_interval(interval: tuple[float, float], least: int) -> int:
     return least
 
 
-def with_interval(value: float, interval: tuple[float, float]) -> str:
+def value_and_interval_text(value: float, interval: tuple[float, float]) -> str:
     """Text of a value and its interval, ``0.5998 (0.594 … 0.606)``, with enough figures to show the interval."""
     low, high = interval
     figures = figures_for_interval(interval, 3)

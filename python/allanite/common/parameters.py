@@ -87,7 +87,7 @@ class Estimate(float):
         return float(self)
 
     def to(self, unit: str) -> Estimate:
-        """The estimate in another unit.
+        """`Estimate` in another unit; the same object if the unit is unchanged.
 
         Parameters
         ----------
@@ -116,11 +116,16 @@ class Estimate(float):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: value, std_error, interval, unit, detected; null for unknown entries."""
+        """Dict for JSON: value, std_error, interval, unit, detected.
+
+        Numbers that are unknown or not finite are None.
+        """
         return {
-            "value": _finite(self.value),
-            "std_error": _finite(self.std_error),
-            "interval": None if self.interval is None else [_finite(v) for v in self.interval],
+            "value": _finite_or_none(self.value),
+            "std_error": _finite_or_none(self.std_error),
+            "interval": None
+            if self.interval is None
+            else [_finite_or_none(v) for v in self.interval],
             "unit": self.unit,
             "detected": self.detected,
         }
@@ -130,7 +135,7 @@ class Estimate(float):
             return f"< {self.interval[1]:.2g} {self.unit} (not detected, 95 % limit)".replace(
                 "  ", " "
             )
-        return f"{_with_error(self.value, self.std_error)} {self.unit}".rstrip()
+        return f"{_value_and_error_text(self.value, self.std_error)} {self.unit}".rstrip()
 
     __str__ = __repr__
 
@@ -139,15 +144,16 @@ class Estimate(float):
         return format(self.value, spec) if spec else repr(self)
 
 
-def _finite(value: float | None) -> float | None:
+def _finite_or_none(value: float | None) -> float | None:
     """The value, or None if the value is None, NaN or infinite."""
     return value if value is not None and math.isfinite(value) else None
 
 
-def _with_error(value: float, error: float | None) -> str:
-    """Text ``0.01263 ± 0.00012``, or the value alone without an error.
+def _value_and_error_text(value: float, error: float | None) -> str:
+    """Text ``0.01263 ± 0.00012``, or ``0.01263`` (six figures) without a positive finite error.
 
-    The error has two significant figures, or one if the second is 0.
+    The error has two significant figures, or one if the second is 0. Very small and very large values have a common
+    power of ten: ``(1.26 ± 0.12)e-07``.
     """
     if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
         return f"{value:.6g}"

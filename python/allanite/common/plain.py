@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def plain(text: object, most: int | None = None) -> str:
-    r"""The text with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).
+    r"""The text of an object, with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).
 
     Line ends, control characters and direction marks could end a comment, control a terminal or break a file.
 
@@ -27,7 +27,7 @@ def plain(text: object, most: int | None = None) -> str:
 
 
 def file_name(text: str) -> str:
-    """Text made safe as a file name, at most 80 bytes.
+    """Text made safe as a file name of at most 80 bytes; ``_`` if nothing is left.
 
     Letters, digits, ``-``, ``_`` and inner ``.`` are kept, other characters become ``_``.
     """

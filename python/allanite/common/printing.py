@@ -26,7 +26,7 @@ _NAMES = r"(?:m?deg|arcsec|arcmin|m?rad|urad|rev)"
 
 
 def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
-    """Unit in which tables print a coefficient.
+    """Unit (str) in which tables print a coefficient.
 
     Parameters
     ----------
@@ -56,7 +56,10 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
 
 
 def relative_unit(sample: str, power: float) -> str:
-    """Unit U·s^power of a coefficient, for samples in the unit U; for U = deg/h in hours, e.g. deg/sqrt(h)."""
+    """Unit (str) U·s^power of a coefficient, for samples in U = `sample`: ``deg/s/sqrt(Hz)`` for deg/s and ½.
+
+    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½.
+    """
     parsed = parse_unit(sample)
     name = parsed.name
     if parsed.kind == FREQUENCY and name == "1":
@@ -80,10 +83,11 @@ def relative_unit(sample: str, power: float) -> str:
     }.get(power, f"({name})*s^{power:g}")
 
 
-def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
-    """Estimate in the unit that data sheets use for its kind of sensor, or unchanged if `sheet` has no fitting unit.
+def to_sheet_unit(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
+    """`Estimate` in the unit of data sheets: the first unit in `sheet` (kind of sensor to unit) to which it converts.
 
-    If a unit was requested, the estimate is in that unit, or unchanged if the unit does not fit.
+    If the user requested a unit for this kind, the estimate is in that unit, or unchanged if that unit does not fit.
+    Without a fitting unit in `sheet`, the estimate is unchanged.
     """
     for kind, unit in sheet.items():
         try:
@@ -100,10 +104,10 @@ def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
     return value
 
 
-def in_table(
+def to_table_unit(
     value: Estimate, power: float | str, sheet: Mapping[str, str], sample: str
 ) -> Estimate:
-    """Estimate converted to the unit that tables print (`table_unit`).
+    """`Estimate` converted to the unit that tables print (`table_unit`).
 
     `power` and `sheet` are the declared ``unit`` and ``sheet`` of the parameter, `sample` is the unit U of the samples.
     If `power` is not a float, the unit is not U·s^power and the estimate is unchanged.
@@ -114,9 +118,9 @@ def in_table(
 
 
 def sample_unit(text: str) -> str:
-    """Unit of samples, found from the text of a unit of samples or of a coefficient.
+    """Canonical unit (str) of the samples, found from the text of a unit of samples or of a coefficient.
 
-    ``deg/sqrt(h)`` belongs to samples in deg/h, ``ug/sqrt(Hz)`` to µg, ``m/s/sqrt(h)`` to m/s².
+    ``deg/sqrt(h)`` belongs to samples in deg/h, ``ug/sqrt(Hz)`` to ug, ``m/s/sqrt(h)`` to m/s^2.
 
     Raises
     ------
@@ -156,6 +160,8 @@ _SAID_BY_NAME = re.compile(
 
 def column_unit(name: str, stated: str | None = None) -> str:
     """Text for a logged column after the word "per": its unit (°C, V), or the column's name if no unit is known.
+
+    A unit with several factors is in brackets: ``(m/s)``.
 
     Parameters
     ----------

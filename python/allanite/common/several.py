@@ -54,12 +54,12 @@ class Several(Mapping[str, T], Generic[T]):
         return len(self._results)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form ``{"schema": …, "columns": [document, …]}``."""
+        """Dict for JSON: ``{"schema": …, "columns": [document, …]}``, with the schema of the first document."""
         documents = [self.document(column) for column in self]
         return {"schema": documents[0]["schema"], "columns": documents}
 
     def document(self, column: str) -> dict[str, Any]:
-        """JSON document of one column."""
+        """Dict for JSON of the result of one column (its `to_dict`)."""
         result: Any = self[column]
         found: dict[str, Any] = result.to_dict()
         return found
@@ -80,8 +80,8 @@ class Several(Mapping[str, T], Generic[T]):
         )
 
 
-def former_use(columns: Sized, instead: str) -> None:
-    """Warn of deprecated use: a function for one column got several `columns`. `instead` is the call to use."""
+def warn_of_several_columns(columns: Sized, instead: str) -> None:
+    """Raise a `DeprecationWarning`: a function for one column got several `columns`. `instead` is the call to use."""
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
         DeprecationWarning,
@@ -89,6 +89,6 @@ def former_use(columns: Sized, instead: str) -> None:
     )
 
 
-def by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:
+def results_by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:
     """Dict from the name of each column of a recording to `compute(column)`."""
     return {column.columns[0]: compute(column) for column in recording}

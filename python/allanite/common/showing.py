@@ -16,18 +16,22 @@ _CELL = "text-align: {}; vertical-align: top"
 
 
 def brief(thing: Any) -> str:
-    """One-line text of a dataclass: arrays are shown by size and range, long sequences by their length.
+    """One-line text of a dataclass instance, ``Name(field=value, …)``; long values are shortened.
 
-    Use this function as ``__repr__`` of a class.
+    Arrays are shown by size and range, sequences of more than 8 items by length and type. Use this function as
+    ``__repr__`` of a class.
     """
-    inside = [f"{f.name}={_short(getattr(thing, f.name))}" for f in fields(thing) if f.repr]
+    inside = [f"{f.name}={_value_text(getattr(thing, f.name))}" for f in fields(thing) if f.repr]
     return f"{type(thing).__name__}({', '.join(inside)})"
 
 
-def _short(value: Any) -> str:
-    """Short text of a value: arrays by size and range, mappings by their keys, long values by length and type."""
+def _value_text(value: Any) -> str:
+    """Text of a value: ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (keys) for a mapping, else its `repr`.
+
+    A sequence of more than 8 items, or a value whose `repr` exceeds 60 characters, is ``<12 × float>`` or ``<Model>``.
+    """
     if isinstance(value, np.ndarray):
-        return numbers(value)
+        return array_text(value)
     if isinstance(value, Mapping):
         return f"<{len(value)}: {', '.join(map(str, value))}>" if value else "<none>"
     text = repr(value) if not (isinstance(value, Sequence) and len(value) > 8) else ""
@@ -38,8 +42,11 @@ def _short(value: Any) -> str:
     return text
 
 
-def numbers(array: np.ndarray[Any, Any]) -> str:
-    """Text with the size (or shape) and range of an array: ``<38 from 0.01 to 2400>``."""
+def array_text(array: np.ndarray[Any, Any]) -> str:
+    """Text with the shape and range of an array: ``<38 from 0.01 to 2400>``; NaN and infinities are ignored.
+
+    For booleans ``<38 flags, 2 set>``. Without finite numbers, only the shape.
+    """
     shape = "×".join(map(str, array.shape)) or "1"
     if array.dtype.kind == "b":
         return f"<{shape} flags, {int(array.sum())} set>"
@@ -71,12 +78,15 @@ def html_table(
 
 
 def html_list(items: Sequence[str]) -> str:
-    """HTML list (``<ul>``) of sentences; an empty text without sentences."""
+    """HTML list (``<ul>``) of sentences, which are escaped; empty for an empty sequence."""
     return f"<ul>{''.join(f'<li>{escape(i)}</li>' for i in items)}</ul>" if items else ""
 
 
 def recording_html(recording: Any) -> str:
-    """HTML table of the columns of a recording with mean and standard deviation, and the findings of the audit."""
+    """HTML table with a row per column of a recording, and a list of the logged columns and the findings of the audit.
+
+    A row has name, unit, mean, standard deviation and number of missing samples.
+    """
     r = recording
     rows = [
         (

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 SENSOR_START, CLOCK_START = "N+B+K", "Q+F+N+B+K"
 
 
-def start_of(quantity: str, units: Sequence[str]) -> str:
+def start_model(quantity: str, units: Sequence[str]) -> str:
     """First model of a search, as a string: ``"Q+F+N+B+K"`` for the phase of a clock, ``"N+B+K"`` for all other samples.
 
     Parameters

@@ -43,13 +43,13 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
-def parallel_columns() -> int:
-    """Number of columns that are computed at the same time: at most 2, and at most the number of processors."""
+def max_parallel_columns() -> int:
+    """Maximum number of columns that are computed at the same time: 2, or 1 with one processor."""
     return min(WORKERS, processors())
 
 
 def columns_at_work() -> int:
-    """Number of columns that are computed at the moment, including the caller's; 1 outside of `side_by_side`."""
+    """Number of columns that the current `side_by_side` computes, including the caller's; 1 outside of it."""
     return max(1, len(_at_work.get(())))
 
 
@@ -59,9 +59,9 @@ class Ended(BaseException):
 
 @contextmanager
 def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
-    """Context that ends its computations once `wanted` returns False.
+    """Context in which `stop_if_unwanted` raises `Ended` once `wanted` returns False.
 
-    Then the next `stop_if_unwanted` raises `Ended`, also in the threads of a `Pool`.
+    It does so in the threads of a `Pool`, too.
     """
     token = _wanted.set(wanted)
     try:
@@ -71,7 +71,7 @@ def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
 
 
 def stop_if_unwanted() -> None:
-    """Raise `Ended` if the computation is no longer wanted. Call this between the steps of a long computation."""
+    """Raise `Ended` if the function of `while_wanted` returns False. Call this between steps of long work."""
     wanted = _wanted.get()
     if wanted is not None and not wanted():
         raise Ended
@@ -81,9 +81,9 @@ def stop_if_unwanted() -> None:
 def with_deadline(
     deadline: float | None, clock: Callable[[], float] = time.monotonic
 ) -> Iterator[None]:
-    """Context whose computation ends with `TimeoutError` after the deadline, when it next calls `stop_if_unwanted`.
+    """Context in which `stop_if_unwanted` raises after the deadline; the context then raises `TimeoutError`.
 
-    The deadline is a reading of `clock`; None means no deadline.
+    The deadline is a reading of `clock`, s; None means no deadline. A deadline that has passed already raises at once.
     """
     if deadline is None:
         yield
@@ -91,7 +91,7 @@ def with_deadline(
     outer, in_time, due = _wanted.get(), True, float("-inf")
 
     def is_wanted() -> bool:
-        """True before the deadline, while the surrounding computation is wanted."""
+        """True before the deadline, while the surrounding computation is wanted. It reads the clock every 20 ms."""
         nonlocal in_time, due
         now = time.monotonic()
         if now >= due:
@@ -120,22 +120,26 @@ class Pool(ThreadPoolExecutor):
         self._over = False
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Future of a task `fn(*args, **kwargs)`.
+        """Future of the result of `fn(*args, **kwargs)`, which runs in a thread.
 
-        If columns already occupy every processor, the caller computes it at once.
+        If columns already occupy every processor, the calling thread computes the result before it returns the future.
         """
         if len(_at_work.get(())) >= processors():
             done: Future[T] = Future()
             try:
-                done.set_result(self._while_open(fn, *args, **kwargs))
+                done.set_result(self._run_task(fn, *args, **kwargs))
             except Exception as error:  # raised by `Future.result`, as for a task in a thread
                 done.set_exception(error)
             return done
         run = contextvars.copy_context().run
-        return super().submit(run, self._while_open, fn, *args, **kwargs)
+        return super().submit(run, self._run_task, fn, *args, **kwargs)
 
-    def _while_open(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> T:
-        """Result of `fn(*args, **kwargs)`. `Ended` is raised once an error closed the pool or the caller gave up."""
+    def _run_task(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> T:
+        """Result of `fn(*args, **kwargs)`.
+
+        Inside, `stop_if_unwanted` raises `Ended` once an error closed the pool, or once the caller's computation is
+        unwanted.
+        """
         caller = _wanted.get()
         with while_wanted(lambda: not self._over and (caller is None or caller())):
             return fn(*args, **kwargs)
@@ -153,14 +157,15 @@ class Pool(ThreadPoolExecutor):
 
 
 def has_running_jobs() -> bool:
-    """True if any thread of a `Pool` or of `side_by_side` exists, also one whose result nobody waits for any more."""
+    """True if a thread of a `Pool` or of `side_by_side` exists, even if nobody waits for its result."""
     return any(thread.name.startswith(NAME) for thread in threading.enumerate())
 
 
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
-    """Results of parallel tasks, in the order of `tasks`. If a task raises an `AllaniteError`, the error is its result.
+    """List of the results of functions that run in parallel threads, at most 2 at a time, in the order of `tasks`.
 
-    An interrupt or any other error is raised at once, and tasks that have not begun do not begin.
+    If a task raises an `AllaniteError`, the error is its result. An interrupt or any other error is raised at once, and
+    tasks that have not begun do not begin.
     """
     waiting = deque(enumerate(tasks))
     done: SimpleQueue[tuple[int, T | BaseException]] = SimpleQueue()
@@ -182,7 +187,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
             finally:
                 at_work.discard(place)
 
-    for _ in range(min(parallel_columns(), len(tasks))):
+    for _ in range(min(max_parallel_columns(), len(tasks))):
         # Workers inherit the context of the caller, such as the units of tables.
         context = contextvars.copy_context()
         threading.Thread(target=context.run, args=(work,), daemon=True, name=NAME).start()

@@ -34,14 +34,14 @@ def write_value(value: Any, file: IO[bytes]) -> None:
     TypeError
         The value holds something else, for example an array of objects.
     """
-    text = json.dumps(_packed(value, file)).encode("ascii")
+    text = json.dumps(_to_json(value, file)).encode("ascii")
     file.write(text)
     file.write(TRAILER.pack(len(text), MAGIC))
     file.flush()
 
 
 def read_value(file: IO[bytes]) -> Any:
-    """The value that `write_value` wrote. Tuples become lists; arrays in large files are memory-mapped.
+    """The value that `write_value` wrote. Tuples become lists; arrays in files above 4 MiB are memory-mapped.
 
     Raises
     ------
@@ -57,13 +57,13 @@ def read_value(file: IO[bytes]) -> Any:
         raise ValueError("the file is incomplete")
     file.seek(size - TRAILER.size - length)
     document = json.loads(file.read(length))
-    return _unpacked(document, _content(file, size - TRAILER.size - length))
+    return _from_json(document, _array_bytes(file, size - TRAILER.size - length))
 
 
-def _content(file: IO[bytes], size: int) -> Any:
-    """First `size` bytes of a file, which contain the arrays.
+def _array_bytes(file: IO[bytes], size: int) -> Any:
+    """First `size` bytes of a file, which contain the arrays: a uint8 array, or above 4 MiB a memory map.
 
-    More than 4 MiB are a memory map whose changes stay in this process; fewer bytes are a copy.
+    Changes of the memory map stay in this process.
     """
     if size > MAPPED:
         return mmap.mmap(file.fileno(), size, access=mmap.ACCESS_COPY)
@@ -74,8 +74,11 @@ def _content(file: IO[bytes], size: int) -> Any:
     return content
 
 
-def _packed(value: Any, file: IO[bytes]) -> Any:
-    """JSON form of a value; the elements of its arrays are written to `file`. Each list begins with its kind."""
+def _to_json(value: Any, file: IO[bytes]) -> Any:
+    """JSON form of a value: a plain value, or a list that begins with ``"array"``, ``"dict"`` or ``"list"``.
+
+    The elements of its arrays are written to `file`. Raises `TypeError` for a value that cannot be transferred.
+    """
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in KINDS:
             raise TypeError(f"an array of {value.dtype} cannot be transferred")
@@ -83,23 +86,19 @@ def _packed(value: Any, file: IO[bytes]) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, dict):
-        return ["dict", [[_key(key), _packed(item, file)] for key, item in value.items()]]
+        for key in value:
+            if not isinstance(key, str):
+                raise TypeError(f"a dict with a key of {type(key).__name__} cannot be transferred")
+        return ["dict", [[key, _to_json(item, file)] for key, item in value.items()]]
     if isinstance(value, (list, tuple)):
-        return ["list", [_packed(item, file) for item in value]]
+        return ["list", [_to_json(item, file) for item in value]]
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     raise TypeError(f"a {type(value).__name__} cannot be transferred")
 
 
-def _key(key: Any) -> str:
-    """The key of a dict, unchanged. Raises `TypeError` if the key is no str."""
-    if not isinstance(key, str):
-        raise TypeError(f"a dict with a key of {type(key).__name__} cannot be transferred")
-    return key
-
-
 def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
-    """Write the elements of an array in C order, and return the offset in the file at which they begin."""
+    """Offset in the file, a multiple of 64, of the elements of the array, after they are written in C order."""
     begin = file.tell()
     file.write(bytes(-begin % ALIGNMENT))
     begin = file.tell()
@@ -115,8 +114,11 @@ def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
     return begin
 
 
-def _unpacked(value: Any, content: Any) -> Any:
-    """Value whose JSON form `_packed` made; `content` are the bytes of its arrays."""
+def _from_json(value: Any, content: Any) -> Any:
+    """Value whose JSON form `_to_json` made; its arrays are views of `content`.
+
+    Raises `ValueError` for arrays of objects and unknown forms.
+    """
     if not isinstance(value, list):
         return value
     kind, *rest = value
@@ -130,7 +132,7 @@ def _unpacked(value: Any, content: Any) -> Any:
             return np.zeros(shape, dtype)
         return np.frombuffer(content, dtype, count, begin).reshape(shape)
     if kind == "dict":
-        return {key: _unpacked(item, content) for key, item in rest[0]}
+        return {key: _from_json(item, content) for key, item in rest[0]}
     if kind == "list":
-        return [_unpacked(item, content) for item in rest[0]]
+        return [_from_json(item, content) for item in rest[0]]
     raise ValueError(f"unknown kind of value: {kind}")

@@ -100,11 +100,11 @@ class _Quantity:
 
     @property
     def powers(self) -> tuple[Fraction, Fraction, Fraction]:
-        """Powers of angle, length and time."""
+        """(angle, length, time): powers of the dimensions."""
         return (self.angle, self.length, self.time)
 
     def times(self, other: _Quantity, power: int = 1) -> _Quantity:
-        """Product of this quantity and `other` ** `power`."""
+        """`_Quantity`: product of this quantity and `other` ** `power`."""
         return _Quantity(
             self.scale * other.scale**power,
             self.angle + power * other.angle,
@@ -112,8 +112,8 @@ class _Quantity:
             self.time + power * other.time,
         )
 
-    def to_the(self, power: Fraction) -> _Quantity:
-        """Quantity raised to a power."""
+    def to_power(self, power: Fraction) -> _Quantity:
+        """`_Quantity`: this quantity raised to a power."""
         return _Quantity(
             self.scale ** float(power), self.angle * power, self.length * power, self.time * power
         )
@@ -125,7 +125,7 @@ _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
 
 
 def normalized(text: str) -> str:
-    """Unit in the spelling that the parser reads: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root hour`` √hour."""
+    """Text of a unit in the parser's spelling: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root h`` √h."""
     text = _ROOT.sub("√", text)
     text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
     # Frequency relative to the nominal frequency of a counter: Hz/10 MHz, Hz/1e7.
@@ -141,7 +141,11 @@ def normalized(text: str) -> str:
 
 
 class _Parser:
-    """Recursive descent over: expression = factor {("*" | "/" | "·" | adjacency) factor}."""
+    """Recursive descent parser of a unit: powers (``s^-2``) that are joined by ``*``, ``·``, ``.``, ``/`` or a space.
+
+    Each method returns the quantity or exponent of the next part of the text, and consumes its tokens. It raises
+    `ValueError` for a text that does not fit.
+    """
 
     def __init__(self, text: str) -> None:
         if len(text) > MAX_UNIT_LENGTH:
@@ -159,87 +163,87 @@ class _Parser:
             at = match.end()
         self.at = 0
 
-    def peek(self) -> tuple[str, str]:
-        """Kind and text of the next token, which is not consumed; ``("end", "")`` at the end."""
+    def peek_token(self) -> tuple[str, str]:
+        """(kind, text) of the next token, which is not consumed; ``("end", "")`` at the end."""
         return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
 
-    def take(self) -> tuple[str, str]:
-        """Kind and text of the next token, which is then consumed."""
-        token = self.peek()
+    def next_token(self) -> tuple[str, str]:
+        """(kind, text) of the next token, which is then consumed; ``("end", "")`` at the end."""
+        token = self.peek_token()
         self.at += 1
         return token
 
-    def whole(self) -> _Quantity:
-        """Quantity of the whole text. Raises `ValueError` at the first token that does not fit."""
-        result = self.expression()
+    def parse_all(self) -> _Quantity:
+        """`_Quantity` of the whole text. Raises `ValueError` with the first token that does not fit."""
+        result = self.parse_product()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
         if not 0.0 < result.scale < math.inf:
             raise ValueError(f"{result.scale:g}")
         return result
 
-    def expression(self) -> _Quantity:
-        """Quantity of a product or quotient of factors."""
-        result = self.factor()
+    def parse_product(self) -> _Quantity:
+        """`_Quantity` of a product or quotient, such as ``deg/s``."""
+        result = self.parse_power()
         while True:
-            kind, text = self.peek()
+            kind, text = self.peek_token()
             if text in ("*", "·", ".", "/"):
-                self.take()
-                result = result.times(self.factor(), -1 if text == "/" else 1)
+                self.next_token()
+                result = result.times(self.parse_power(), -1 if text == "/" else 1)
             elif kind in ("name", "sqrt"):
-                result = result.times(self.factor())
+                result = result.times(self.parse_power())
             else:
                 return result
 
-    def factor(self) -> _Quantity:
-        """Quantity of a base with an optional power."""
-        base = self.base()
-        if self.peek()[1] in ("^", "**"):
-            self.take()
-            base = base.to_the(self.power())
+    def parse_power(self) -> _Quantity:
+        """`_Quantity` of a base with an optional exponent, such as ``h^1.5``."""
+        base = self.parse_base()
+        if self.peek_token()[1] in ("^", "**"):
+            self.next_token()
+            base = base.to_power(self.parse_exponent())
         return base
 
-    def base(self) -> _Quantity:
-        """Quantity of a symbol, a number, a root or an expression in brackets."""
-        kind, text = self.take()
+    def parse_base(self) -> _Quantity:
+        """`_Quantity` of a symbol, a number, a root or a product in brackets."""
+        kind, text = self.next_token()
         if kind == "sqrt":
-            return self.base().to_the(Fraction(1, 2))
+            return self.parse_base().to_power(Fraction(1, 2))
         if text in ("(", "["):
-            inner = self.expression()
-            if self.take()[1] not in (")", "]"):
+            inner = self.parse_product()
+            if self.next_token()[1] not in (")", "]"):
                 raise ValueError("a bracket is not closed")
             return inner
         if kind == "number":
             return _Quantity(float(text))
         if kind == "name":
-            return _symbol(text)
+            return _quantity_of_symbol(text)
         raise ValueError(text)
 
-    def power(self) -> Fraction:
-        """Exponent after ``^``."""
-        kind, text = self.take()
+    def parse_exponent(self) -> Fraction:
+        """Exponent (Fraction) after ``^``, such as −2, 1.5, (3/2) or ½."""
+        kind, text = self.next_token()
         if text == "-":
-            return -self.power()
+            return -self.parse_exponent()
         if text == "(":
-            value = self.power()
-            if self.peek()[1] == "/":
-                self.take()
-                value /= self.power()
-            if self.take()[1] != ")":
+            value = self.parse_exponent()
+            if self.peek_token()[1] == "/":
+                self.next_token()
+                value /= self.parse_exponent()
+            if self.next_token()[1] != ")":
                 raise ValueError("a bracket is not closed")
             return value
         if kind == "half":
             return Fraction(1, 2)
         if kind == "number" and "e" not in text.lower():  # g^1e9999999 would take minutes
-            if self.peek()[0] == "half":
-                self.take()
+            if self.peek_token()[0] == "half":
+                self.next_token()
                 return Fraction(text) + Fraction(1, 2)
             return Fraction(text)
         raise ValueError(text)
 
 
-def _symbol(name: str) -> _Quantity:
-    """Quantity of a unit symbol or one of its aliases."""
+def _quantity_of_symbol(name: str) -> _Quantity:
+    """`_Quantity` of a unit symbol or one of its aliases. Raises `ValueError` for an unknown symbol."""
     for key in (name, _ALIASES.get(name, ""), name.lower(), _ALIASES.get(name.lower(), "")):
         # Prefixed symbols are case-sensitive: "Mg" is not a milli-g.
         if key in _SYMBOLS and (key != name.lower() or key == name or len(name) > 2 or key == "g"):
@@ -250,9 +254,9 @@ def _symbol(name: str) -> _Quantity:
 
 @lru_cache(maxsize=512)
 def _quantity(text: str) -> _Quantity:
-    """Quantity of a unit expression; raises `InputError` with the part that is not understood."""
+    """`_Quantity` of a unit expression. Raises `InputError` with the part that is not understood."""
     try:
-        result = _Parser(text).whole()
+        result = _Parser(text).parse_all()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
         problem = str(error) or "its end"
     else:
@@ -263,7 +267,7 @@ def _quantity(text: str) -> _Quantity:
 
 
 def parse_unit(text: str) -> Unit:
-    """Parse the unit of samples.
+    """`Unit` of samples from any usual spelling.
 
     Parameters
     ----------
@@ -312,9 +316,10 @@ def is_frequency(text: str | None) -> bool:
 
 
 def rate_unit(text: str, quantity: str) -> Unit:
-    """Unit of the rate for samples in the unit `text`: ``deg/s`` if the quantity is an angle in ``deg``.
+    """`Unit` of the rate for samples in the unit `text`: ``deg/s`` if the quantity is an angle in ``deg``.
 
     The unit of the rate itself is accepted as well (``quantity="angle", unit="1"`` for a clock phase in seconds).
+    Raises `InputError` for a text that is no unit.
     """
     if quantity == "rate":
         return parse_unit(text)
@@ -324,7 +329,7 @@ def rate_unit(text: str, quantity: str) -> Unit:
 
 
 def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
-    """Dict from kind of sensor to unit, from a text such as ``deg/s,m/s^2``.
+    """Dict from kind of sensor (``"angular rate"``, …) to unit as written, from a text such as ``deg/s,m/s^2``.
 
     Raises
     ------
@@ -338,7 +343,7 @@ def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
 
 
 def coefficient_unit(unit: str, power_of_second: float) -> str:
-    """Canonical spelling of U·s^power, the unit of a coefficient of samples in U.
+    """Unit of a coefficient of samples in U as a text: ``deg/s·s^½`` for U·s^power with power ½.
 
     Parameters
     ----------
@@ -370,12 +375,12 @@ def conversion(from_unit: str, to_unit: str) -> float:
     InputError
         The dimensions differ, for example by a power of seconds.
     """
-    source, source_side = _side(from_unit)
-    target, target_side = _side(to_unit)
+    source, source_side = _without_sides(from_unit)
+    target, target_side = _without_sides(to_unit)
     a, b = _quantity(source), _quantity(target)
     if a.powers != b.powers:
         raise InputError(
-            f"cannot express {source} ({_dimension(a)}) in {target} ({_dimension(b)}):"
+            f"cannot express {source} ({_dimension_text(a)}) in {target} ({_dimension_text(b)}):"
             " these are different quantities"
         )
     for text, quantity, side in ((to_unit, b, target_side), (from_unit, a, source_side)):
@@ -386,8 +391,8 @@ def conversion(from_unit: str, to_unit: str) -> float:
     return a.scale / b.scale * target_side / source_side
 
 
-def _side(text: str) -> tuple[str, float]:
-    """Two values: the unit without the word one-sided or two-sided, and √2 if the word is one-sided, otherwise 1."""
+def _without_sides(text: str) -> tuple[str, float]:
+    """(unit, factor): the unit without the words one-sided or two-sided; √2 if the text says one-sided, otherwise 1."""
     # A longer text is no unit, and a search in many brackets would take long.
     match = _SIDES.search(text) if len(text) <= 2 * MAX_UNIT_LENGTH else None
     if match is None:
@@ -396,8 +401,8 @@ def _side(text: str) -> tuple[str, float]:
     return (text[: match.start()] + " " + text[match.end() :]).strip(), factor
 
 
-def _dimension(quantity: _Quantity) -> str:
-    """Text of a dimension for messages: kind of sensor and power of seconds (``angular rate × s^1/2``)."""
+def _dimension_text(quantity: _Quantity) -> str:
+    """Text of a dimension for messages: ``angular rate × s^1/2``; ``angle^2 length^0 time^0`` for no sensor."""
     angle, length, time = quantity.powers
     for (a, l, t), kind in _KINDS.items():
         if angle == a and length == l:

@@ -26,7 +26,7 @@ MAX_RATE = 1e30
 
 
 def positive(value: object, name: str, unit: str, remedy: str) -> float:
-    """The value as a float. The value must be positive and at most 1e150.
+    """The value as a float, if it is positive and at most 1e150.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def require_recording(given: object) -> None:
 
 
 def floats(values: object, name: str) -> NDArray[np.float64]:
-    """The values as an array of doubles.
+    """The values as a float64 array of the same shape; booleans become 0 and 1.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def floats(values: object, name: str) -> NDArray[np.float64]:
 
 
 def require_frequencies(values: object, name: str, unit: str) -> NDArray[np.float64]:
-    """Frequencies or times as an array of doubles.
+    """Frequencies or times (in `unit`) as a float64 array of the same shape.
 
     Raises
     ------
@@ -144,7 +144,9 @@ def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
 
 
 def sample_index(seconds: float, rate: float) -> int:
-    """Index of the sample nearest to a time: `seconds` times `rate` (Hz), rounded.
+    """Index (int) of the sample nearest to a time: `seconds` times `rate` (Hz), rounded.
+
+    The index may lie outside of the record.
 
     Raises
     ------
@@ -181,7 +183,7 @@ def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> 
 
 
 def _number(value: object) -> float:
-    """The value as a float; NaN if it is no number, infinity if it is too large."""
+    """The value as a float; NaN if it is no number, infinity if it is an int beyond the range of floats."""
     try:
         return float(value)  # type: ignore[arg-type]
     except OverflowError:

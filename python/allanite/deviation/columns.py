@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from allanite import _kernels
-from allanite.common.several import Several, by_column
+from allanite.common.several import Several, results_by_column
 from allanite.deviation.result import Deviation
 from allanite.deviation.table import estimator_named
 from allanite.recording import Recording
@@ -108,7 +108,7 @@ def deviations(
 
 def of_columns(recording: Recording, compute: Callable[[Recording], Deviation]) -> Deviations:
     """`Deviations` with the result of `compute(column)` for each column of a recording."""
-    return Deviations(recording, by_column(recording, compute))
+    return Deviations(recording, results_by_column(recording, compute))
 
 
 def has_columns(x: object) -> TypeGuard[Recording]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from allanite import _kernels
-from allanite.common.several import former_use
+from allanite.common.several import warn_of_several_columns
 from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
 from allanite.deviation.columns import has_columns, of_columns
@@ -144,7 +144,7 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
     ) -> Deviation:
         """Deviation of a record by this estimator; the docstring is replaced by that of the estimator."""
         if has_columns(x):
-            former_use(x.columns, f"al.deviations(recording, {row.name!r})")
+            warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
             several: Any = of_columns(
                 x, lambda column: deviation(column, taus=taus, factors=factors)
             )
@@ -172,7 +172,7 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
     ) -> Deviation:
         """Deviation of a record by this estimator; the docstring is replaced by that of the estimator."""
         if has_columns(x):
-            former_use(x.columns, f"al.deviations(recording, {row.name!r})")
+            warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
             several: Any = of_columns(
                 x, lambda column: deviation(column, taus=taus, factors=factors, unbiased=unbiased)
             )

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from allanite import _kernels
-from allanite.common.documents import as_expected, json_of
+from allanite.common.documents import invalid_as_input_error, json_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import is_file, whole_file
 from allanite.effects._base import Effect
@@ -58,7 +58,9 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
         raise InputError(
             f"{source}: schema {document.get('schema')!r} is not a model (expected one of {', '.join(MODEL_SCHEMAS)})"
         )
-    with as_expected(f"{source}: the effects do not have the format of a model, fit or check file"):
+    with invalid_as_input_error(
+        f"{source}: the effects do not have the format of a model, fit or check file"
+    ):
         effects = [_effect(entry, source) for entry in document.get("effects", [])]
     if not effects:
         raise InputError(f"{source}: the document contains no effects")

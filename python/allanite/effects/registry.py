@@ -7,7 +7,7 @@ from threading import RLock
 from typing import TypeVar
 
 from allanite.common.errors import InputError
-from allanite.common.extensions import add_installed
+from allanite.common.extensions import add_entry_points
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._declared import SCREENS
 
@@ -83,7 +83,7 @@ class Catalogue:
             if self._asked:
                 return
             self._asked = True
-            add_installed(ENTRY_POINTS, "effect", self.add)
+            add_entry_points(ENTRY_POINTS, "effect", self.add)
 
 
 def _class_named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:

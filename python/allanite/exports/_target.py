@@ -8,7 +8,7 @@ from threading import RLock
 from typing import TYPE_CHECKING, Protocol
 
 from allanite.common.errors import InputError
-from allanite.common.extensions import add_installed, declared_in
+from allanite.common.extensions import add_entry_points, values_of_modules
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,7 +64,7 @@ class Targets(Mapping[str, Target]):
     """Mapping of all targets by name: from modules of these packages, and from installed packages, which load once."""
 
     def __init__(self, *packages: str) -> None:
-        own = [one for targets in declared_in("TARGETS", *packages) for one in targets]
+        own = [one for targets in values_of_modules("TARGETS", *packages) for one in targets]
         self._targets: dict[str, Target] = {t.name: t for t in sorted(own, key=lambda t: t.name)}
         self._complete = False
         self._lock = RLock()
@@ -87,7 +87,7 @@ class Targets(Mapping[str, Target]):
             if self._complete:
                 return
             self._complete = True
-            add_installed(ENTRY_POINTS, "export", self._add)
+            add_entry_points(ENTRY_POINTS, "export", self._add)
 
     def _add(self, target: object) -> None:
         """Add one target; raise an error if its name or file name is already used by another target."""

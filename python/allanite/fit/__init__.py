@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, cast
 
 from allanite.common.errors import InputError
-from allanite.common.several import by_column, former_use
+from allanite.common.several import results_by_column, warn_of_several_columns
 from allanite.common.validation import require_recording
 from allanite.effects import Modifier, Periodic, as_model
 from allanite.fit.engine import solve
@@ -94,7 +94,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     if isinstance(recording, Recording):
         recording = recording.measured
     if isinstance(recording, Recording) and len(recording.columns) > 1:
-        former_use(recording.columns, "al.fit_columns(recording, model)")
+        warn_of_several_columns(recording.columns, "al.fit_columns(recording, model)")
         several: Any = fit_columns(recording, model, method)
         return several
     if isinstance(recording, Recording) and (error := locked_error(recording)) is not None:
@@ -157,7 +157,9 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
 
     require_recording(recording)
     parsed = as_model(model)
-    return Fits(by_column(recording.measured, lambda column: fit_model(column, parsed, method)))
+    return Fits(
+        results_by_column(recording.measured, lambda column: fit_model(column, parsed, method))
+    )
 
 
 def _following(model: Model, columns: list[str]) -> Model:

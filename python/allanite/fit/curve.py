@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.aligned import aligned_when_unpickled
+from allanite.common.aligned import align_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands, degrees_of_freedom, expected_variance
@@ -27,7 +27,7 @@ MIN_EDF = 10.0
 MIN_FAILING_SCORE = 4.0
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Measured and modeled overlapping Allan deviation on one grid of averaging times.

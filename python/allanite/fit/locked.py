@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite.common.errors import TooShortError
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed
+from allanite.common.printing import printed, to_table_unit
 from allanite.common.units import coefficient_unit
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.recording.locked import locked_of
@@ -33,6 +33,6 @@ def locked_error(column: Recording) -> TooShortError | None:
         density = locked.most / np.sqrt(column.rate)
         declared = AngleRandomWalk().parameter("N")
         limit = Estimate(density, None, (0.0, density), coefficient_unit(column.unit, 0.5))
-        limit = in_table(limit, declared.unit, declared.sheet, column.unit)
+        limit = to_table_unit(limit, declared.unit, declared.sheet, column.unit)
         found += f", only N < {float(limit):.3g} {printed(limit.unit)} (95 %) for white noise"
     return TooShortError(found, remedy="; log with a finer step or more noise")

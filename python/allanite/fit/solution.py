@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.aligned import aligned_when_unpickled
+from allanite.common.aligned import align_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.likelihood.discrepancy import SCALES, bin_levels
@@ -32,7 +32,7 @@ class Fitted:
     __repr__ = brief
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Process(Fitted):
     """A fitted random process.
@@ -56,7 +56,7 @@ class Process(Fitted):
         return self.column * self.theta
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Regressed(Fitted):
     """A fitted known function of time.
@@ -133,7 +133,7 @@ class Residual:
         return self
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """Result of fitting a model to data.

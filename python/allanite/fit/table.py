@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import figures_for_interval, harmonics_text, number, numbers_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed, relative_unit
+from allanite.common.printing import printed, relative_unit, to_table_unit
 from allanite.fit.models import parameter_label
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
                 continue
             if isinstance(value, Estimate):
                 declared = effect.parameter(name)
-                value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
+                value = to_table_unit(value, declared.unit, declared.sheet, fit.recording.unit)
             if isinstance(value, tuple) and name == "overtones":
                 unit = printed(relative_unit(fit.recording.unit, 0.0))
                 frequency = float(values["frequency"])
@@ -135,7 +135,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
                 continue
             over = Estimate(value, None, (low, high), value.unit, True, name)
             declared = effect.parameter(name)
-            over = in_table(over, declared.unit, declared.sheet, fit.recording.unit)
+            over = to_table_unit(over, declared.unit, declared.sheet, fit.recording.unit)
             unit = "" if over.unit == "1" else printed(over.unit, effect.follows or "")
             short = parameter_label(label, name)
             if not high:

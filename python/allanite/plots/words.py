@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_sheet
+from allanite.common.printing import to_sheet_unit
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -68,7 +68,7 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
             continue
         declared = effect.parameter(name)
         symbol = declared.symbol or name
-        value = in_sheet(value, declared.sheet)
+        value = to_sheet_unit(value, declared.sheet)
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
         # An upper limit of a time or a frequency is not meaningful.
         size = value.unit not in ("s", "Hz")

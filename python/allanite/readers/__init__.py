@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError, about
-from allanite.common.memory import require_memory, shown_bytes
+from allanite.common.memory import bytes_text, require_memory
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
@@ -354,11 +354,11 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
             return read_table(inner, pick, topics)
     log_format = FORMATS.of_suffix(path.suffix.lower())
     if log_format is None and is_utf16(path):
-        require_memory(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
+        require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
         with rewritten(path, utf16_lines(path)) as inner:
             return read_table(inner, pick, topics)
     if log_format is None and (log_format := FORMATS.of_head(_text_head(path))) is not None:
-        require_memory(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
+        require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
     if not topics:
         table = (text.read if log_format is None else log_format.read)(path, pick)
     elif log_format is not None and log_format.has_topics:

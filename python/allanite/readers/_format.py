@@ -7,7 +7,7 @@ from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
-from allanite.common.extensions import add_installed, declared_in
+from allanite.common.extensions import add_entry_points, values_of_modules
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -54,7 +54,7 @@ class Formats:
     """All log formats: from modules of these packages, then from installed packages, which are loaded once."""
 
     def __init__(self, *packages: str) -> None:
-        self._formats: list[LogFormat] = list(declared_in("FORMAT", *packages))
+        self._formats: list[LogFormat] = list(values_of_modules("FORMAT", *packages))
         self._complete = False
         self._lock = RLock()
 
@@ -85,7 +85,7 @@ class Formats:
         with self._lock:
             if not self._complete:
                 self._complete = True
-                add_installed(ENTRY_POINTS, "log format", self._add)
+                add_entry_points(ENTRY_POINTS, "log format", self._add)
 
     def _add(self, log_format: Any) -> None:
         """Add a format; raise an error if one of its suffixes is already used."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError, InputError, InternalError
 from allanite.common.isolation import Limits, call_isolated
-from allanite.common.memory import over_budget
+from allanite.common.memory import out_of_memory_error
 from allanite.common.plain import plain
 from allanite.readers._table import Table
 
@@ -136,10 +136,10 @@ def one_line() -> Iterator[None]:
     except (AllaniteError, ModuleNotFoundError, InternalError):
         raise
     except MemoryError:
-        raise over_budget("reading the log") from None
+        raise out_of_memory_error("reading the log") from None
     except OSError as error:
         if error.errno == errno.ENOMEM:
-            raise over_budget("reading the log") from None
+            raise out_of_memory_error("reading the log") from None
         raise InputError(f"cannot be read ({error.strerror or error})") from None
     except Exception as error:  # damaged files make libraries raise all kinds of errors
         what = f"{type(error).__name__}: {plain(error, 100)}"

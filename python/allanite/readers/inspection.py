@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import CALL, AllaniteError, InputError, about, worded
+from allanite.common.errors import CALL, AllaniteError, InputError, about, remedy_text
 from allanite.common.plain import plain
 from allanite.readers._table import time_unit_of
 from allanite.readers.columns import Layout, Request, Roles, choose, roles_of
@@ -165,14 +165,16 @@ class Inspection:
             for row in (head, *rows)
         ]
         if any(not c.used for c in self.columns):
-            lines.append(worded("– not used; to use one, select it with {column}", words))
+            lines.append(remedy_text("– not used; to use one, select it with {column}", words))
         open_ = [c.name for c in self.columns if UNITLESS in c.doubts]
         if open_:
-            give = worded(f": {remedy_of(open_)}; or write the unit into the header", words)
+            give = remedy_text(f": {remedy_of(open_)}; or write the unit into the header", words)
             lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
         whole = [c.name for c in self.columns if COUNTS in c.doubts]
         if whole:
-            lines.append(f"! {', '.join(whole)}: {COUNTS}{worded(' ({scale}, gx=1/131)', words)}")
+            lines.append(
+                f"! {', '.join(whole)}: {COUNTS}{remedy_text(' ({scale}, gx=1/131)', words)}"
+            )
         lines += [
             f"! {c.name}: {doubt}"
             for c in self.columns

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.errors import CALL, worded
+from allanite.common.errors import CALL, remedy_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -50,7 +50,7 @@ class Finding:
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
         """Sentence of the finding with its remedy; `words` gives the name to print for each parameter."""
-        return self.found + worded(self.remedy, words)
+        return self.found + remedy_text(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:
         """Dict that JSON can hold: kind, severity, message, column, and each entry of `values`."""

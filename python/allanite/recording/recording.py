@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.aligned import aligned
+from allanite.common.aligned import with_aligned_arrays
 from allanite.common.errors import InputError, about
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate, sample_index
@@ -513,7 +513,7 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 def _restore(state: dict[str, Any]) -> Recording:
     """Recording from the dict of fields that `Recording.__reduce__` pickled."""
     recording = object.__new__(Recording)
-    state = aligned(state)
+    state = with_aligned_arrays(state)
     state = {"epoch": None, "times": None, **state}
     read_only(state["samples"])
     state["covariates"] = MappingProxyType(

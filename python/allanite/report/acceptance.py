@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.files import whole_file
-from allanite.common.numbers import tidy
+from allanite.common.numbers import with_readable_numbers
 from allanite.common.plain import plain
 from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
 from allanite.planning.duration import duration_text
@@ -122,7 +122,9 @@ def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> li
         rows.append(("temperature of the data sheet", first.sheet.temperature))
     if first.margin:
         rows.append(("margin", f"{100 * first.margin:g} % added to the data sheet's values"))
-    warnings = [tidy(str(f.message)) for f in recording.audit if f.severity == "warning"]
+    warnings = [
+        with_readable_numbers(str(f.message)) for f in recording.audit if f.severity == "warning"
+    ]
     return [(name, plain(text)) for name, text in rows] + [("note", w) for w in warnings[:2]]
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import chance_text, harmonics_text, tidy, trials_text
+from allanite.common.numbers import chance_text, harmonics_text, trials_text, with_readable_numbers
 from allanite.common.printing import column_unit
 from allanite.effects import find, title_of
 from allanite.fit.table import undecided_sentence
@@ -102,8 +102,12 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
         )
         rows.append(("logged columns", ", ".join(n if n == u else in_unit(n, u) for n, u in named)))
     found = facts["audit"]
-    warnings = tuple(tidy(str(f["message"])) for f in found if f["severity"] == "warning")
-    remarks = tuple(tidy(str(f["message"])) for f in found if f["severity"] != "warning")
+    warnings = tuple(
+        with_readable_numbers(str(f["message"])) for f in found if f["severity"] == "warning"
+    )
+    remarks = tuple(
+        with_readable_numbers(str(f["message"])) for f in found if f["severity"] != "warning"
+    )
     out: list[Block] = [Heading("Record"), Table((), tuple(rows))]
     if warnings:
         out.append(Bullets(warnings, "bad"))
@@ -335,13 +339,13 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
     if rivals:
         names = ", ".join(map(title_of, rivals))
         terms.append(("alternative explanations", names))
-    terms.append(("to confirm", tidy(str(described["check_by"]))))
+    terms.append(("to confirm", with_readable_numbers(str(described["check_by"]))))
     name = check.fit.display_name(suggestion.effect)
     words = str(described["explanation"])
     # Drop the name and the values from the sentence, because the card shows them separately.
     if words.startswith(f"{name} (") and "): " in words:
         words = words.split("): ", 1)[1]
-    words = tidy(words[0].upper() + words[1:])
+    words = with_readable_numbers(words[0].upper() + words[1:])
     return Card(f"{rank}. {name}", words, tuple(terms), suggestion.significant)
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
-from allanite.common.numbers import tidy
+from allanite.common.numbers import with_readable_numbers
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Cell, Heading, Number, Paragraph, Table
@@ -94,5 +94,5 @@ def _plain(value: float | None, place: str, form: str) -> Cell:
     if form == "count":
         text = many(value) if value >= 100 or value == int(value) else f"{value:.3g}"
     else:
-        text = tidy(format(value, form))
+        text = with_readable_numbers(format(value, form))
     return Number(text, float(value), place)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import number, tidy
+from allanite.common.numbers import number, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_sheet
+from allanite.common.printing import to_sheet_unit
 from allanite.effects import standard
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Table
@@ -71,7 +71,7 @@ def _axis(entry: Entry) -> tuple[str, ...]:
         name = known.get(effect.kind, "")
         value = values.get(name)
         if name in COEFFICIENTS and isinstance(value, Estimate):
-            shown = in_sheet(value, effect.parameter(name).sheet)
+            shown = to_sheet_unit(value, effect.parameter(name).sheet)
             unit = "" if shown.unit in ("", "1") else f" {unit_text(shown.unit)}"
             limit = not shown.detected and shown.interval is not None
             text = number(shown.value)
@@ -97,7 +97,7 @@ def _next_steps(report: Report) -> tuple[str, ...]:
         else:
             left = study.left[0] if study.left else "the cause of the misfit is unknown"
             out.append(
-                f"{name}: {tidy(left)}. Repeat the measurement, or examine this part of the record."
+                f"{name}: {with_readable_numbers(left)}. Repeat the measurement, or examine this part of the record."
             )
     if len(out) < len(report.entries):
         log = Path(report.entries[0].recording.path or "LOG").name

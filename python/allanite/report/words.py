@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import number, numbers_text, tidy
+from allanite.common.numbers import number, numbers_text, with_readable_numbers
 from allanite.common.units import conversion, parse_unit
 from allanite.effects import title_of
 from allanite.plots.words import duration_text, effect_text, unit_text, values_text
@@ -72,7 +72,7 @@ def with_unit(unit: str | None) -> str:
 
 def sentence(text: str) -> str:
     """The text as a sentence with a capital letter, a full stop and readable numbers."""
-    return tidy(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
+    return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
 
 
 def seconds(value: float) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.axes.turn_on import TurnOn, turn_on_bias
-from allanite.common.documents import MAX_DOCUMENT_BYTES, as_expected, text_of
+from allanite.common.documents import MAX_DOCUMENT_BYTES, invalid_as_input_error, text_of
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.isolation import call_isolated
 from allanite.common.showing import brief
@@ -404,7 +404,7 @@ def _read_table(path: Path) -> list[dict[str, Any]]:
     """List of dicts: rows of a table."""
     if not path.is_file():
         raise InputError(f"{path}: no such table")
-    with about(path), as_expected("not a table of `allanite fleet`"):
+    with about(path), invalid_as_input_error("not a table of `allanite fleet`"):
         rows = _csv_rows(path) if path.suffix.lower() == ".csv" else _parquet_rows(path)
         for row in rows:
             _check_row(row)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.documents import as_expected, json_of
+from allanite.common.documents import invalid_as_input_error, json_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
 from allanite.common.validation import positive_rate
@@ -319,7 +319,7 @@ class Watch:
         source = Path(path)
         with about(source):
             state = json_of(source)
-            with as_expected("damaged, or no state of a watch"):
+            with invalid_as_input_error("damaged, or no state of a watch"):
                 self._restore_state(state)
             if _summary_path(source).is_file():
                 self._stretch = Summary.load(_summary_path(source)).stretches[0]

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-from allanite.common.documents import MAX_DOCUMENT_BYTES, as_expected, json_of, text_of
+from allanite.common.documents import MAX_DOCUMENT_BYTES, invalid_as_input_error, json_of, text_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import is_file
 from allanite.common.plain import plain
@@ -94,7 +94,9 @@ def documents_of(
             raise InputError(
                 f"{path}: too large for a model file, a data sheet or a table of deviations"
             )
-        with as_expected(f"{path}: not a model file, a data sheet or a file of another tool"):
+        with invalid_as_input_error(
+            f"{path}: not a model file, a data sheet or a file of another tool"
+        ):
             return _of_file(path, unit, rate, record_length)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
@@ -152,7 +154,7 @@ def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
         raise InputError(
             f"{name}: 'columns' must be a list of models, as allanite fit, improve and characterize write it"
         )
-    with as_expected(f"{name}: not a model as allanite writes it"):
+    with invalid_as_input_error(f"{name}: not a model as allanite writes it"):
         for one in documents:
             _check_recording(one, name)
         return [_with_extras(_last_step(one), tree) for one in documents]

@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from allanite.common.documents import as_expected, text_of
+from allanite.common.documents import invalid_as_input_error, text_of
 from allanite.common.errors import InputError, about
 from allanite.common.plain import plain
 from allanite.common.units import (
@@ -234,7 +234,7 @@ def read_datasheet(path: str | Path) -> DataSheet:
 def _read(path: Path) -> DataSheet:
     """Data sheet read from a file; the messages of errors do not contain the path."""
     text = text_of(path)
-    with as_expected("not a data sheet in TOML or JSON"):
+    with invalid_as_input_error("not a data sheet in TOML or JSON"):
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
         return datasheet_of(parsed, path.stem)
 

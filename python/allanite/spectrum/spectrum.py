@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.aligned import aligned_when_unpickled
+from allanite.common.aligned import align_when_unpickled
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import check_size, positive_rate
@@ -33,7 +33,7 @@ NODES_PER_CELL = 8
 MIN_ORDINATES_PER_NODE = 4
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
 class Bins:
     """Log-spaced bins of the ordinates j = 1…n−1.
@@ -210,7 +210,7 @@ def bridge_gaps(
     return values
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
 class Spectrum:
     """Two-sided power spectral density in log-spaced bins.

@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.several import Several, by_column, former_use
+from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.threads import columns_at_work, results_or_raise, side_by_side
 from allanite.common.validation import positive, require_recording
 from allanite.effects import Model, Modifier, as_model
@@ -80,7 +80,7 @@ def improve(
             tolerance, "tolerance", "%", "give per cent of the deviation, such as 5"
         )
     if len(recording.columns) > 1:
-        former_use(recording.columns, "al.improve_columns(recording, model)")
+        warn_of_several_columns(recording.columns, "al.improve_columns(recording, model)")
         several: Any = improve_columns(recording, model, on_progress, limit, tolerance, seconds)
         return several
     if seconds is None:
@@ -142,7 +142,7 @@ def improve_columns(
     ['adequate', 'adequate']
     """
     require_recording(recording)
-    tasks = by_column(
+    tasks = results_by_column(
         recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance, seconds)
     )
     return Several(

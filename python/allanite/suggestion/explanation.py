@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import number, tidy
+from allanite.common.numbers import number, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed
+from allanite.common.printing import printed, to_table_unit
 from allanite.effects import Periodic
 from allanite.fit.rivals.columns import column_slopes
 
@@ -22,7 +22,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """One or two sentences: name and values of the effect, its share of the Allan variance and where, its physics."""
     values = found.estimates[-1]
     numbers = ", ".join(
-        _value_text(n, in_table(v, p.unit, p.sheet, before.recording.unit))
+        _value_text(n, to_table_unit(v, p.unit, p.sheet, before.recording.unit))
         for n, v in values.items()
         for p in [effect.parameter(n)]
         if isinstance(v, Estimate)
@@ -44,7 +44,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
                 f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
             )
     note = f"{note}. " if note else _slopes_sentence(effect, found)
-    return tidy(f"{text}. {note}Physically: {effect.physics}.")
+    return with_readable_numbers(f"{text}. {note}Physically: {effect.physics}.")
 
 
 def name_with_lines(effect: Effect, fit: Fit) -> str:

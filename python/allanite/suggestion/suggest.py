@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.extensions import declared_in
+from allanite.common.extensions import values_of_modules
 from allanite.common.threads import Pool
 from allanite.effects import Modifier, Moving, Stochastic
 from allanite.fit.likelihood.random_part import RandomPart
@@ -44,7 +44,9 @@ from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
 #: Searches at a time beside that of the spectrum; a large record gets one, since each search holds copies of it.
 WORKERS = 2
 #: Screens that need no other screen than that of the spectrum.
-OWN_SCREENS: tuple[OwnScreen, ...] = tuple(declared_in("SCREEN", "allanite.suggestion.screens"))
+OWN_SCREENS: tuple[OwnScreen, ...] = tuple(
+    values_of_modules("SCREEN", "allanite.suggestion.screens")
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import tidy
+from allanite.common.numbers import with_readable_numbers
 from allanite.common.showing import brief
 from allanite.effects import CATALOGUE
 from allanite.fit.rivals.evidence import bic_cost
@@ -44,7 +44,7 @@ class Rest:
         return self.fit.model.effects[-1]
 
     def __str__(self) -> str:
-        return tidy(
+        return with_readable_numbers(
             f"between {self.low_hz:.3g} and {self.high_hz:.3g} Hz a shape of {self.percent:+.0f} % of the power that no"
             f" effect of the catalog explains: {self.effect.short} describes it"
         )

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.aligned import aligned_when_unpickled
+from allanite.common.aligned import align_when_unpickled
 from allanite.common.showing import brief
 from allanite.summary.gaps import mended
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
@@ -50,7 +50,7 @@ class Octave:
         self.sections.merge(other.sections)
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(slots=True, eq=False)
 class Level:
     """Samples `start` … `stop` − 1 of a stream at 2^−depth of its rate.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.documents import as_expected
+from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
 from allanite.common.memory import require_memory
@@ -50,7 +50,7 @@ def save(summary: Summary, path: str | Path) -> None:
 def load(cls: type[Summary], path: str | Path) -> Summary:
     """Summary from a file that `save` wrote. Raises `InputError` for a missing or damaged file."""
     source = Path(path)
-    with about(source), as_expected("damaged, or not a summary"):
+    with about(source), invalid_as_input_error("damaged, or not a summary"):
         try:
             if source.exists() and not source.is_file():
                 raise InputError("a folder, a pipe or a device, not a summary")

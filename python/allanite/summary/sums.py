@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.aligned import aligned_when_unpickled
+from allanite.common.aligned import align_when_unpickled
 
 Array = NDArray[np.float64]
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(slots=True, eq=False)
 class Sum:
     """An array of sums, kept as `high + low` with about 106 bits; the order of addition changes only the last few bits."""
@@ -46,7 +46,7 @@ class Sum:
         return {"high": self.high, "low": self.low}
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(slots=True, eq=False)
 class Blocks:
     """Power over time: sums of 2^size consecutive tiles, on a grid anchored at sample 0 of the stream.

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
-from allanite.common.several import Several, by_column, former_use
+from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.effects import (
@@ -341,7 +341,7 @@ def trend(
     if per not in PER:
         raise InputError(f"unknown unit of time per = {per!r}; choose one of {', '.join(PER)}")
     if len(recording.columns) > 1:
-        former_use(recording.columns, "al.trend_columns(recording)")
+        warn_of_several_columns(recording.columns, "al.trend_columns(recording)")
         several: Any = trend_columns(
             recording,
             unit=unit,
@@ -398,7 +398,9 @@ def trend_columns(recording: Recording, **options: Any) -> Trends:
     ['east', 'up']
     """
     require_recording(recording)
-    return Trends(by_column(recording, lambda column: trend(column, **options)), recording.path)
+    return Trends(
+        results_by_column(recording, lambda column: trend(column, **options)), recording.path
+    )
 
 
 def _candidates(model: str | None) -> tuple[Candidate, ...]:

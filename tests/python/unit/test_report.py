@@ -14,7 +14,7 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.common.numbers import tidy, with_interval
+from allanite.common.numbers import value_and_interval_text, with_readable_numbers
 from allanite.plots.svg_painter import _path, inline
 from allanite.report import make_report
 from allanite.report.words import COMPLETED, data_sheet_value, resolved
@@ -274,12 +274,17 @@ def test_words():
     assert resolved((0.00703, 0.0, 0.9), 0.2) == ("0.0070", "0", "0.90")
     assert resolved((1.23456e-7, 1.2e-7, 1.3e-7), 2.5e-9)[0] == "1.235·10⁻⁷"
     assert resolved((9.982e-5, 9.949e-5, 1.0015e-4), 1.6e-7)[1:] == ("9.949·10⁻⁵", "1.0015·10⁻⁴")
-    assert tidy("at 42.2–2.37e+03 s, z = -6.4, up to 1e+02 % and 3.5e-05") == (
+    assert with_readable_numbers("at 42.2–2.37e+03 s, z = -6.4, up to 1e+02 % and 3.5e-05") == (
         "at 42.2–2370 s, z = −6.4, up to 100 % and 3.5·10⁻⁵"
     )
-    assert tidy("gyro-1e and m1e5 stay, 10-20 too") == "gyro-1e and m1e5 stay, 10-20 too"
-    assert with_interval(9.96e-5, (9.93e-5, 1.014e-4)) == "9.96·10⁻⁵ (9.93·10⁻⁵ … 1.01·10⁻⁴)"
-    assert with_interval(1e-5, (0.0, 2.0)) == "10⁻⁵ (0 … 2)"
+    assert (
+        with_readable_numbers("gyro-1e and m1e5 stay, 10-20 too")
+        == "gyro-1e and m1e5 stay, 10-20 too"
+    )
+    assert (
+        value_and_interval_text(9.96e-5, (9.93e-5, 1.014e-4)) == "9.96·10⁻⁵ (9.93·10⁻⁵ … 1.01·10⁻⁴)"
+    )
+    assert value_and_interval_text(1e-5, (0.0, 2.0)) == "10⁻⁵ (0 … 2)"
     known = {"value": 0.01, "interval": [0.009, 0.011], "unit": "deg/s·s^½", "detected": True}
     assert data_sheet_value(al.AngleRandomWalk.parameter("N"), known, "deg/s") == "0.6 °/√h"
     assert (

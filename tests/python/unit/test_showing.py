@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.showing import brief, html_table, numbers
+from allanite.common.showing import array_text, brief, html_table
 
 pytestmark = pytest.mark.slow
 
@@ -151,9 +151,9 @@ def test_brief():
     assert repr(Thing([], "x" * 90)) == "Thing(a=[], b=<90 × str>)"
     assert repr(Thing(list(range(9)), {"t": np.zeros(3)})) == "Thing(a=<9 × int>, b=<1: t>)"
     assert repr(Thing({}, (1, 2))) == "Thing(a=<none>, b=(1, 2))"
-    assert numbers(np.array([True, False])) == "<2 flags, 1 set>"
-    assert numbers(np.full((2, 3), np.nan)) == "<2×3>"
-    assert numbers(np.array([np.nan, 2.0])) == "<2 from 2 to 2>"
+    assert array_text(np.array([True, False])) == "<2 flags, 1 set>"
+    assert array_text(np.full((2, 3), np.nan)) == "<2×3>"
+    assert array_text(np.array([np.nan, 2.0])) == "<2 from 2 to 2>"
 
 
 def test_tables_escape():

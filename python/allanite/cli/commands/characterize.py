@@ -130,14 +130,14 @@ def command(
     from allanite.cli.options import recordings_of
     from allanite.cli.run_folder import RunFolder
     from allanite.common.files import whole_file
-    from allanite.common.starts import start_of
+    from allanite.common.starts import start_model
     from allanite.effects.files import parse_model
 
     in_folder = _is_folder(target, output)
     _check(plot, report, save, target, output, in_folder=in_folder)
     check_columns = None if target is None else partial(_check_columns, target)
     recordings = recordings_of(logs[0], options, check_columns)
-    parsed = parse_model(model or start_of(recordings[0].quantity, recordings[0].units))
+    parsed = parse_model(model or start_model(recordings[0].quantity, recordings[0].units))
     further = [recordings_of(log, options) for log in logs[1:]]
     at_work = _at_work(working, options, recordings)
     how: dict[str, Any] = {
@@ -152,7 +152,9 @@ def command(
         turn_on = turn_on_biases(recordings, further)
         targets = TARGETS if target == "all" else (target,) if target is not None else ()
         folder = RunFolder(Path(output), targets, how, f"{tolerance}", at_work, turn_on)
-        starts = {c.columns[0]: folder.start_of(c, parsed) for r in recordings for c in r.measured}
+        starts = {
+            c.columns[0]: folder.start_model(c, parsed) for r in recordings for c in r.measured
+        }
     count = sum(len(recording.columns) for recording in recordings)
     try:
         with out.progress_of_axes(count, options) as on_progress:

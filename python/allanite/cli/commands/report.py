@@ -53,7 +53,7 @@ def command(
     from allanite.cli.options import recording_of
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
-    from allanite.common.starts import start_of
+    from allanite.common.starts import start_model
     from allanite.effects.files import parse_model
     from allanite.report.document import Report, kind_of, make_report
 
@@ -64,7 +64,7 @@ def command(
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
     recordings = [recording_of(log, options) for log in logs]
-    model = model or start_of(recordings[0].quantity, recordings[0].units)
+    model = model or start_model(recordings[0].quantity, recordings[0].units)
     parsed = parse_model(model)
     reports = []
     for recording in recordings:

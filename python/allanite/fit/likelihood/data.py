@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.aligned import aligned_when_unpickled
+from allanite.common.aligned import align_when_unpickled
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
@@ -41,7 +41,7 @@ TAUS_PER_DECADE = 8
 CACHE_BYTES_LOWEST = 1 << 25
 
 
-@aligned_when_unpickled
+@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
 class Data:
     """A record prepared for fitting; U is the unit of the samples.

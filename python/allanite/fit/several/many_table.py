@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.common.numbers import number, with_interval
+from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed
+from allanite.common.printing import printed, to_table_unit
 from allanite.effects import Deterministic
 from allanite.fit.estimates import has_interval
 from allanite.fit.models import parameter_label
@@ -50,7 +50,7 @@ def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
     label, _, parameter = name.rpartition(".")
     effect = fit.model.effects[fit.model.labels.index(label or name)]
     declared = effect.parameter(parameter)
-    return in_table(value, declared.unit, declared.sheet, fit.recording.unit)
+    return to_table_unit(value, declared.unit, declared.sheet, fit.recording.unit)
 
 
 def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:
@@ -66,14 +66,16 @@ def _cell(estimate: Estimate) -> str:
         return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
     if estimate.interval is None:
         return number(float(estimate), 4)
-    return with_interval(float(estimate), estimate.interval)
+    return value_and_interval_text(float(estimate), estimate.interval)
 
 
 def _pooled_cell(row: Pooled) -> str:
     """Table cell of a pooled value: value with interval, or upper limit."""
     low, high = row.interval
     return (
-        f"< {number(high)}" if low <= 0.0 <= row.value else with_interval(row.value, row.interval)
+        f"< {number(high)}"
+        if low <= 0.0 <= row.value
+        else value_and_interval_text(row.value, row.interval)
     )
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import number, tidy
+from allanite.common.numbers import number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.criticism import over_frequency, over_time
 from allanite.effects import Deterministic, Effect, Periodic, find, limitable
@@ -140,7 +140,7 @@ def alternatives(study: Study) -> str | None:
         return None
     if study.undecided is None:
         return "No other model of the catalog explains this record equally well."
-    said = tidy(undecided_sentence(study.fit, study.undecided))
+    said = with_readable_numbers(undecided_sentence(study.fit, study.undecided))
     return f"{said[0].upper()}{said[1:]}."
 
 

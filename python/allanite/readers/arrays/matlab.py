@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require_memory, shown_bytes
+from allanite.common.memory import bytes_text, require_memory
 from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
@@ -118,7 +118,7 @@ def _is_hdf5(path: Path) -> bool:
 def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield name and values of each numeric array in a file up to version 7.2."""
     size = path.stat().st_size
-    require_memory(2.0 * size, f"a file of {shown_bytes(size)}")
+    require_memory(2.0 * size, f"a file of {bytes_text(size)}")
     try:
         # A file that became shorter in the meantime counts as damaged.
         found, unpacked = [], 0

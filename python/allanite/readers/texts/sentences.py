@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require_memory, shown_bytes
+from allanite.common.memory import bytes_text, require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._lines import lines_of
 from allanite.readers._table import Table
@@ -113,7 +113,7 @@ def _rows(
     damaged = at = 0
     width = None
     size = path.stat().st_size
-    require_memory(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
+    require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
     with path.open("rb") as stream:
         for number, line in enumerate(lines_of(stream), start=1):
             text = line.strip()
