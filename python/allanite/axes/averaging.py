@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.deviation import oadev
 from allanite.recording import Recording
-from allanite.recording.axis_names import letter_of
+from allanite.recording.axis_names import axis_letter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -74,7 +74,7 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
         groups: dict[tuple[str, str], list[str]] = {}
         for name, unit in zip(recording.columns, recording.units, strict=True):
             own = studies.get(name)
-            if own is None or letter_of(name) is None or POSITION_NAME.fullmatch(name):
+            if own is None or axis_letter(name) is None or POSITION_NAME.fullmatch(name):
                 continue
             if any(effect.short == "N" for effect in own.fit.model):
                 groups.setdefault((re.sub(r"\d+", "#", name), unit), []).append(name)

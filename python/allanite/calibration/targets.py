@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
-from allanite.recording.axis_names import AXIS, letter_of
+from allanite.recording.axis_names import AXIS, axis_letter
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -89,7 +89,7 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
     for axis in found:
         if parse_unit(axis.unit).kind == kind:
             own = groups.setdefault(AXIS.sub("", axis.name), {})
-            own[letter_of(axis.name) or "xyz"[len(own) % 3]] = axis
+            own[axis_letter(axis.name) or "xyz"[len(own) % 3]] = axis
     if len(groups) > most:
         raise InputError(
             f"{consumer} has parameters for {most} sensors of {kind}, but the logs contain {len(groups)}",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.recording.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
+from allanite.recording.stamp_units import TIME_UNITS, stamp_numbers, unit_of_stamps
 from allanite.recording.steps import MAX_DISORDER_ROWS, Steps
 from allanite.recording.timebase import MAX_MISSING_RATIO, Stamps
 
@@ -77,7 +77,7 @@ class Clock:
             yield rows[begun:end]
             self.rows += end - begun
             return
-        stamps, _ = numbers_of(time, self.unit)
+        stamps, _ = stamp_numbers(time, self.unit)
         steps = Steps(np.diff(stamps).astype(np.float64), stamps)
         if self.unit is None:
             self.unit, self.why = unit_of_stamps(stamps, 1.0 / steps.rate, self.rate)

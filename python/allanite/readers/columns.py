@@ -40,7 +40,7 @@ from allanite.readers.unit_kinds import (
     time_unit,
 )
 from allanite.recording import find_column
-from allanite.recording.findings import Finding, listed_names
+from allanite.recording.findings import Finding, names_text
 from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
 
@@ -558,7 +558,7 @@ def _frequencies_as_phases(columns: Sequence[LogColumn], quantity: str) -> list[
         Finding(
             "phase_unit",
             "warning",
-            f"{listed_names(names)} has unit {unit}, the unit of a fractional frequency, but is read as a phase in s",
+            f"{names_text(names)} has unit {unit}, the unit of a fractional frequency, but is read as a phase in s",
             remedy=": leave {quantity:angle} out, or state that the numbers are in s with {this_unit:s}",
         )
     ]
@@ -667,7 +667,7 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
             )
     if not groups:
         return []
-    listed = "; ".join(f"{listed_names(names)} ({reason})" for reason, names in groups.items())
+    listed = "; ".join(f"{names_text(names)} ({reason})" for reason, names in groups.items())
     both = (
         "; two units, such as deg/s,m/s^2, read both kinds"
         if loud and len(request.kinds) == 1

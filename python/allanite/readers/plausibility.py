@@ -12,8 +12,8 @@ from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
 from allanite.readers.sensor_names import sensor_kind
 from allanite.readers.unit_names import usual_units
 from allanite.recording.at_rest import motion_error
-from allanite.recording.axis_names import triples
-from allanite.recording.findings import Finding, listed_names
+from allanite.recording.axis_names import axis_triples
+from allanite.recording.findings import Finding, names_text
 from allanite.recording.gravity import is_gravity, mean_acceleration, unit_by_gravity
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
         if parse_unit(unit).kind == ACCELERATION or (unitless and _without_unit(name, unit))
     ]
     found = []
-    for axes in triples([recording.columns[at] for at in places]):
+    for axes in axis_triples([recording.columns[at] for at in places]):
         own = tuple(places[at] for at in axes)
         unit = recording.units[own[0]]
         stated = None if parse_unit(unit).kind == FREQUENCY else unit
@@ -150,7 +150,7 @@ def _unit_of_values(mean: float, stated: str | None) -> str | None:
 
 def _finding(recording: Recording, doubt: _Doubt) -> Finding:
     """Finding about a triad of accelerometers whose values are in another unit, with the remedy."""
-    names = listed_names([recording.columns[at] for at in doubt.places])
+    names = names_text([recording.columns[at] for at in doubt.places])
     if doubt.stated is None:
         # The remedy also names a unit for gyroscopes without one.
         bare = [
@@ -196,14 +196,14 @@ def without_wrong_units(
         if unit is not None and table.columns[at] is not None and _is_acceleration(unit)
     ]
     remarks = []
-    for axes in triples([table.names[at] for at in accels]):
+    for axes in axis_triples([table.names[at] for at in accels]):
         own = [accels[at] for at in axes]
         stated = str(units[own[0]])
         mean = mean_acceleration([table[at] for at in own])
         if parse_unit(stated).name == parse_unit(wanted).name:
             continue
         if _unit_of_values(mean, stated) == parse_unit(wanted).name:
-            names = listed_names([table.names[at] for at in own])
+            names = names_text([table.names[at] for at in own])
             found = (
                 f"{names} are read in {wanted} as given, although the log says {stated}: their mean is gravity in"
                 f" {wanted}"

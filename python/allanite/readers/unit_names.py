@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.readers.sensor_names import sensor_kind, words_in
-from allanite.recording.findings import Finding, listed_names
+from allanite.recording.findings import Finding, names_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -80,7 +80,7 @@ def unitless(names: Sequence[str]) -> list[Finding]:
         Finding(
             "no_unit",
             "warning" if inertial else "info",
-            f"no unit given for {listed_names(names)}: values are treated as dimensionless"
+            f"no unit given for {names_text(names)}: values are treated as dimensionless"
             " (fractional frequency of a clock)",
             values={"count": len(names)},
             remedy="; " + remedy_of(names),

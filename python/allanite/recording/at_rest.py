@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
-from allanite.recording.axis_names import letter_of
+from allanite.recording.axis_names import axis_letter
 from allanite.recording.findings import Finding
 from allanite.recording.sway import sway_of
 from allanite.recording.turns import turns_of
@@ -112,19 +112,20 @@ class Rest:
 
     @property
     def mostly_moves(self) -> bool:
-        """True if `moves` holds and the longest quiet segment is shorter than half of the record."""
+        """True if `moves` is true and the longest quiet segment is shorter than half of the record."""
         length = 0.0 if self.quiet is None else self.quiet[1] - self.quiet[0]
         return self.moves and length < MIN_QUIET * self.duration
 
 
 # Sums of samples near the largest double overflow to infinity, which counts as motion.
 @np.errstate(over="ignore", invalid="ignore")
-def rest_of(recording: Recording) -> Rest | None:
-    """Motion of a recording of gyroscopes or accelerometers; None for other sensors or if it is too short.
+def motion_of(recording: Recording) -> Rest | None:
+    """`Rest` of a recording of gyroscopes or accelerometers: its motion and its longest quiet segment.
 
-    Four things show motion: changes between averages of 0.2 s and of 1 s that no sensor at rest makes (medians over
-    windows, which outliers do not affect); turns of a gyroscope; sway, in which gravity follows the gyroscopes; and a
-    change of the direction of gravity.
+    None for other sensors, for angles, and for fewer than 100 samples or 0.4 s. Four things show motion: changes
+    between averages of 0.2 s and of 1 s that no sensor at rest makes (medians over windows, which outliers do not
+    affect); turns of a gyroscope; sway, in which gravity follows the gyroscopes; and a change of the direction of
+    gravity.
     """
     if recording.quantity == "angle" or recording.n < 4 * WINDOW_AVERAGES:
         return None
@@ -153,7 +154,7 @@ def rest_of(recording: Recording) -> Rest | None:
                 length if limits is LIMITS else max(length, round(SLOW_WINDOW * recording.rate))
             )
             for own in dict.fromkeys((length, longer)):
-                found = _activity(x, m, own, windows) * to_si
+                found = _activity_per_window(x, m, own, windows) * to_si
                 white = noise = _white_noise_activity(x, m, recording.rate, own, windows) * to_si
                 shorter = m > max(1, round(NOISE_AVERAGING_TIME * recording.rate))
                 level = full * (FACTOR_WITHOUT_WHITE if own > length and shorter else 1.0)
@@ -186,7 +187,7 @@ def rest_of(recording: Recording) -> Rest | None:
             more = turns_of(x * conversion(recording.units[at], "deg/s"), recording.rate)
             turns = max(turns, more, key=len)
             turning |= _windows_with_turns(more, windows, length / recording.rate)
-    sways = _sways(recording, kinds)
+    sways = _sway_per_window(recording, kinds)
     if sways is not None:
         places = np.minimum(np.arange(windows) * sways.size // windows, sways.size - 1)
         swaying = sways[places] > MAX_SWAY
@@ -199,7 +200,7 @@ def rest_of(recording: Recording) -> Rest | None:
         limit=worst[2],
         column=name,
         unit=unit,
-        tilt=_tilt(recording, kinds),
+        tilt=_largest_tilt(recording, kinds),
         turns=len(turns),
         largest_turn=max((abs(angle) for *_, angle in turns), default=0.0),
         sway=sway,
@@ -211,18 +212,24 @@ def rest_of(recording: Recording) -> Rest | None:
 def _windows_with_turns(
     turns: list[tuple[float, float, float]], windows: int, seconds: float
 ) -> NDArray[np.bool_]:
-    """Mask of the windows in which the platform turns at some time; a window is `seconds` long."""
+    """Mask of shape (windows,): True if the platform turns at some time within the window of `seconds`.
+
+    `turns` are (start, end, angle), s and degrees.
+    """
     found = np.zeros(windows, dtype=bool)
     for start, end, _ in turns:
         found[int(start / seconds) : math.ceil(end / seconds)] = True
     return found
 
 
-def _sways(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None:
-    """Sway in each window of 20 s, degrees. The result is None if no sway is found or if not all six axes are logged."""
+def _sway_per_window(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None:
+    """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,).
+
+    None if no sway is found, or unless three gyroscopes and three accelerometers are logged as rates.
+    """
     places: dict[tuple[str, str | None], int] = {}
     for at, (name, kind) in enumerate(zip(recording.columns, kinds, strict=True)):
-        places.setdefault((kind, letter_of(name)), at)
+        places.setdefault((kind, axis_letter(name)), at)
     wanted = [(kind, axis) for kind in (ANGULAR_RATE, ACCELERATION) for axis in "xyz"]
     if recording.quantity != "rate" or not all(one in places for one in wanted):
         return None
@@ -259,33 +266,42 @@ def _column(recording: Recording, at: int) -> NDArray[Any]:
 
 
 def _absolute_changes(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64]:
-    """Absolute differences (`order` 1 or 2) between successive averages of m samples, shape (averages − order,)."""
+    """Absolute differences between successive averages of m samples, shape (averages − order,).
+
+    `order` is 1 or 2: the difference of two averages, or a − 2 b + c of three. NaN if an average lacks a sample.
+    """
     groups = x[: x.size // m * m].reshape(-1, m)
     # The median of three thirds resists outliers if a group has enough samples.
-    mean = groups.mean(axis=1) if m < MIN_SAMPLES_FOR_THIRDS else np.median(_thirds(groups), axis=1)
+    mean = (
+        groups.mean(axis=1)
+        if m < MIN_SAMPLES_FOR_THIRDS
+        else np.median(_means_of_thirds(groups), axis=1)
+    )
     return np.abs(np.diff(mean, order))
 
 
 def _white_noise_activity(
     x: NDArray[np.float64], m: int, rate: float, length: int, windows: int
 ) -> NDArray[np.float64]:
-    """Usual change between averages of m samples that white noise alone would cause, shape (windows,).
+    """Typical change between averages of m samples (`_activity_per_window`) if all noise were white, shape (windows,).
 
-    The white noise is measured by second differences of shorter averages, or of the same averages if the samples are
-    too far apart.
+    The white noise is measured by second differences of averages of 0.05 s or less.
     """
     short = min(max(1, round(NOISE_AVERAGING_TIME * rate)), m)
     # The median of three thirds scatters 0.670 √3 times as much as their mean.
     middle = 1.16 if short < MIN_SAMPLES_FOR_THIRDS <= m else 1.0
-    return _activity(x, short, length, windows, order=2) * (middle * math.sqrt(short / m))
+    return _activity_per_window(x, short, length, windows, order=2) * (
+        middle * math.sqrt(short / m)
+    )
 
 
-def _activity(
+def _activity_per_window(
     x: NDArray[np.float64], m: int, length: int, windows: int, order: int = 1
 ) -> NDArray[np.float64]:
-    """Usual change between averages of m samples in each window, shape (windows,), as the standard deviation of an average.
+    """Median change between averages of m samples, as the standard deviation of an average, shape (windows,).
 
-    It is the median over `length` samples, interpolated to the windows.
+    Each median is over `length` samples; the medians are interpolated to the windows. Zeros for too few samples.
+    `order` is that of the differences.
     """
     moves = _absolute_changes(x, m, order)
     per = _change_count(m, length)
@@ -305,16 +321,16 @@ def _activity(
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 
 
-def _thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of the first, second and last third of each group, shape (groups, 3)."""
+def _means_of_thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means of the first, second and last third of each row of `groups`, shape (groups, 3)."""
     third = groups.shape[1] // 3
     return groups[:, : 3 * third].reshape(len(groups), 3, third).mean(axis=2)
 
 
-def _tilt(recording: Recording, kinds: list[str]) -> float:
+def _largest_tilt(recording: Recording, kinds: list[str]) -> float:
     """Largest angle between the direction of gravity in one tenth of the record and its median direction, degrees.
 
-    The result is 0 without three accelerometers that measure gravity.
+    0 unless exactly three accelerometers are logged as rates and measure 0.5 to 1.5 times gravity in every tenth.
     """
     axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
     if len(axes) != 3 or recording.quantity != "rate":
@@ -338,12 +354,10 @@ def _tilt(recording: Recording, kinds: list[str]) -> float:
 def _longest_still_segment(
     recording: Recording, kinds: list[str], calm: NDArray[np.bool_], length: int
 ) -> tuple[float, float] | None:
-    """Start and end, s, of the longest segment without motion within the windows flagged in `calm`; None without any.
+    """(start, end), s, of the longest segment without motion in windows that are True in `calm`; None without any.
 
-    A window has `length` samples.
-
-    The usual change of a window does not show a turn within it. A tap of up to `MAX_TAP_AVERAGES` averages is allowed,
-    but neither at the beginning nor at the end of the segment.
+    A window has `length` samples. A change between averages of 0.2 s ends the segment, unless it lasts at most
+    `MAX_TAP_AVERAGES` averages within the segment, like a tap.
     """
     m = max(1, round(AVERAGING_TIME * recording.rate))
     moved = np.zeros(max(recording.n // m, 1), dtype=bool)
@@ -383,13 +397,13 @@ def _longest_still_segment(
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First index and end (exclusive) of each run of True."""
+    """List of (first, end) of each run of True in a mask, `end` exclusive."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(int), [0])))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def quiet_span(recording: Recording) -> tuple[float, float]:
-    """Start and end of the longest quiet segment, s.
+    """(start, end) of the longest quiet segment, s.
 
     Raises
     ------
@@ -398,7 +412,7 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
     TooShortError
         No segment is quiet.
     """
-    rest = rest_of(recording)
+    rest = motion_of(recording)
     if rest is None:
         raise InputError(
             "a quiet segment needs a gyroscope or accelerometer with a known unit",
@@ -410,8 +424,8 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
     return rest.quiet
 
 
-def quiet(recording: Recording) -> Recording:
-    """Part of the recording that is its longest quiet segment, with a finding that says so."""
+def quiet_segment(recording: Recording) -> Recording:
+    """`Recording` of the longest quiet segment, with a finding of kind ``quiet_stretch``."""
     start, end = quiet_span(recording)
     found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
     finding = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
@@ -419,11 +433,11 @@ def quiet(recording: Recording) -> Recording:
 
 
 def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:
-    """List with one finding if the recording moves for more than a share `least` of its length, turns or tilts.
+    """List with one `Finding` of kind ``motion`` if the recording moves; else empty.
 
-    Else empty.
+    It moves if more than a share `least` of its windows do, if it turns at least 3 times, or if it tilts by over 10°.
     """
-    rest = rest_of(recording)
+    rest = motion_of(recording)
     if rest is None or not (rest.moves or rest.share > least):
         return []
     values = {"share": rest.share, "tilt_deg": rest.tilt, "turns": rest.turns}
@@ -433,31 +447,31 @@ def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> li
         Finding(
             "motion",
             "warning",
-            f"not at rest: {_reasons(rest, least)}; a noise model describes a sensor at rest, not its motion;"
-            f" {_longest_quiet(rest)}",
+            f"not at rest: {_motion_text(rest, least)}; a noise model describes a sensor at rest, not its motion;"
+            f" {_quiet_text(rest)}",
             values=values,
-            remedy="" if rest.quiet is None else f" ({_use_quiet(rest.quiet)})",
+            remedy="" if rest.quiet is None else f" ({_quiet_remedy(rest.quiet)})",
         )
     ]
 
 
 def motion_error(recording: Recording) -> InputError | None:
-    """`InputError` (not raised) for a recording that mostly moves, with its longest quiet segment as remedy.
-
-    Else None.
-    """
-    rest = rest_of(recording)
+    """`InputError` (not raised) if the recording moves and its longest quiet segment is under half of it; else None."""
+    rest = motion_of(recording)
     if rest is None or not rest.mostly_moves:
         return None
-    use = "" if rest.quiet is None else f": use {_use_quiet(rest.quiet)};"
+    use = "" if rest.quiet is None else f": use {_quiet_remedy(rest.quiet)};"
     return InputError(
-        f"not at rest: {_reasons(rest, 0.0)}; {_longest_quiet(rest)}",
+        f"not at rest: {_motion_text(rest, 0.0)}; {_quiet_text(rest)}",
         remedy=f"{use or ';'} {{anyway}} fits the motion as noise",
     )
 
 
-def _reasons(rest: Rest, least: float) -> str:
-    """Text of the signs of motion: turns, changes in more than a share `least` of the record, sway, tilt."""
+def _motion_text(rest: Rest, least: float) -> str:
+    """Text of the signs of motion, joined by ", and ": ``3 turns of up to 90°``, changes, sway and tilt.
+
+    Changes and sway are stated if they concern more than a share `least` of the record.
+    """
     why = []
     if rest.turns >= MIN_TURNS:
         why.append(f"{rest.turns} turns of up to {rest.largest_turn:.0f}°")
@@ -473,14 +487,14 @@ def _reasons(rest: Rest, least: float) -> str:
     return ", and ".join(why) or f"motion in {rest.share:.0%} of the record"
 
 
-def _longest_quiet(rest: Rest) -> str:
-    """Text that states the longest quiet segment, or that no segment is quiet."""
+def _quiet_text(rest: Rest) -> str:
+    """Text ``"longest quiet segment 10–60 s"``, or ``"no segment is quiet"``."""
     if rest.quiet is None:
         return "no segment is quiet"
     start, end = rest.quiet
     return f"longest quiet segment {start:.6g}–{end:.6g} s"
 
 
-def _use_quiet(quiet: tuple[float, float]) -> str:
-    """Text of a remedy: use the quiet segment from start to end (s)."""
+def _quiet_remedy(quiet: tuple[float, float]) -> str:
+    """Text of a remedy with placeholders: use the segment (start, end), s, or the method for the quiet segment."""
     return f"{{this_span:{quiet[0]:.6g}:{quiet[1]:.6g}}}, or {{quiet}}"

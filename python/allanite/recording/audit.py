@@ -48,9 +48,9 @@ CHUNK = 1 << 18
 
 
 def audit(recording: Recording) -> list[Finding]:
-    """Findings about the time stamps and about every column of a recording.
+    """List of findings about the time stamps and every column of a recording, without no-data markers and repeats.
 
-    Markers and repeated samples are reported once; the other checks exclude them.
+    Motion comes first, then the findings that the recording already has, time stamps, columns, and a missing unit.
     """
     recording = recording.measured
     findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
@@ -80,7 +80,7 @@ def audit(recording: Recording) -> list[Finding]:
 
 
 def _coarse_column_findings(recording: Recording) -> Iterator[Finding]:
-    """Findings about covariates that are logged in coarse steps, such as a temperature in whole degrees."""
+    """Iterator over a `Finding` for each covariate logged in coarse steps, such as a temperature in whole degrees."""
     for name, values in recording.covariates.items():
         step = coarse_step_of(values)
         if step:
@@ -107,8 +107,8 @@ class _Column:
         self.name, self.x, self.rate, self.unit = name, x, rate, unit
         self.rows, self.missing = rows, missing
         self.n = x.size
-        self.single = x.dtype == np.float32 or _is_single(x)
-        self.spread = _blocks(x)
+        self.single = x.dtype == np.float32 or _fits_single_precision(x)
+        self.spread = _spread_blocks(x)
         finite = self.spread[np.isfinite(self.spread)]
         self.step = step_of(finite, self.single)
         low, high = _extremes(x)
@@ -122,7 +122,7 @@ class _Column:
         self.white = float(middle.mean()) / 0.6934 / math.sqrt(6) if middle.size else 0.0
 
     def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
-        """Pairs of first row and samples of consecutive pieces of the column.
+        """Iterator over (index of the first sample, samples) of consecutive pieces of the column.
 
         Each piece also holds the first `overlap` samples of the following piece.
         """
@@ -143,16 +143,16 @@ def _count_missing(x: NDArray[Any]) -> int:
     return sum(int(np.count_nonzero(np.isnan(x[k : k + CHUNK]))) for k in range(0, x.size, CHUNK))
 
 
-def _is_single(x: NDArray[Any]) -> bool:
-    """True if the samples are doubles whose values all fit into single precision."""
+def _fits_single_precision(x: NDArray[Any]) -> bool:
+    """True if the samples are doubles and the first 4096 of them are single-precision numbers."""
     some = x[: 1 << 12]
     return bool(
         x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True)
     )
 
 
-def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.float64]:
-    """Blocks of neighboring samples at even distances over the record, shape (blocks, length).
+def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.float64]:
+    """Blocks of neighboring samples at even distances over the record, as doubles, shape (blocks, length).
 
     There are at most `most` blocks. A record shorter than `length` is one block.
     """
@@ -163,7 +163,7 @@ def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.f
 
 
 def _extremes(x: NDArray[Any]) -> tuple[float, float]:
-    """Smallest and largest sample; NaN samples are ignored."""
+    """(smallest, largest) sample; NaN samples are ignored. Both are NaN if all are."""
     low, high = float(np.min(x)), float(np.max(x))
     if math.isnan(low) and (there := ~np.isnan(x)).any():
         # np.nanmin would return a signaling NaN.
@@ -173,12 +173,12 @@ def _extremes(x: NDArray[Any]) -> tuple[float, float]:
 
 
 def _check_missing(c: _Column) -> Iterator[Finding]:
-    """Findings about missing samples and their effect on the Allan deviation."""
+    """Iterator over a `Finding` about missing samples and their effect on the Allan deviation; empty without any."""
     missing = c.missing
     if missing:
-        runs = _lengths_of_runs(c)
+        runs = _run_lengths(c)
         few = remedy = ""
-        half = _half_lost(runs, c.n)
+        half = _factor_at_half_lost(runs, c.n)
         if half < c.n / 8:
             few = ". The plain Allan deviation loses more than half of its differences"
             few += f" beyond {half / c.rate:.3g} s" if half else ""
@@ -198,16 +198,15 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
 def _advised_decimation(apart: float, gap: float) -> int:
     """Decimation factor (1, 2 or 5 × 10ⁿ) with which nearly all averages have most of their samples.
 
-    `apart` is half the mean length of the runs of present samples, `gap` the mean length of the
-    gaps.
+    `apart` is half the mean length of the runs of present samples, `gap` the mean length of the gaps.
     """
     least = max(4.0, 4.0 * gap, apart / 8.0)
     decade = 10.0 ** math.floor(math.log10(least))
     return int(next(k * decade for k in (1, 2, 5, 10) if k * decade >= 0.9 * least))
 
 
-def _lengths_of_runs(c: _Column) -> NDArray[np.int64]:
-    """Length of each run of present samples; the single value 1 if every sample is missing."""
+def _run_lengths(c: _Column) -> NDArray[np.int64]:
+    """Length of each run of present samples, shape (runs,); the single value 1 if every sample is missing."""
     begins, ends = [], []
     before = False
     for at, piece in c.pieces():
@@ -222,11 +221,11 @@ def _lengths_of_runs(c: _Column) -> NDArray[np.int64]:
     return found if found.size else np.ones(1, dtype=np.int64)
 
 
-def _half_lost(runs: NDArray[np.int64], n: int) -> int:
-    """Largest averaging factor at which half of the terms of the Allan deviation touch no missing sample.
+def _factor_at_half_lost(runs: NDArray[np.int64], n: int) -> int:
+    """Largest averaging factor m at which at least half of the terms of the Allan deviation touch no missing sample.
 
-    A term needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. If at least half of the
-    terms remain for all m, the result is n // 2.
+    A term needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. At most n // 2; 0 if
+    half of the terms are lost at m = 1.
     """
     low, high = 0, n // 2 + 1
     while high - low > 1:
@@ -237,7 +236,7 @@ def _half_lost(runs: NDArray[np.int64], n: int) -> int:
 
 
 def _check_constant(c: _Column) -> Iterator[Finding]:
-    """Finding about a column whose samples are all equal."""
+    """Iterator over a `Finding` about a column whose samples are all equal; empty for others."""
     if c.low == c.high:
         yield c.finding(
             "constant", "warning", f"every sample is {c.low:g}: a stuck sensor or the wrong column"
@@ -245,7 +244,10 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
 
 
 def _check_stuck(c: _Column) -> Iterator[Finding]:
-    """Finding about a long run of one value: a sensor that stopped, or a lost link."""
+    """Iterator over a `Finding` about the longest run of one value, if noise would not repeat for so long.
+
+    The cause is a sensor that stopped, or a lost link.
+    """
     if c.n < 2 or c.low == c.high:
         return
     start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
@@ -265,12 +267,12 @@ def _check_stuck(c: _Column) -> Iterator[Finding]:
 
 
 def _check_clipping(c: _Column) -> Iterator[Finding]:
-    """Findings about an extreme value that is far more frequent than its neighbor value: the range was exceeded."""
+    """Iterator over a `Finding` for each end of the range that is far more frequent than the value next to it."""
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
         if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
             continue
-        if at_edge > 3 * _count_next_to(c, edge):
+        if at_edge > 3 * _neighbor_count(c, edge):
             yield c.finding(
                 "clipping",
                 "warning",
@@ -281,8 +283,8 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
             )
 
 
-def _count_next_to(c: _Column, edge: float) -> int:
-    """Number of samples at the second most extreme value. Samples at the extreme value `edge` do not count."""
+def _neighbor_count(c: _Column, edge: float) -> int:
+    """Number of samples at the value next to the extreme value `edge`, which is the smallest or the largest sample."""
     nearest, count = math.nan, 0
     for _, piece in c.pieces():
         inner = piece[piece < edge] if edge == c.high else piece[piece > edge]
@@ -296,7 +298,10 @@ def _count_next_to(c: _Column, edge: float) -> int:
 
 
 def _check_step(c: _Column) -> Iterator[Finding]:
-    """Finding about the resolution if its rounding matters, or about a column that is locked to one code."""
+    """Iterator over a `Finding` about a column locked to one code, or about a resolution whose rounding adds noise.
+
+    Empty if rounding adds less than 0.1 % of the white variance, or without a step.
+    """
     locked = locked_of(c.x)
     if locked is not None:
         yield c.finding(
@@ -336,7 +341,7 @@ def _check_step(c: _Column) -> Iterator[Finding]:
 
 
 def _check_outliers(c: _Column) -> Iterator[Finding]:
-    """Finding about samples whose second difference is too large for the noise, or about heavy-tailed noise."""
+    """Iterator over a `Finding` about outliers (second differences too large for the noise) or heavy-tailed noise."""
     level = max(c.white, 0.4 * c.step) * math.sqrt(6)
     if level == 0.0 or c.n < 100:
         return
@@ -385,7 +390,7 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
 
 
 def _check_smoothed(c: _Column) -> Iterator[Finding]:
-    """Finding about values that were averaged or low-passed before they were logged.
+    """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
 
     Near half of the sampling rate, such values have less power than in every lower octave, and less than a power law
     through two neighboring octaves predicts. White noise and power-law noise have more power there.
@@ -431,8 +436,8 @@ class _Changes:
     last: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     square: float = 0.0
 
-    def take(self, averages: NDArray[np.float64]) -> None:
-        """Add the averages that follow those already added.
+    def add(self, averages: NDArray[np.float64]) -> None:
+        """Add the averages that follow those already added; sets all attributes.
 
         `largest` becomes the largest sum of two consecutive squared changes, and `end` the index of the average that
         follows these changes.
@@ -451,7 +456,7 @@ class _Changes:
 
 
 def _check_dominated(c: _Column) -> Iterator[Finding]:
-    """Finding about averaging times at which a single event makes more than half of the Allan variance.
+    """Iterator over a `Finding` if a single event makes more than half of the Allan variance at some averaging time.
 
     An event lies within one average or between two, so it makes one second difference of the phase or two in a row.
     """
@@ -459,7 +464,7 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
     for _, piece in c.pieces():
         averages, m = piece.astype(np.float64), 1
         while averages.size and c.n // m > MIN_CHANGES:
-            changes.setdefault(m, _Changes()).take(averages)
+            changes.setdefault(m, _Changes()).add(averages)
             averages = averages[: averages.size // 2 * 2].reshape(-1, 2).mean(axis=1)
             m *= 2
     found = {m: own for m, own in changes.items() if 2.0 * own.largest > own.total}
@@ -480,10 +485,13 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
 
 
 def _check_static(c: _Column) -> Iterator[Finding]:
-    """Finding about segments with more than three times the usual activity, such as handling or traffic."""
+    """Iterator over a `Finding` about segments with over three times the typical activity, such as handling.
+
+    Empty for fewer than 4096 samples.
+    """
     if c.n < 16 * 256:  # fewer blocks have no usual activity
         return
-    blocks = _blocks(c.x, length=256, most=1024)
+    blocks = _spread_blocks(c.x, length=256, most=1024)
     moves = np.abs(np.diff(blocks, axis=1))
     moves[~np.isfinite(moves)] = 0.0
     # The mean of the middle half ignores outliers and, unlike the median, is not rounded to the step.
@@ -508,17 +516,20 @@ def _check_static(c: _Column) -> Iterator[Finding]:
             if loud.size > last - first + 1
             else ""
         ),
-        remedy=_quiet_remedy(loud, span, blocks, c),
+        remedy=_remedy_for_loud_blocks(loud, span, blocks, c),
         start_s=float(first * span),
         end_s=float((last + 1) * span),
         share=float(loud.size / blocks.shape[0]),
     )
 
 
-def _quiet_remedy(
+def _remedy_for_loud_blocks(
     loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], c: _Column
 ) -> str:
-    """Text of a remedy that names the longest segment without a loud block; empty if that segment is short."""
+    """Text of a remedy that names the longest segment without the `loud` blocks (indices), each `span` seconds long.
+
+    Empty if that segment is shorter than a tenth of the record.
+    """
     count = blocks.shape[0]
     quiet = np.setdiff1d(np.arange(count), loud)
     longest = max(np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1), key=len)

@@ -12,20 +12,20 @@ if TYPE_CHECKING:
 AXIS = re.compile(r"(?<![a-z])[xyz](?![a-z])|[xyz]$", re.IGNORECASE)
 
 
-def letter_of(name: str) -> str | None:
-    """``"x"``, ``"y"`` or ``"z"`` if the name of a column contains the letter of an axis, else None."""
+def axis_letter(name: str) -> str | None:
+    """``"x"``, ``"y"`` or ``"z"``, the first letter of an axis in a column's name (gyro_x, gx); None without one."""
     found = AXIS.search(name)
     return None if found is None else found.group().lower()
 
 
-def triples(names: Sequence[str]) -> list[tuple[int, ...]]:
+def axis_triples(names: Sequence[str]) -> list[tuple[int, ...]]:
     """List of index triples of names that differ only in the letter of the axis.
 
-    Without such names, three names of any kind are one triple.
+    If there are none, three names of any kind are one triple; else the list is empty.
     """
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):
-        letter = letter_of(name)
+        letter = axis_letter(name)
         if letter is not None:
             stems.setdefault(AXIS.sub("", name), {}).setdefault(letter, place)
     found = [tuple(places.values()) for places in stems.values() if len(places) == 3]

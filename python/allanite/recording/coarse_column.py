@@ -31,7 +31,10 @@ RELAXATIONS = 2.0 ** np.arange(-6.0, 2.5, 0.5)
 
 
 def coarse_step_of(values: NDArray[np.float64]) -> float:
-    """Step of a column that is logged in coarse steps (a change in fewer than one of 20 samples), else 0."""
+    """Step of a column logged in coarse steps, in its unit; 0 for other columns.
+
+    A coarse column changes at least 3 times, at fewer than one of 20 samples, and mostly by the same step.
+    """
     places = np.flatnonzero(values[1:] != values[:-1])
     if places.size < MIN_CHANGES or values.size < MIN_RUN * places.size:
         return 0.0
@@ -47,8 +50,8 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     The quantity was at the threshold of two codes when the column changed, and within half a step of the code
     otherwise. A ramp with one exponential relaxation is preferred if it rounds to the column: a warming body relaxes,
     and nothing else determines the curve before the first and after the last change. Otherwise the curve has the
-    smallest squared third differences. Without it, rounding errors of up to half a step, correlated for as long as a
-    code lasts, would look like noise of the sensor.
+    smallest squared third differences. Without this curve, rounding errors of up to half a step, correlated for as long
+    as a code lasts, would look like noise of the sensor.
     """
     step = coarse_step_of(values)
     if step == 0.0:
@@ -58,16 +61,20 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     count = min(CURVE_POINTS, values.size)
     grid = np.linspace(0.0, values.size - 1.0, count)
     code = values[np.rint(grid).astype(np.int64)]
-    curve = _curve(values, grid, code, step)
+    curve = _curve_on_grid(values, grid, code, step)
     curve = np.clip(curve, code - (0.5 + TOLERANCE) * step, code + (0.5 + TOLERANCE) * step)
     found: NDArray[np.float64] = CubicSpline(grid, curve)(np.arange(values.size, dtype=np.float64))
     return found
 
 
-def _curve(
+def _curve_on_grid(
     values: NDArray[np.float64], grid: NDArray[np.float64], code: NDArray[np.float64], step: float
 ) -> NDArray[np.float64]:
-    """Smoothest curve that rounds to the codes, at the points of the grid."""
+    """Curve that rounds to the codes `code`, at the positions `grid` (in samples), shape (points,).
+
+    The relaxation is used if it rounds to the codes, else the smoothest curve that does, else the least smooth curve
+    tried.
+    """
     from scipy.sparse import csc_array, diags_array
     from scipy.sparse.linalg import spsolve
 
@@ -89,12 +96,15 @@ def _curve(
     edge_place, edge_value = np.empty(0), np.empty(0)
 
     def beyond_codes(curve: NDArray[np.float64]) -> NDArray[np.float64]:
-        """By how much the curve leaves the interval that rounds to its code, in steps; negative inside."""
+        """Distance of the curve outside of the half steps around its codes, in steps; negative inside.
+
+        Next to a change, one more step is allowed.
+        """
         beyond: NDArray[np.float64] = np.abs(curve - code) / step - 0.5
         beyond[near] -= 1.0
         return beyond
 
-    curve = _relaxation(place, thresholds, count)
+    curve = _relaxation_curve(place, thresholds, count)
     if beyond_codes(curve).max() <= TOLERANCE:
         return curve
     for smoothness in SMOOTHNESS:
@@ -116,7 +126,7 @@ def _curve(
             beyond = beyond_codes(curve)
             if beyond.max() <= TOLERANCE:
                 return curve
-            worst = _worst_of_runs(beyond > TOLERANCE, beyond)
+            worst = _largest_per_run(beyond > TOLERANCE, beyond)
             edge_place = np.concatenate([edge_place, worst.astype(np.float64)])
             inside = code[worst] + 0.5 * step * np.sign(curve[worst] - code[worst])
             edge_value = np.concatenate([edge_value, inside])
@@ -124,19 +134,19 @@ def _curve(
     return curve
 
 
-def _relaxation(
+def _relaxation_curve(
     place: NDArray[np.float64], values: NDArray[np.float64], count: int
 ) -> NDArray[np.float64]:
     """Least-squares curve (constant, ramp, exponential relaxation) through `values` at the positions `place`.
 
-    The curve is evaluated at 0 … count − 1.
+    Its values at 0 … count − 1, shape (count,).
     """
     from scipy.optimize import minimize_scalar
 
     def basis(at: NDArray[np.float64], octave: float) -> NDArray[np.float64]:
-        """Matrix with the columns constant, ramp and relaxation at the positions `at`.
+        """Matrix, shape (positions, 3), with the columns constant, ramp and relaxation at the positions `at`.
 
-        The time constant is count·2^octave.
+        The time constant of the relaxation is count·2^octave.
         """
         u = at / count
         # Constant and slope are subtracted from the relaxation, so that a long one becomes a parabola.
@@ -145,7 +155,7 @@ def _relaxation(
         )
 
     def misfit(octave: float) -> float:
-        """Squared misfit of the least-squares curve with the time constant count·2^octave."""
+        """Sum of squared residuals of the least-squares curve with the time constant count·2^octave."""
         rows = basis(place, octave)
         rows /= np.linalg.norm(rows, axis=0)
         return float(np.sum((rows @ np.linalg.lstsq(rows, values, rcond=None)[0] - values) ** 2))
@@ -159,8 +169,8 @@ def _relaxation(
     return found
 
 
-def _worst_of_runs(mask: NDArray[np.bool_], size: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Index of the largest `size` in each run of True of the mask."""
+def _largest_per_run(mask: NDArray[np.bool_], size: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Index of the largest `size` within each run of True of the mask, shape (runs,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
     pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     return np.array(

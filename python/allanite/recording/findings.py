@@ -45,7 +45,7 @@ class Finding:
 
     @property
     def message(self) -> str:
-        """Sentence of the finding with its remedy."""
+        """Sentence of the finding with its remedy, in the words of the Python library."""
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
@@ -66,13 +66,13 @@ class Finding:
         return self.message
 
 
-def listed_names(names: Sequence[str]) -> str:
+def names_text(names: Sequence[str]) -> str:
     """Text of some names: ``GyrX, GyrY``, or ``first … last`` for four or more."""
     return ", ".join(names) if len(names) < 4 else f"{names[0]} … {names[-1]}"
 
 
 def merged(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings after those that say the same about several columns are combined to one finding each."""
+    """List of findings in which findings with the same text for several columns are one, ``gx, gy: …``."""
     columns: dict[tuple[str, str, str], list[str]] = {}
     first: dict[tuple[str, str, str], Finding] = {}
     for one in findings:
@@ -83,7 +83,7 @@ def merged(findings: Iterable[Finding]) -> list[Finding]:
         if one.column is not None and one.column not in own:
             own.append(one.column)
     return [
-        replace(one, found=f"{listed_names(columns[key])}: {key[1]}")
+        replace(one, found=f"{names_text(columns[key])}: {key[1]}")
         if len(columns[key]) > 1
         else one
         for key, one in first.items()
@@ -91,7 +91,7 @@ def merged(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
-    """Findings about the time stamps of a recording whose sampling rate is `rate`, Hz."""
+    """Iterator over findings about the time stamps of a recording whose sampling rate is `rate`, Hz."""
     if abs(stamps.rate / rate - 1) > max(1e-3, 3 * stamps.resolution * stamps.rate / stamps.n):
         yield Finding(
             "rate",
@@ -195,7 +195,7 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
 
 
 def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Finding about jumps of time that split the record; none if the record is one segment."""
+    """Iterator over a `Finding` about jumps of time that split the record; empty for a record of one segment."""
     if len(stamps.pieces) < 2:
         return
     first, end = stamps.rows
@@ -214,5 +214,5 @@ def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
 
 
 def _ppm(share: float) -> str:
-    """Text of a relative change in ppm or %."""
+    """Text of a relative change: ``20 ppm`` below 10⁻³, else ``0.25%``."""
     return f"{1e6 * share:.3g} ppm" if share < 1e-3 else f"{share:.2%}"

@@ -25,7 +25,7 @@ MEDIAN_SAMPLES = 100_000
 
 
 def mean_acceleration(axes: list[NDArray[Any]]) -> float:
-    """Magnitude of the mean acceleration from the medians of three columns, in their unit."""
+    """Magnitude (float) of the vector of the medians of three columns, in their unit."""
     middle = [
         float(np.nanmedian(x[:: max(1, x.size // MEDIAN_SAMPLES)].astype(np.float64))) for x in axes
     ]
@@ -38,5 +38,5 @@ def is_gravity(mean: float, unit: str, within: float = MAX_STATED_DIFFERENCE) ->
 
 
 def unit_by_gravity(mean: float) -> str | None:
-    """Unit in which a mean acceleration equals gravity within 6 %; None if no unit fits."""
+    """First of m/s^2, g, mg, mm/s^2, ug in which a mean acceleration equals gravity within 6 %; None without one."""
     return next((unit for unit in UNITS if is_gravity(mean, unit, MAX_INFERRED_DIFFERENCE)), None)

@@ -60,10 +60,10 @@ class Marker:
 
 
 def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
-    """No-data markers among the samples of one column, shape (n,).
+    """List of the no-data markers (`Marker`) among the samples of one column, shape (n,): none, one or two.
 
-    A marker is the smallest or the largest value, far beyond all other samples, without values between. It is the end of an
-    integer type, a usual fill value, or occurs at least three times.
+    A marker is the smallest or the largest value, far beyond all other samples, without values between. It is the end
+    of an integer type, a fill value such as 9999, or occurs at least three times.
     """
     found: list[Marker] = []
     values = x[np.isfinite(x)] if x.dtype.kind == "f" else x
@@ -73,14 +73,14 @@ def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
     for edge in (low, high):
         # Sums and squares of samples above 1e154 are infinite: such samples have no marker.
         with np.errstate(over="ignore", invalid="ignore"):
-            marker = _marker(values, edge)
+            marker = _marker_at(values, edge)
         if marker is not None:
             found.append(marker)
     return found
 
 
-def _marker(values: NDArray[np.floating | np.integer], edge: float) -> Marker | None:
-    """Marker if the extreme value `edge` stands for missing samples, else None."""
+def _marker_at(values: NDArray[np.floating | np.integer], edge: float) -> Marker | None:
+    """`Marker` if the extreme value `edge` stands for missing samples, else None."""
     some = values[:: max(1, values.size // STEP_SAMPLES)].astype(np.float64)
     middle = float(np.median(some))
     quarter, three_quarters = np.quantile(some, [0.25, 0.75])
@@ -110,7 +110,7 @@ def _marker(values: NDArray[np.floating | np.integer], edge: float) -> Marker | 
 def _type_end(rest: NDArray[np.floating | np.integer], edge: float) -> str:
     """Text such as ``"the smallest 16-bit integer"`` if `edge`, in steps of the samples `rest`, is such a limit.
 
-    Else empty.
+    Empty for another value, or if the samples have no step.
     """
     some = rest[:STEP_SAMPLES].astype(np.float64)
     single = bool(np.array_equal(some.astype(np.float32), some))

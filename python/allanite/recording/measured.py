@@ -27,7 +27,7 @@ def measured_samples(recording: Recording) -> Recording:
 
 
 def _without_markers(recording: Recording) -> Recording:
-    """Recording in which the no-data markers of each column are NaN; the same object without markers."""
+    """`Recording` in which the no-data markers of each column are NaN; the same object without markers."""
     found: list[Finding] = []
     samples: NDArray[Any] | None = None
     for at, name in enumerate(recording.columns):
@@ -44,12 +44,12 @@ def _without_markers(recording: Recording) -> Recording:
 
 
 def _float_type(samples: NDArray[Any]) -> type[np.floating]:
-    """Floating-point type for samples that need NaN: float32 for float32 samples, else float64."""
+    """Type (float32 or float64) for samples that need NaN: float32 for float32 samples, else float64."""
     return np.float32 if samples.dtype == np.float32 else np.float64
 
 
 def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
-    """Finding that a column has a no-data marker, with its value and number of samples."""
+    """`Finding` that a column has a no-data marker, with the value (in `unit`) and number of samples."""
     several = marker.count > 1
     what = f", {marker.type_end}" if marker.type_end else ", far from all other samples"
     unit = "" if unit == "1" else f" {unit}"
@@ -63,7 +63,10 @@ def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
 
 
 def _without_repeats(recording: Recording) -> Recording:
-    """Recording without repeated rows, at the rate of the sensor; the same object if rows do not repeat."""
+    """`Recording` without repeated rows, at the rate of the sensor; the same object for increments and angles.
+
+    The same object also without repeated rows.
+    """
     # Increments and angles of a held rate do not repeat, so they are not changed.
     if recording.quantity != "rate":
         return recording

@@ -58,7 +58,7 @@ class Record(Protocol):
 
     @property
     def unit(self) -> str:
-        """Unit of the rate; for columns with different units, all units separated by commas."""
+        """Unit of the rate; columns with different units give all units: ``deg/s, m/s^2``."""
         return ", ".join(dict.fromkeys(self.units))
 
     def describe(self) -> dict[str, Any]:

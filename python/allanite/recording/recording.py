@@ -20,7 +20,7 @@ from allanite.recording.samples import (
     find_column,
     group_means,
     index_of,
-    owned,
+    private_array,
     read_only,
 )
 from allanite.recording.timebase import Stamps, epoch_of, fill_gaps, read_stamps, uneven_times
@@ -147,7 +147,7 @@ class Recording(Record):
             if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
                 columns = [str(name) for name in samples.columns]
             index = index_of(samples)
-            array = owned(samples, columns)
+            array = private_array(samples, columns)
             if array.ndim == 2 and array.shape[1] == 1:
                 array = array[:, 0]
             n = array.shape[0]
@@ -196,12 +196,12 @@ class Recording(Record):
             )
 
     def _set_fields(self, **fields: Any) -> None:
-        """Set fields of the frozen object."""
+        """Set the given fields of this frozen object."""
         for name, value in fields.items():
             object.__setattr__(self, name, value)
 
     def _with(self, **changes: Any) -> Recording:
-        """Copy of the recording with some fields changed, without checks."""
+        """Copy of the recording with the fields in `changes`, without checks and without computed findings."""
         other = object.__new__(Recording)
         same = {field.name: getattr(self, field.name) for field in fields(self)}
         other._set_fields(**{**same, "_audit": None, "_measured": None, **changes})
@@ -255,7 +255,7 @@ class Recording(Record):
 
     @property
     def gaps(self) -> int:
-        """Number of runs of missing samples."""
+        """Number of runs of rows in which a sample is missing."""
         holes = self._missing_rows()
         return int(holes[0]) + int(np.count_nonzero(holes[1:] & ~holes[:-1])) if holes.size else 0
 
@@ -300,7 +300,7 @@ class Recording(Record):
         return self._with(samples=read_only(samples))
 
     def with_rows(self, rows: NDArray[np.bool_], rate: float) -> Recording:
-        """Recording of the rows where the mask `rows` is True, at the rate `rate` (Hz), without time stamps."""
+        """`Recording` of the rows where the mask `rows` is True, at the rate `rate` (Hz), without `stamps`."""
         extra = {name: read_only(values[rows]) for name, values in self.covariates.items()}
         kept = read_only(self.samples[rows])
         times = None if self.times is None else read_only(self.times[rows])
@@ -352,10 +352,10 @@ class Recording(Record):
         return self._rows(slice(first, last))
 
     def quiet(self) -> Recording:
-        """Recording of the longest segment at rest; see `allanite.recording.at_rest.quiet_span`."""
-        from allanite.recording.at_rest import quiet
+        """`Recording` of the longest segment at rest. Raises `TooShortError` if no segment is quiet."""
+        from allanite.recording.at_rest import quiet_segment
 
-        return quiet(self)
+        return quiet_segment(self)
 
     def half(self, which: int) -> Recording:
         """Recording of the first half (`which` = 0) or of the second half (1)."""
@@ -492,7 +492,7 @@ class Recording(Record):
 
 
 def _unit_names(unit: Any) -> tuple[str, ...]:
-    """Units as a tuple of texts.
+    """Tuple of the units; one unit that is no sequence is a tuple of one.
 
     Raises
     ------
@@ -511,7 +511,7 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 
 
 def _restore(state: dict[str, Any]) -> Recording:
-    """Recording from the dict of fields that `Recording.__reduce__` pickled."""
+    """`Recording` from the dict of fields that `Recording.__reduce__` pickled."""
     recording = object.__new__(Recording)
     state = with_aligned_arrays(state)
     state = {"epoch": None, "times": None, **state}
@@ -525,5 +525,5 @@ def _restore(state: dict[str, Any]) -> Recording:
 
 
 def recording_of_fields(fields: Mapping[str, Any]) -> Recording:
-    """Recording from a mapping of all field names of `Recording` to their values, without checks."""
+    """`Recording` from a mapping of all field names of `Recording` to their values, without checks."""
     return _restore(dict(fields))

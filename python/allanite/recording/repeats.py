@@ -55,10 +55,9 @@ class Polling:
 def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
     """`Polling` of samples, shape (n,) or (n, columns), if the sensor is slower than the log and its samples repeat.
 
-    Else None.
-
-    A row is a repeat if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them are
-    found by the regular pattern that two steady rates make.
+    None for fewer than 422 rows, fewer than 50 repeats or 2 %, or repeats in few parts of the record. A row is a repeat
+    if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them are found by the
+    regular pattern that two steady rates make.
     """
     n = len(rows)
     if n < 2 * max(CHANCE_LAGS):
@@ -84,16 +83,17 @@ def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
 
 
 def _equals_earlier(rows: NDArray[np.floating | np.integer], lag: int) -> NDArray[np.bool_]:
-    """Mask of rows from index `lag` on: True if a row equals the row `lag` rows before."""
+    """Mask of shape (n − lag,): True if row lag + i equals row i in every column."""
     same = rows[lag:] == rows[:-lag]
     found: NDArray[np.bool_] = same if same.ndim == 1 else same.all(axis=1)
     return found
 
 
 def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:
-    """Mask of the equal neighbors that repeat in the regular pattern of a slower sensor, or None without such a pattern.
+    """Mask of the entries of `equal` that repeat in the regular pattern of a slower sensor; None without a pattern.
 
-    The other entries of `equal` are True by chance, with the probability `chance`.
+    `equal[k]` says that row k + 1 equals row k. Its other entries are True by chance, with the probability `chance`;
+    above 0.5 the result is None.
 
     Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come when that
     number changes, which makes a line at r in the spectrum of `equal`.
@@ -135,10 +135,10 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
 
 
 def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tuple[int, int, int]:
-    """Index and length of the longest run of one value, and the number of samples that equal the previous sample.
+    """(start, length, equal): first index and length of the longest run of one value, and number of repeated samples.
 
-    `pieces` are pairs (index of the first sample, samples) of a record of n samples. Each piece ends with the first
-    sample of the following piece. NaN equals nothing.
+    A sample is repeated if it equals the previous one; NaN equals nothing. `pieces` are pairs (index of the first
+    sample, samples) of a record of n samples. Each piece ends with the first sample of the following piece.
     """
     longest, start, run_start, equal = 1, 0, 0, 0
     for at, piece in pieces:

@@ -14,7 +14,11 @@ MIN_FLIPS = 5
 
 
 def step_of(values: NDArray[np.float64], single: bool) -> float:
-    """Step (LSB) of which all differences between the values are multiples; 0 without such a step."""
+    """Step (LSB) of which all differences between the values are multiples; 0 without such a step.
+
+    0 also if more than half of the values differ or fewer than 3 values are distinct. `single` is True for values in
+    single precision.
+    """
     levels = np.unique(values)
     if levels.size < 2 or levels.size > 0.5 * values.size:
         return 0.0
@@ -37,7 +41,7 @@ def _storage_error(levels: NDArray[np.float64], single: bool) -> float:
 
 
 def _distinct_levels(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
-    """Ascending values after removal of values that differ from the previous one by rounding errors (`noise`) only."""
+    """Ascending values without those that differ from the previous one by rounding errors (4 `noise`) only."""
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
 

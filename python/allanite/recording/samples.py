@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 CHUNK = 1 << 18
 
 
-def owned(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
-    """Samples as a numeric array of one or two dimensions that no other code can change.
+def private_array(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
+    """Samples as a numeric array of one or two dimensions that no other code can change; booleans become 0 and 1.
 
-    A writeable array is copied.
+    A writeable array is copied. Raises `InputError` for other values and infinities, and `TooShortError` without
+    samples.
     """
     array = np.asarray(samples)
     if array.dtype.kind == "b":
@@ -56,7 +57,7 @@ def _require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
         bad = np.isinf(piece)
         present = present or not np.isnan(piece).all()
         if bad.any():
-            first = first or _place(piece, bad, at, columns)
+            first = first or _infinity_text(piece, bad, at, columns)
             count += int(np.count_nonzero(bad))
     if count:
         raise InputError(f"{count} infinite samples, {first}: mark missing samples with NaN")
@@ -64,10 +65,10 @@ def _require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
         raise TooShortError("every sample is NaN")
 
 
-def _place(
+def _infinity_text(
     piece: NDArray[Any], bad: NDArray[np.bool_], at: int, columns: Sequence[str] | None
 ) -> str:
-    """Text with the position of the first infinity, counted from 1."""
+    """Text with the position of the first infinity: ``the first in column gx: sample 3, counted from 1, is inf``."""
     row, *rest = (int(i) for i in np.argwhere(bad)[0])
     k = 1 if piece.ndim == 1 else piece.shape[1]
     names = columns if columns is not None and len(columns) == k else column_names(None, piece)
@@ -76,7 +77,7 @@ def _place(
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    """Names of the columns of an array, made unique and printable; by default x, or x0, x1, …."""
+    """Tuple of the names of the columns of an array, unique and printable; by default x, or x0, x1, …."""
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
@@ -86,7 +87,7 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
 
 
 def distinct(names: Iterable[str]) -> tuple[str, ...]:
-    """Column names in which repeated names get a number: ``g``, ``g [2]``, ``g [3]``."""
+    """Tuple of column names in which repeated names get a number: ``g``, ``g [2]``, ``g [3]``."""
     counts: dict[str, int] = {}
     found: dict[str, None] = {}
     for name in names:
@@ -114,9 +115,9 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def index_of(samples: Any) -> NDArray[Any] | None:
-    """Time stamps from the index of a pandas or xarray object; None without such an index.
+    """Time stamps from the index of a pandas or xarray object, shape (n,); None without such an index.
 
-    Date-times, time differences and floats are stamps; whole numbers are row numbers.
+    Date-times, time differences and floats are stamps. An index of whole numbers or of one stamp gives None.
     """
     index: Any = getattr(samples, "index", None)
     if not hasattr(index, "dtype"):
@@ -137,7 +138,7 @@ def index_of(samples: Any) -> NDArray[Any] | None:
 
 
 def find_column(name: str | int, columns: Sequence[str]) -> int:
-    """Index of a column by name, or by 0-based index, which may be text."""
+    """Index of a column by name, or by 0-based index, which may be text. Raises `InputError` for an unknown column."""
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
     if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
@@ -149,7 +150,7 @@ def find_column(name: str | int, columns: Sequence[str]) -> int:
 
 
 def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
-    """Means of groups of k rows.
+    """Means of groups of k consecutive rows, shape (n // k, …); the rest of the rows is omitted.
 
     Missing samples are ignored; a group that lacks more than half of its samples is NaN.
     """
@@ -174,7 +175,9 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
 
 
 def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Factor that converts each column to `unit` (1 for columns of another kind of sensor), and the resulting units.
+    """(factors, units): factor that converts each column to `unit`, shape (columns,), and the resulting unit of each.
+
+    Columns of another kind of sensor keep their unit, with factor 1.
 
     Raises
     ------
@@ -182,17 +185,17 @@ def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], 
         No column has a kind of `unit`.
     """
     targets = {kind: parse_unit(one) for kind, one in units_by_kind(unit).items()}
-    pairs = [(owned, targets.get(parse_unit(owned).kind)) for owned in units]
+    pairs = [(own, targets.get(parse_unit(own).kind)) for own in units]
     if not any(target for _, target in pairs):
         names, kind = ", ".join(dict.fromkeys(units)), parse_unit(units[0]).kind
         wanted = " or ".join(f"{target.name} ({target.kind})" for target in targets.values())
         raise InputError(f"cannot express {names} ({kind}) in {wanted}")
-    factors = np.array([conversion(owned, t.name) if t else 1.0 for owned, t in pairs])
-    return factors, tuple(t.name if t else owned for owned, t in pairs)
+    factors = np.array([conversion(own, t.name) if t else 1.0 for own, t in pairs])
+    return factors, tuple(t.name if t else own for own, t in pairs)
 
 
 def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:
-    """Numbers and unit of a pint quantity: in its own unit if `unit` is ``"1"``, else converted to `unit`."""
+    """(numbers, unit) of a pint quantity: in its own unit if `unit` is ``"1"``, else converted to `unit`."""
     if unit == "1":
         return samples.magnitude, f"{samples.units:~C}".replace("**", "^")
     return samples.to(str(unit).replace("^", "**").replace("°", "deg")).magnitude, unit

@@ -43,8 +43,8 @@ _CADENCES = (
 _SAME_CADENCE = 0.005
 
 
-def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
-    """Time stamps as integers or floats, and their unit: ns for date-times, else the given `unit`.
+def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
+    """(stamps, unit): time stamps as integers or floats, shape (n,), and ``"ns"`` for date-times, else the given `unit`.
 
     Parameters
     ----------
@@ -65,9 +65,9 @@ def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | N
             f"the time column needs at least two stamps in one column, found shape {t.shape}"
         )
     if t.dtype.kind in "OUST":
-        t = _dates(t)
+        t = _dates_or_floats(t)
     if t.dtype.kind in "mM":
-        _refuse_invalid(np.isnat(t), t)
+        _require_valid(np.isnat(t), t)
         return t.astype(f"{t.dtype.kind}8[ns]").astype(np.int64), "ns"
     if t.dtype.kind not in "iufb":
         raise InputError(
@@ -76,13 +76,16 @@ def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | N
             remedy=": give {rate} and leave the column out",
         )
     if t.dtype.kind == "f":
-        _refuse_invalid(~np.isfinite(t), t)
+        _require_valid(~np.isfinite(t), t)
         return t.astype(np.float64), unit
     return t.astype(np.int64), unit
 
 
-def _dates(t: NDArray[Any]) -> NDArray[Any]:
-    """Date-times of Python, pandas or ISO texts as numpy datetime64[ns] in UTC; texts of numbers as floats."""
+def _dates_or_floats(t: NDArray[Any]) -> NDArray[Any]:
+    """Date-times of Python, pandas or ISO texts as numpy datetime64[ns] in UTC; texts of numbers as floats.
+
+    Raises `InputError` for other values.
+    """
     try:
         naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]
         # 31.01.2026 12:00:00.5: the day first.
@@ -99,7 +102,7 @@ def _dates(t: NDArray[Any]) -> NDArray[Any]:
         ) from None
 
 
-def _refuse_invalid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
+def _require_valid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
     """Raise `InputError` if any stamp is flagged in `bad`; the message names the row of the first."""
     if bad.any():
         row = int(np.argmax(bad))
@@ -112,7 +115,7 @@ def _refuse_invalid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
 
 
 def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[str, str]:
-    """Unit of time stamps, guessed from the stated rate, the epoch or the magnitude, and the reason.
+    """(unit, why) of time stamps, guessed from the stated rate, the epoch or the magnitude.
 
     Parameters
     ----------
@@ -144,7 +147,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
         present = PRESENT[0] < middle * second < PRESENT[1]
         if present and _RATES[0] < 1 / (step * second) < _RATES[1]:
             return unit, "epoch"
-    _ask_about_calendar(float(t[0]), float(t[-1]), step, rate)
+    _require_unit_of_calendar(float(t[0]), float(t[-1]), step, rate)
     some = t[:10_000]
     whole = t.dtype.kind == "i" or bool(np.all(some == np.rint(some)))
     constant = abs(step - round(step)) < 0.02
@@ -163,8 +166,8 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     return unit, "usual" if unit == "s" and not whole else "size"
 
 
-def _ask_about_calendar(start: float, end: float, step: float, rate: float | None) -> None:
-    """Raise an error for stamps that may be Modified Julian Dates or decimal years as well as seconds.
+def _require_unit_of_calendar(start: float, end: float, step: float, rate: float | None) -> None:
+    """Raise `InputError` for stamps that may be Modified Julian Dates or decimal years as well as seconds.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ def usual_step(steps: NDArray[np.float64]) -> float:
             remedy="; give {rate} and leave the column out",
         )
     middle = float(np.median(forward))
-    rounded = _mean_of_rounded(steps, middle)
+    rounded = _mean_of_rounded_steps(steps, middle)
     if rounded:
         return rounded
     some = forward[:: max(forward.size // 100_000, 1)]
@@ -64,7 +64,7 @@ def usual_step(steps: NDArray[np.float64]) -> float:
     return middle
 
 
-def _mean_of_rounded(steps: NDArray[np.float64], middle: float) -> float:
+def _mean_of_rounded_steps(steps: NDArray[np.float64], middle: float) -> float:
     """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms), else 0.
 
     The sum of such steps stays within one step of a straight line. With randomly missing samples the sum would stray
@@ -133,21 +133,21 @@ class Steps:
         self.clean = self.raw.copy()
         self.usual = usual_step(self.raw)
         self.counts = np.ones(self.raw.size)
-        self._unwrap()
-        self._order()
+        self._undo_wraps()
+        self._replace_disorder()
         self._require_constant_interval()
         self.times = self.clean.copy()
         forward = np.count_nonzero(self.clean > 0)
         self.coarse = bool(forward < 0.7 * self.clean.size)
         if self.coarse:
-            self._shared()
+            self._set_gaps_of_shared_stamps()
         else:
-            self._single()
+            self._set_gaps_of_single_stamps()
         self.gaps = sorted([*self.gaps, *((row, 1) for row in self.seams)])
 
     @property
     def rate(self) -> float:
-        """Number of samples per unit of the stamps."""
+        """Number of samples per unit of the stamps. Raises `InputError` if the stamps nowhere advance steadily."""
         span = float(self.times.sum())
         if not span > 0.0:
             raise InputError(
@@ -161,7 +161,7 @@ class Steps:
         """Exclude the steps after these rows from the computation of the rate."""
         self.counts[rows] = self.times[rows] = 0.0
 
-    def _unwrap(self) -> None:
+    def _undo_wraps(self) -> None:
         """Undo the wraps of a counter in `clean`, and set `wrap` and `wraps`."""
         back = np.flatnonzero(self.raw < -20 * self.usual)
         if back.size == 0:
@@ -179,8 +179,11 @@ class Steps:
                 self.wrap, self.wraps = span, back.tolist()
                 return
 
-    def _order(self) -> None:
-        """Set `disorder` and `seams`, and replace these steps in `clean` by usual steps."""
+    def _replace_disorder(self) -> None:
+        """Set `disorder`, `seams` and `lost`; steps of disorder and at seams become typical steps in `clean`.
+
+        `lost` is set if many steps run back. Raises `InputError` if far too many do.
+        """
         back = np.flatnonzero(self.clean < 0)
         if back.size > max(0.01 * self.clean.size, 5):
             # Jitter larger than the interval is not disorder; only a step far beyond it is a seam.
@@ -210,7 +213,10 @@ class Steps:
                 done = end
 
     def _disorder_around(self, i: int) -> tuple[int, int] | None:
-        """First and end of the shortest run of steps around step i over which time advances as usual, or None."""
+        """(first, end) of the shortest run of steps around step i over which time advances as on average, or None.
+
+        The run has at most 16 steps; `end` is exclusive.
+        """
         low = max(i - MAX_DISORDER_ROWS, 0)
         sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + MAX_DISORDER_ROWS])))
         starts, ends = np.arange(low, i + 1), np.arange(i + 1, low + sums.size)
@@ -253,8 +259,8 @@ class Steps:
 
     # -- stamps of single samples -----------------------------------------------------------------
 
-    def _single(self) -> None:
-        """Set `gaps` and the inputs of the rate, if each stamp belongs to one sample."""
+    def _set_gaps_of_single_stamps(self) -> None:
+        """Set `usual`, `lost`, `gaps`, `counts` and `times`, for stamps that each belong to one sample."""
         steps = self.clean
         for _ in range(3):
             ratio = steps / self.usual
@@ -273,15 +279,15 @@ class Steps:
             # Bursts, or jitter as large as the interval, say nothing about single samples.
             self.lost = True
             late = late[steps[late] > max(20 * usual, 20 * float(np.mean(steps)))]
-            late = late[~self._caught_up(late)]
+            late = late[~self._is_delay_caught_up(late)]
             self._exclude_from_rate(late)
             missing = np.rint(np.minimum(steps[late] * self.rate, MAX_MISSING)) - 1
             self.gaps = list(zip(late.tolist(), missing.astype(np.int64).tolist(), strict=True))
             return
         self._count_missing(late)
 
-    def _caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Mask of the rows `late` after which no sample is missing: later samples arrive as early as earlier ones."""
+    def _is_delay_caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Mask of shape (late,): True if no sample is missing after the row, so that later stamps are in time again."""
         steps = self.clean
         step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)
         delay = np.concatenate([[0.0], np.cumsum(steps - step)])
@@ -301,7 +307,7 @@ class Steps:
         )
 
     def _are_late_by_whole_samples(self, late: NDArray[np.int64]) -> bool:
-        """True if the steps after the rows `late` are multiples of the usual step and do not come from bursts."""
+        """True if the steps after the rows `late` are multiples of the typical step and do not come from bursts."""
         ratio = self.clean[late] / self.usual
         short = ratio[ratio < 20]
         if short.size and np.median(np.abs(short - np.rint(short))) > 0.1:
@@ -313,9 +319,9 @@ class Steps:
         return not (periodic and np.median(ratio) > 3)
 
     def _count_missing(self, late: NDArray[np.int64]) -> None:
-        """Set `gaps` and `counts` from the steps after the rows `late`.
+        """Set `gaps`, `counts` and `times` from the steps after the rows `late`.
 
-        Short gaps are counted by the usual step, long gaps by the rate.
+        Short gaps are counted by the typical step, gaps of more than 32 samples by the rate.
         """
         steps, usual = self.clean, self.usual
         alone = np.rint(steps[late] / usual) - 1
@@ -333,8 +339,8 @@ class Steps:
 
     # -- stamps that several samples share --------------------------------------------------------
 
-    def _shared(self) -> None:
-        """Set `gaps` and the inputs of the rate if several samples share a stamp (whole seconds of a 5 Hz log)."""
+    def _set_gaps_of_shared_stamps(self) -> None:
+        """Set `gaps`, `counts` and `times`, for stamps that several samples share (whole seconds of a 5 Hz log)."""
         at = np.flatnonzero(self.clean > 0)
         steps = self.clean[at]
         unit = self.usual

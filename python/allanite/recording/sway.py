@@ -26,8 +26,8 @@ def sway_of(
 ) -> NDArray[np.float64] | None:
     """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,); None without sway.
 
-    The integrated rates of a turning platform are the change of the direction of gravity: df/dt = −ω × f. The
-    covariance of both is the variance of the tilt, whatever the noise of the two sensors.
+    None also for fewer than 10 windows. The integrated rates of a turning platform are the change of the direction of
+    gravity: df/dt = −ω × f. The covariance of both is the variance of the tilt, whatever the noise of the two sensors.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def sway_of(
 
 
 def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
-    """Windows minus their least-squares parabola, shape (windows, averages, 3).
+    """Samples of each window minus their least-squares parabola, shape (windows, averages, 3).
 
     This removes drifts and integrated noise.
     """

@@ -71,9 +71,9 @@ class Tail:
 
 
 def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
-    """Magnitude that a value of Student's t law exceeds with this probability.
+    """Magnitude that a value of Student's t law with scale 1 exceeds with this probability.
 
-    The law has the scale 1 and 1/`inverse_freedom` degrees of freedom.
+    The degrees of freedom are 1/`inverse_freedom`; 0 is the normal law.
     """
     from scipy.special import ndtri, stdtrit
 
@@ -81,7 +81,7 @@ def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
     return float(-(ndtri(p) if inverse_freedom == 0.0 else stdtrit(1.0 / inverse_freedom, p)))
 
 
-def _ascending(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sorted_magnitudes(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Magnitudes sorted in ascending order."""
     return _kernels.in_order(np.ascontiguousarray(magnitudes))
 
@@ -89,7 +89,7 @@ def _ascending(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
 def tail_of(
     magnitudes: NDArray[np.float64], censored: float, *, ordered: bool = False
 ) -> Tail | None:
-    """Student t law fitted to magnitudes. The largest magnitudes (a share `censored`) enter only by their number.
+    """`Tail`: Student t law fitted to magnitudes. The largest (a share `censored`) enter only by their number.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def tail_of(
     keep = int(n * (1.0 - censored))
     if keep < MIN_MAGNITUDES:
         return None
-    rising = magnitudes if ordered else _ascending(magnitudes)
+    rising = magnitudes if ordered else _sorted_magnitudes(magnitudes)
     median, top = rising[n // 2], rising[keep - 1]
     if not 0.0 < median < top:
         return None
@@ -148,7 +148,9 @@ def tail_of(
 
 
 def outlier_limit(magnitudes: NDArray[np.float64], probability: float, step: float = 0.0) -> float:
-    """Magnitude above which a value is an outlier: the smallest limit of several tail fits.
+    """Magnitude (float) above which a value is an outlier: the smallest limit of several tail fits.
+
+    Infinite if no law can be fitted.
 
     Parameters
     ----------
@@ -161,18 +163,18 @@ def outlier_limit(magnitudes: NDArray[np.float64], probability: float, step: flo
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)
         magnitudes = np.abs(magnitudes + spread)
-    magnitudes = _ascending(magnitudes)
+    magnitudes = _sorted_magnitudes(magnitudes)
     tails = [tail_of(magnitudes, share, ordered=True) for share in CENSORED_SHARES]
     limits = [t.reach(probability) for t in tails if t is not None]
     return min([*limits, *_power_law_limits(magnitudes, probability)], default=np.inf) + 0.5 * step
 
 
 def _power_law_limits(rising: NDArray[np.float64], probability: float) -> list[float]:
-    """Outlier limits from power laws that are fitted to the largest values; `rising` are ascending magnitudes.
+    """List of outlier limits from power laws that are fitted to the largest values; `rising` are ascending magnitudes.
 
     Each power law is extrapolated to the magnitude that one value exceeds with the given probability. The exponent is
-    that of Hill (1975) without the very largest values. No tail is assumed to be heavier than a power law. A second limit
-    excludes values that are far more numerous than the power law predicts.
+    that of Hill (1975) without the very largest values. No tail is assumed to be heavier than a power law. A second
+    limit excludes values that are far more numerous than the power law predicts. Empty for fewer than 2000 values.
     """
     from scipy.special import pdtrc
 

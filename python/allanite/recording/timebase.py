@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.recording.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
+from allanite.recording.stamp_units import TIME_UNITS, stamp_numbers, unit_of_stamps
 from allanite.recording.steps import Steps
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def read_stamps(
     rate: float | None = None,
     piece: int | None = None,
 ) -> Stamps:
-    """Properties of a time column.
+    """`Stamps`: rate, unit, gaps and irregularities of a time column.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def read_stamps(
         Fewer than two stamps; stamps that are not finite, do not advance, or have no identifiable unit;
         an unknown segment.
     """
-    t, unit = numbers_of(time, unit)
+    t, unit = stamp_numbers(time, unit)
     # Differences before the conversion to float keep nanoseconds since 1970 exact.
     with np.errstate(over="ignore"):
         raw = np.clip(np.diff(t).astype(np.float64), -MAX_STEP, MAX_STEP)
@@ -165,10 +165,10 @@ def read_stamps(
     jitter = float(np.std(steps.clean[regular])) * second if regular.any() else 0.0
     drift, changed = (0.0, -1)
     if not (steps.coarse or steps.lost):
-        drift, changed = _drift(steps.clean[regular] * second, jitter, resolution)
+        drift, changed = _interval_drift(steps.clean[regular] * second, jitter, resolution)
     equal, back = np.flatnonzero(raw == 0), np.flatnonzero(raw < 0)
     back = np.setdiff1d(back, steps.wraps, assume_unique=True)
-    pieces = pieces_of(int(t.size), steps.gaps)
+    pieces = segments_between_gaps(int(t.size), steps.gaps)
     return Stamps(
         rate=steps.rate / second,
         unit=unit,
@@ -189,12 +189,18 @@ def read_stamps(
         drift=drift,
         changed=int(np.flatnonzero(regular)[changed]) if changed >= 0 else -1,
         pieces=pieces,
-        piece=_chosen_segment(pieces, piece),
+        piece=_index_of_segment(pieces, piece),
     )
 
 
-def _drift(steps: NDArray[np.float64], jitter: float, resolution: float) -> tuple[float, int]:
-    """Relative change of the interval over the record, and the row of the largest change if it exceeds 2 %, else −1."""
+def _interval_drift(
+    steps: NDArray[np.float64], jitter: float, resolution: float
+) -> tuple[float, int]:
+    """(drift, index): relative change of the interval over the record, and where it changes most.
+
+    `drift` is the largest mean of 16 parts of `steps` over the smallest, less 1; 0 if within jitter. The index among
+    the steps is −1 unless `drift` exceeds 2 %.
+    """
     blocks = 16
     length = steps.size // blocks
     if length < 50:
@@ -209,8 +215,8 @@ def _drift(steps: NDArray[np.float64], jitter: float, resolution: float) -> tupl
     return change, (worst + 1) * length if change > 0.02 else -1
 
 
-def pieces_of(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """First row and end (exclusive) of each segment between gaps that are too long to fill.
+def segments_between_gaps(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    """Tuple of (first row, end) of each segment between gaps that are too long to fill, `end` exclusive.
 
     The longest gaps split the record, until in each segment at most four times as many samples are missing as present.
     """
@@ -233,8 +239,11 @@ def pieces_of(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...
             return tuple(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
-def _chosen_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
-    """Index of the segment with the number `piece`, counted from 1; without a number, of the longest segment."""
+def _index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
+    """Index of the segment with the number `piece`, counted from 1; by default of the longest segment.
+
+    Raises `InputError` for an unknown number.
+    """
     if piece is None:
         return int(np.argmax([end - first for first, end in pieces]))
     if not 1 <= piece <= len(pieces):
@@ -246,7 +255,7 @@ def _chosen_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> i
 
 
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:
-    """Rows of `array` that belong to the segment used, with inserted rows of NaN for missing samples."""
+    """Rows of `array` in the segment used, with rows of NaN in place of missing samples (then as doubles)."""
     first, end = stamps.rows
     if end - first < len(array):
         array = array[first:end]
@@ -259,10 +268,10 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
 
 
 def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
-    """Time of each row since the first row used, s, if the stamps are unevenly spaced; else None.
+    """Time of each row since the first row used, s, for unevenly spaced stamps; else None.
 
-    Rows of missing samples have times between those of their neighbors. The result is None also for stamps that run
-    back.
+    Rows of missing samples have times between those of their neighbors. None if the jitter is at most 1 % of the
+    interval, for more than 2^20 rows, and for stamps that run back.
     """
     first, end = stamps.rows
     if (
@@ -271,7 +280,7 @@ def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
         or stamps.seams
     ):
         return None
-    t, _ = numbers_of(time, stamps.unit)
+    t, _ = stamp_numbers(time, stamps.unit)
     seconds = (t[first:end] - t[first]).astype(np.float64) * TIME_UNITS[stamps.unit]
     if (np.diff(seconds) < 0.0).any():
         return None
@@ -283,9 +292,9 @@ def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
 
 
 def epoch_of(time: ArrayLike, stamps: Stamps) -> float | None:
-    """Time of the first row used, in s since 1970, if the stamps are date-times or decimal years; else None."""
+    """Time of the first row used, s since 1970, for date-times and decimal years (1900 to 2200); else None."""
     kind = np.asarray(time).dtype.kind
-    t, _ = numbers_of(time, stamps.unit)
+    t, _ = stamp_numbers(time, stamps.unit)
     first = float(t[stamps.rows[0]])
     if kind in "OUSMT":
         return first * 1e-9

@@ -23,7 +23,7 @@ MAX_SECONDS = 60.0
 
 
 def turns_of(rates: NDArray[np.float64], rate: float) -> list[tuple[float, float, float]]:
-    """Start (s), end (s) and angle (degrees) of each turn in the samples of a gyroscope.
+    """List of (start in s, end in s, angle in degrees) of each turn in the samples of a gyroscope, sorted by start.
 
     Parameters
     ----------

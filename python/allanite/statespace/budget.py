@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.common.validation import positive, positive_rate
-from allanite.recording.axis_names import letter_of
+from allanite.recording.axis_names import axis_letter
 from allanite.statespace.coasting import Coasting, Sums
 from allanite.statespace.growth import (
     GRAVITY,
@@ -145,7 +145,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
 
 def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
     """List of `Axis`: axes named x and y if both exist, else all axes."""
-    level = [axis for axis in own if letter_of(axis.name) in ("x", "y")]
+    level = [axis for axis in own if axis_letter(axis.name) in ("x", "y")]
     return level if len(level) == 2 else list(own)
 
 

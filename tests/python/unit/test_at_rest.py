@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
-from allanite.recording.at_rest import motion_error, motion_findings, quiet_span, rest_of
+from allanite.recording.at_rest import motion_error, motion_findings, motion_of, quiet_span
 
 RATE = 100
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
@@ -77,21 +77,21 @@ def flown(seed=0, seconds=300):
 @pytest.mark.parametrize("seed", range(5))
 def test_records_that_move(make, seed):
     r = recorded(make(seed))
-    assert rest_of(r).moves
+    assert motion_of(r).moves
     assert r.audit[0].kind == "motion"
     assert r.audit[0].severity == "warning"
     # A single gyroscope or accelerometer tells it too.
-    assert rest_of(r.column("gyro_z")).moves
-    assert rest_of(r.column("acc_z")).moves
+    assert motion_of(r.column("gyro_z")).moves
+    assert motion_of(r.column("acc_z")).moves
     # Units are converted.
-    assert rest_of(r.to("deg/s")).moves
-    assert rest_of(r.to("mg")).moves
+    assert motion_of(r.to("deg/s")).moves
+    assert motion_of(r.to("mg")).moves
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_records_at_rest(seed):
     r = recorded(still(seed))
-    rest = rest_of(r)
+    rest = motion_of(r)
     assert (rest.moves, rest.share) == (False, 0.0)
     assert rest.quiet == (0.0, r.duration)
     assert motion_findings(r) == []
@@ -105,7 +105,7 @@ def test_a_tap_a_step_and_a_line_are_no_motion():
     x[:, 1] += 0.005 * np.sin(2 * np.pi * 7.3 * np.arange(n) / RATE)
     x[n // 4 : n // 2] += x[n // 4 : n // 2] - np.mean(x[n // 4 : n // 2], axis=0)
     x[np.random.default_rng(0).integers(0, n, n // 60)] += 0.3
-    assert not rest_of(recorded(x)).moves
+    assert not motion_of(recorded(x)).moves
 
 
 @pytest.mark.parametrize(
@@ -113,10 +113,10 @@ def test_a_tap_a_step_and_a_line_are_no_motion():
 )
 def test_the_longest_quiet_stretch(make, start, end):
     r = recorded(make(3))
-    found = rest_of(r).quiet
+    found = motion_of(r).quiet
     # Windows are 5 s long.
     assert found == (pytest.approx(start, abs=5), pytest.approx(end, abs=5))
-    assert not rest_of(r.quiet()).moves
+    assert not motion_of(r.quiet()).moves
     assert f"{found[0]:g}–{found[1]:g} s" in motion_findings(r)[0].message
 
 
@@ -132,7 +132,7 @@ def test_quiet_of_what_has_none_or_no_unit():
         recorded(carried()).quiet()
     with pytest.raises(InputError, match="unit="):
         al.Recording(np.random.default_rng(0).standard_normal(5000), RATE).quiet()
-    assert rest_of(al.Recording(np.zeros(5000), 1, unit="1")) is None
+    assert motion_of(al.Recording(np.zeros(5000), 1, unit="1")) is None
 
 
 def test_in_the_shell(tmp_path, capsys):
@@ -162,7 +162,7 @@ IMUS = (
 @pytest.mark.parametrize("name", IMUS)
 def test_real_recordings_are_at_rest(data, name):
     r = al.read(data(f"{name}.npz"))
-    rest = rest_of(r)
+    rest = motion_of(r)
     assert (rest.moves, rest.share) == (False, 0.0)
     assert rest.quiet[1] - rest.quiet[0] > 0.5 * r.duration
 
@@ -170,7 +170,7 @@ def test_real_recordings_are_at_rest(data, name):
 @pytest.mark.data
 @pytest.mark.parametrize(("name", "unit"), [("data_v", None), ("Gyroscope", "rad/s")])
 def test_real_flight_and_hand(data, name, unit):
-    assert rest_of(al.read(data(f"logs/{name}.csv"), unit=unit)).moves
+    assert motion_of(al.read(data(f"logs/{name}.csv"), unit=unit)).moves
 
 
 def in_the_hand(seconds):
@@ -224,12 +224,12 @@ def test_an_axis_without_samples_for_a_while_leaves_its_direction_unknown():
     """The direction of gravity is judged where all three axes have samples; where they never have, not at all."""
     x = still()
     x[: len(x) // 5, 5] = np.nan
-    assert rest_of(recorded(x)).tilt < 1.0
+    assert motion_of(recorded(x)).tilt < 1.0
     turned = x.copy()
     turned[len(x) // 2 :, 3:] = turned[len(x) // 2 :, [4, 5, 3]]
-    assert rest_of(recorded(turned)).tilt > 30.0
+    assert motion_of(recorded(turned)).tilt > 30.0
     x[:, 5] = np.nan
-    assert rest_of(recorded(x)).tilt == 0.0
+    assert motion_of(recorded(x)).tilt == 0.0
 
 
 def noisy(rate, seconds, seed, columns=1):
@@ -245,7 +245,7 @@ def test_white_noise_above_the_limits_is_no_motion(rate):
     said = 0.0
     for seed in range(20):
         x = noisy(rate, 200, seed, 6)
-        rest = rest_of(al.Recording(x, rate, unit="rad/s", columns=NAMES))
+        rest = motion_of(al.Recording(x, rate, unit="rad/s", columns=NAMES))
         assert not rest.moves
         said += rest.share * 40
     assert said < 4.5
@@ -281,7 +281,7 @@ def test_motion_in_a_part_of_a_noisy_record_is_still_said(rate):
         turns = 12.0 * 0.1 * 1.5 * lfilter([1.0], [1.0, -keep], white)
         for motion in (steps, turns):
             x = noisy(rate, 300, seed)[:, 0] + there * motion
-            assert rest_of(al.Recording(x, rate, unit="rad/s")).moves
+            assert motion_of(al.Recording(x, rate, unit="rad/s")).moves
 
 
 def test_white_noise_of_any_size_is_no_motion():

@@ -270,13 +270,13 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
     from allanite.effects.files import model_to_dict, parse_model
     from allanite.readers.sensor_names import sensor_kind
     from allanite.readers.unit_names import remedy_of
-    from allanite.recording.findings import listed_names
+    from allanite.recording.findings import names_text
 
     pairs = [pair for r in recordings for pair in zip(r.columns, r.units, strict=True)]
     unitless = [c for c, unit in pairs if sensor_kind(c) and parse_unit(unit).kind == FREQUENCY]
     if unitless and (target == "all" or not TARGETS[target].any_sensor):
         raise InputError(
-            f"{listed_names(unitless)} {'have' if len(unitless) > 1 else 'has'} no unit, but {target} needs one",
+            f"{names_text(unitless)} {'have' if len(unitless) > 1 else 'has'} no unit, but {target} needs one",
             missing="unit",
             remedy=": " + remedy_of(unitless),
         )
