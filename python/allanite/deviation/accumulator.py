@@ -113,7 +113,7 @@ class Accumulator:
         return self.missing
 
     def update(self, chunk: ArrayLike) -> None:
-        """Add the next samples.
+        """Add the next samples. Infinite samples leave the accumulator unchanged.
 
         Parameters
         ----------
@@ -163,7 +163,7 @@ class Accumulator:
         self._core.merge(other._core, float(other._base - self._base))
 
     def oadev(self) -> Deviation:
-        """Overlapping Allan deviation of the samples so far.
+        """`Deviation`: overlapping Allan deviation of the samples so far.
 
         Raises
         ------
@@ -177,14 +177,14 @@ class Accumulator:
         total = np.array([row[2] for row in reading])
         with np.errstate(invalid="ignore"):
             variance = total / (2.0 * m.astype(np.float64) ** 2 * n)
-        alpha = _power_laws(m, variance, self.n)
+        alpha = _noise_exponents(m, variance, self.n)
         notes = ["stream: terms every 2^l samples, m/32 < 2^l ≤ m/16, for m ≥ 32"]
         if self.missing:
             share = lost / (n + lost)
             notes.extend(gap_notes(self.missing, self.n, m / self.rate, share))
 
         def freedom() -> NDArray[np.float64]:
-            """Degrees of freedom at each averaging time."""
+            """Equivalent degrees of freedom at each averaging time, shape (k,)."""
             return np.array(
                 [
                     degrees_of_freedom(a, int(f), int(c), stride=int(s))
@@ -220,7 +220,7 @@ class Accumulator:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Accumulator:
-        """Accumulator from the dict that `state()` of another accumulator returned."""
+        """`Accumulator` from the dict that `state()` of another accumulator returned."""
         out = cls(state["rate"], state["octaves"], quantity=state["quantity"], unit=state["unit"])
         start, samples, gaps, origin, levels = state["core"]
         out.start, out._base = start, state["base"]
@@ -242,22 +242,21 @@ class Accumulator:
 
 
 def _minus_base(x: NDArray[Any], base: int) -> NDArray[Any]:
-    """Integers `x` minus `base`: exact int64 values if all differences fit into int64, otherwise rounded doubles."""
+    """64-bit integers `x` minus `base`, shape of `x`: int64 if all differences fit into it, else rounded doubles."""
     if int(x.min()) - base >= -(2**63) and int(x.max()) - base < 2**63:
         # Modulo 2^64, of which the signed difference is the right one.
         return (x.view(np.uint64) - np.uint64(base % 2**64)).view(np.int64)
     return x.astype(np.float64) - float(base)
 
 
-def _power_laws(
+def _noise_exponents(
     m: NDArray[np.int64], variance: NDArray[np.float64], samples: int
 ) -> NDArray[np.float64]:
-    """Noise exponent α = −1 − µ at each averaging factor.
+    """Noise exponent α = −1 − µ at each averaging factor, shape (k,), rounded to −2 … 1.
 
-    Here µ is the log-log slope of the variance from half to twice the factor.
-
-    At factors with fewer than 90 averages, the slope is too uncertain. There the last reliable exponent is used, or
-    −0.5 (between white and flicker FM) if that exponent is 0.
+    Here µ is the log-log slope of the variance from half to twice the factor. At factors with fewer than 90 averages,
+    the slope is too uncertain. There the last reliable exponent is used, or −0.5 (between white and flicker FM) if that
+    exponent is 0. Zeros without two reliable factors.
     """
     alpha = np.zeros(m.size)
     sure = (variance > 0) & (m * MIN_POINTS <= samples)

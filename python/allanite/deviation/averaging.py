@@ -53,7 +53,10 @@ class Samples:
 
 
 def samples_of(x: object, rate: float, quantity: str) -> Samples:
-    """`Samples` of an array, recording, pandas or xarray object. A recording overrides `rate` and `quantity`."""
+    """`Samples` of an array, recording, pandas or xarray object. A recording overrides `rate` and `quantity`.
+
+    Raises `InputError` for unusable samples, and `TooShortError` for fewer than 3.
+    """
     unit = "1"
     if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
         from allanite.recording import Recording
@@ -75,8 +78,11 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
 
 
 def one_column(x: object) -> NDArray[Any]:
-    """Samples as an array of integers or floats in native byte order, shape (n,). Masked samples become NaN."""
-    array = x if type(x) is np.ndarray else _array(x)
+    """Samples as an array of native integers, float32 or float64, shape (n,). Masked samples become NaN.
+
+    Raises `InputError` for other shapes and other types.
+    """
+    array = x if type(x) is np.ndarray else _array_of_object(x)
     if array.ndim != 1:
         raise InputError(
             f"one column of samples is needed, found shape {array.shape}: choose a column"
@@ -92,8 +98,8 @@ def one_column(x: object) -> NDArray[Any]:
     return array
 
 
-def _array(x: Any) -> NDArray[Any]:
-    """Array of an object; masked samples become NaN, and objects that hold numbers become doubles."""
+def _array_of_object(x: Any) -> NDArray[Any]:
+    """Array of an object: masked samples become NaN, objects that hold numbers and empty arrays become float64."""
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
@@ -108,7 +114,10 @@ def _array(x: Any) -> NDArray[Any]:
 def averaging_factors(
     src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Averaging factors from 1 to `most` that `taus` or `factors` request, ascending, and remarks on changes."""
+    """(factors, remarks): averaging factors from 1 to `most` that `taus` or `factors` request, ascending, shape (k,).
+
+    The remarks state what was rounded or omitted. Raises `TooShortError` if no factor is left.
+    """
     if factors is None and isinstance(taus, str):
         if taus not in ("octave", "decade", "all"):
             raise InputError(
@@ -135,7 +144,10 @@ def averaging_factors(
 def _explicit_factors(
     src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Averaging factors from given times (if `seconds`) or factors, whole, ascending and unique, and remarks on changes."""
+    """(factors, remarks): whole, ascending, unique averaging factors from given factors, or from times (if `seconds`).
+
+    Times are rounded to multiples of the sampling interval. Raises `InputError` for unusable values.
+    """
     try:
         wanted = np.atleast_1d(np.asarray(values))
         whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0

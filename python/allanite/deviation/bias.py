@@ -42,7 +42,7 @@ def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
 
-    For phase noise they are those of the Allan variance.
+    For phase noise (α > 0) they are those of the Allan variance.
     """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -57,7 +57,10 @@ def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
-    """Degrees of freedom b T/τ − c with the published b and c; at least 1, at most those of all overlapping terms."""
+    """Equivalent degrees of freedom b T/τ − c with published b and c; from 1 to those of the overlapping terms.
+
+    `summed` is True for the modified variance.
+    """
     # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
     return max(1.0, min(b * (points - 1) / m - c, most))

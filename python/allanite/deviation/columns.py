@@ -43,7 +43,7 @@ class Deviations(Several[Deviation]):
         self.recording = recording
 
     def document(self, column: str) -> dict[str, Any]:
-        """JSON record of one column with version and recording, schema ``allanite/adev/1``."""
+        """Dict for JSON of one column: schema ``allanite/adev/1``, version, recording, and the deviation's `to_dict`."""
         head = {"schema": "allanite/adev/1", "version": _kernels.version()}
         description = self.recording.column(column).describe()
         return {**head, "recording": description, **self[column].to_dict()}

@@ -49,7 +49,7 @@ def degrees_of_freedom(
     """
     if count < 2:
         return 1.0
-    lags = _nodes(m // stride if stride > 1 else m, count, order + summed)
+    lags = _lag_nodes(m // stride if stride > 1 else m, count, order + summed)
     rho = _autocovariance(lags * stride, alpha, m, order, summed)
     values = (1.0 - lags / count) * (rho / rho[0]) ** 2
     # Σ over the whole lags between two nodes of the straight line through them
@@ -58,8 +58,11 @@ def degrees_of_freedom(
     return float(max(1.0, count / (1.0 + 2.0 * total)))
 
 
-def _nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
-    """Lags from 0 to at most `count` − 1 at which the sum over lags is evaluated; dense near multiples of m."""
+def _lag_nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
+    """Ascending lags from 0 to at most `count` − 1 at which a sum over lags is evaluated; dense near multiples of m.
+
+    The largest lag is at most 40 (order + 1) m.
+    """
     farthest = min(count - 1, 40 * (order + 1) * m)
     if farthest <= 64:
         return np.arange(farthest + 1, dtype=np.float64)
@@ -73,16 +76,19 @@ def _nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
 def _autocovariance(
     lags: NDArray[np.float64], alpha: float, m: int, order: int, summed: bool
 ) -> NDArray[np.float64]:
-    """Autocovariance of the differences of the phase at each lag, up to a constant factor.
+    """Autocovariance of differences of the phase at each lag, up to a constant factor, shape of `lags`.
 
     It is Σ_i w_i g(|lag + i m|), with the generalized covariance g of the phase.
     """
     # Differences of order o exist for d < o + ½.
     d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed
     weights = WEIGHTS[order] if not summed else WEIGHTS[3] if order == 2 else _FOURTH
-    total = weights[0] * _covariance(lags, d)
+    total = weights[0] * _generalized_covariance(lags, d)
     for i, weight in enumerate(weights[1:], start=1):
-        total += weight * (_covariance(lags + i * m, d) + _covariance(np.abs(lags - i * m), d))
+        total += weight * (
+            _generalized_covariance(lags + i * m, d)
+            + _generalized_covariance(np.abs(lags - i * m), d)
+        )
     return total
 
 
@@ -90,11 +96,12 @@ def _autocovariance(
 _FOURTH = np.array([70.0, -56.0, 28.0, -8.0, 1.0])
 
 
-def _covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:
-    """Generalized covariance of noise with spectrum |2 sin(w/2)|^(−2d), up to a factor.
+def _generalized_covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:
+    """Generalized covariance at each lag of noise with spectrum |2 sin(w/2)|^(−2d), up to a factor, shape of `lag`.
 
     The value is Γ(t + d)/Γ(t + 1 − d) at the lag t. For d = ½, 3/2, … this expression is an even polynomial, which
-    differences remove. There the function returns the derivative of the expression with respect to d.
+    differences remove. There the function returns the derivative of the expression with respect to d. For d below 10⁻³,
+    it is 1 at lag 0 and 0 elsewhere.
     """
     from scipy.special import poch, psi
 
@@ -113,7 +120,7 @@ def _covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:
 def interval(
     deviation: NDArray[np.float64], edf: NDArray[np.float64], level: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower and upper ends of the confidence interval of a deviation whose square is χ² with `edf` degrees of freedom.
+    """(low, high) ends of the confidence interval of a deviation whose square is χ² with `edf` degrees of freedom.
 
     Parameters
     ----------

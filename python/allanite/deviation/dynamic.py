@@ -81,7 +81,7 @@ class DynamicDeviation:
             getattr(self, name).flags.writeable = False
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record: times, averaging times, one row of deviations per window; null for NaN."""
+        """Dict for JSON: kind, window_s, time_s, tau_s, deviation (a row per window, None for NaN), diagnostics."""
         rows = [[float(v) if np.isfinite(v) else None for v in row] for row in self.deviation]
         return {
             "kind": "dynamic_oadev",
@@ -93,7 +93,7 @@ class DynamicDeviation:
         }
 
     def shown(self, most: int) -> NDArray[np.int64]:
-        """Indices of the averaging times to display: at most `most`, evenly spread, with the first and the last."""
+        """Indices of at most `most` averaging times, evenly spread in index, with the first and the last."""
         return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
@@ -110,7 +110,7 @@ class DynamicDeviation:
         return al.plots.plot_dynamic(self, path, theme)
 
     def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
-        """Title, head, rows and remarks of a printed table."""
+        """(title, head, rows, remarks) of a printed table, as texts; at most 24 windows and 6 averaging times."""
         columns = self.shown(MAX_COLUMNS)
         rows = np.unique(np.round(np.linspace(0, self.time.size - 1, MAX_ROWS)).astype(np.int64))
         remarks = list(self.diagnostics)
@@ -223,9 +223,12 @@ def dynamic_oadev(
 def _gap_remarks(
     src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
 ) -> tuple[str, ...]:
-    """Remarks on missing samples: their number, the share of terms lost, and the number of windows without any term."""
+    """Tuple of remarks on missing samples and lost terms; empty if no sample is missing.
+
+    They state the number of missing samples, the share of lost terms, and the number of windows without terms.
+    """
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
-    whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))
+    whole = n.shape[0] * OADEV.max_terms(m, size + (not src.angle))
     share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
     notes = gap_notes(missing, src.samples.size, np.asarray(m / src.rate), share)
     empty = np.count_nonzero(~n.any(axis=1))

@@ -27,7 +27,7 @@ MAX_EXPONENT = 400
 def estimate(
     row: Estimator, src: Samples, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
 ) -> Deviation:
-    """Deviation of a record by one estimator, with the inputs of its intervals and its remarks.
+    """`Deviation` of a record by one estimator, with the inputs of its intervals and its remarks.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def estimate(
     m, notes = averaging_factors(src, taus, factors, row.most(points))
     variance, n, alpha, gaps, step = kernel_results(row, src.samples, m, src.angle)
     tau = m / src.rate
-    lost = row.complete(m, points) - n if gaps else np.zeros(n.size, np.int64)
+    lost = row.max_terms(m, points) - n if gaps else np.zeros(n.size, np.int64)
     if gaps:
         share = lost / np.maximum(n + lost, 1)
         notes = (*notes, *gap_notes(gaps, src.samples.size, tau, share))
@@ -80,10 +80,10 @@ def estimate(
 def kernel_results(
     row: Estimator, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int, float]:
-    """Variance, number of terms and noise exponent α at every factor, number of missing samples, and scale of the samples.
+    """(variance, terms, α, missing, scale): arrays at every factor m, number of missing samples, scale of the samples.
 
-    The scale is 1 unless the squares of the samples overflow or underflow: then the samples are divided by the scale, a
-    power of two, before the computation.
+    `terms` are the numbers of terms, α is the noise exponent. The scale is 1 unless squares of floating-point samples
+    overflow or underflow: then the variance is that of the samples divided by the scale, a power of two.
     """
     variance, n, alpha, gaps = row.kernel(samples, m, angle)
     # The usual case, quickly: a short record costs no more than its sums.
@@ -109,9 +109,9 @@ def _corrected_variance(
     points: int,
     unbiased: bool,
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Variance and remarks on the published bias of the estimator.
+    """(variance, remarks): variance divided by the published bias of the estimator, and at most one remark.
 
-    The variance is divided by this bias if `unbiased` is true; otherwise the variance is returned as it is.
+    If `unbiased` is False, or if the bias is 1 at all factors, the variance is unchanged.
     """
     bias = np.array([published(int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
     if (bias == 1.0).all():

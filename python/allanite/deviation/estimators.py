@@ -102,15 +102,18 @@ class Correctable(Protocol):
         """Deviation of a record over averaging times; if `unbiased`, the published bias is divided out."""
 
 
-def _row(**what: Any) -> Estimator:
-    """New `Estimator` with these attributes, which is also added to the table `ESTIMATORS`."""
+def _register_estimator(**what: Any) -> Estimator:
+    """New `Estimator` with these attributes; it is added to the table `ESTIMATORS`."""
     row = Estimator(**what)
     ESTIMATORS[row.name] = row
     return row
 
 
 def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
-    """The same function, after its name and docstring were set to those of its estimator."""
+    """The same function, after its name, module and docstring were set to those of its estimator.
+
+    `more` is a sentence of the docstring, `nbs14` the output of its example.
+    """
     function.__name__ = function.__qualname__ = row.name
     function.__module__ = "allanite.deviation"
     function.__doc__ = TEXT.format(
@@ -129,11 +132,11 @@ def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any
 
 
 def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
-    """Public function that computes a new estimator without a published bias.
+    """Public function that computes a new estimator without a published bias; the estimator is added to `ESTIMATORS`.
 
-    `nbs14` is the output of the example in its docstring.
+    `more` is a sentence of its docstring, `nbs14` the output of its example, `what` are attributes of `Estimator`.
     """
-    row = _row(**what)
+    row = _register_estimator(**what)
 
     def deviation(
         x: object,
@@ -142,7 +145,7 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
         factors: ArrayLike | None = None,
         quantity: str = "rate",
     ) -> Deviation:
-        """Deviation of a record by this estimator; the docstring is replaced by that of the estimator."""
+        """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
         if has_columns(x):
             warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
             several: Any = of_columns(
@@ -156,11 +159,11 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
 
 
 def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
-    """Public function that computes a new estimator with a published bias.
+    """Public function that computes a new estimator with a published bias; the estimator is added to `ESTIMATORS`.
 
-    `nbs14` is the output of the example in its docstring.
+    `more` is a sentence of its docstring, `nbs14` the output of its example, `what` are attributes of `Estimator`.
     """
-    row = _row(**what)
+    row = _register_estimator(**what)
 
     def deviation(
         x: object,
@@ -170,7 +173,7 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
         quantity: str = "rate",
         unbiased: bool = row.unbiased,
     ) -> Deviation:
-        """Deviation of a record by this estimator; the docstring is replaced by that of the estimator."""
+        """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
         if has_columns(x):
             warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
             several: Any = of_columns(
@@ -183,21 +186,24 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
     return function
 
 
-def _allan(
+def _allan_of_samples(
     kernel: Any, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[Any, Any, Any, int]:
-    """Output of an Allan `kernel`; for samples of phase, its variances are divided by m²."""
+    """Tuple that the compiled Allan `kernel` returns: variance, terms, exponent, number of missing samples.
+
+    For samples of phase (`angle`), the variances are divided by m².
+    """
     variance, *rest = kernel(samples, m, angle)
     return (variance / m**2 if angle else variance, *rest)
 
 
-def _core(name: str) -> Any:
-    """Compiled kernel of this name, as a function of samples, averaging factors and a flag for phase samples."""
+def _family_kernel(name: str) -> Any:
+    """Compiled kernel with this name: a function of samples, averaging factors and a flag for phase samples."""
     return partial(_kernels.family_variance, name)
 
 
-def _time(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-    """Factor from a modified deviation of the samples to a time deviation: `scale`·τ/√3 at each averaging time."""
+def _time_factor(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    """Factor from a modified deviation of the samples to a time deviation, shape (k,): `scale`·τ/√3."""
     return scale * tau / np.sqrt(3.0)
 
 
@@ -207,7 +213,7 @@ oadev = _uncorrected_estimator(
     name="oadev",
     title="overlapping Allan deviation",
     source="NIST SP 1065 eq. 11",
-    kernel=partial(_allan, _kernels.overlapping_allan),
+    kernel=partial(_allan_of_samples, _kernels.overlapping_allan),
     most=lambda points: (points - 1) // 2,
     terms=lambda m, points: points - 2 * m,
     edf=bias.allan_edf,
@@ -218,7 +224,7 @@ adev = _uncorrected_estimator(
     name="adev",
     title="Allan deviation",
     source="NIST SP 1065 eq. 9",
-    kernel=partial(_allan, _kernels.adjacent_allan),
+    kernel=partial(_allan_of_samples, _kernels.adjacent_allan),
     most=lambda points: (points - 1) // 2,
     terms=lambda m, points: -((2 * m - points) // m),
     edf=lambda alpha, m, count, points: bias.allan_edf(alpha, m, count, points, stride=m),
@@ -229,7 +235,7 @@ mdev = _uncorrected_estimator(
     name="mdev",
     title="modified Allan deviation",
     source="NIST SP 1065 eq. 14",
-    kernel=_core("mdev"),
+    kernel=_family_kernel("mdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_edf,
@@ -240,7 +246,7 @@ hdev = _uncorrected_estimator(
     name="hdev",
     title="Hadamard deviation",
     source="NIST SP 1065 eq. 18",
-    kernel=_core("hdev"),
+    kernel=_family_kernel("hdev"),
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: -((3 * m - points) // m),
     edf=lambda alpha, m, count, points: bias.hadamard_edf(alpha, m, count, points, stride=m),
@@ -251,7 +257,7 @@ ohdev = _uncorrected_estimator(
     name="ohdev",
     title="overlapping Hadamard deviation",
     source="NIST SP 1065 eq. 20",
-    kernel=_core("ohdev"),
+    kernel=_family_kernel("ohdev"),
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: points - 3 * m,
     edf=bias.hadamard_edf,
@@ -262,11 +268,11 @@ tdev = _uncorrected_estimator(
     name="tdev",
     title="time deviation",
     source="NIST SP 1065 eq. 16",
-    kernel=_core("mdev"),
+    kernel=_family_kernel("mdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_edf,
-    gain=_time,
+    gain=_time_factor,
 )
 totdev = _corrected_estimator(
     "Of the record reflected at its ends. The published bias of flicker and random-walk FM is 1 − a τ/T in\n"
@@ -275,7 +281,7 @@ totdev = _corrected_estimator(
     name="totdev",
     title="total deviation",
     source="NIST SP 1065 eq. 25",
-    kernel=_core("totdev"),
+    kernel=_family_kernel("totdev"),
     most=lambda points: points - 1,
     terms=lambda m, points: np.full_like(m, points - 2),
     edf=bias.total_edf,
@@ -287,7 +293,7 @@ pdev = _uncorrected_estimator(
     name="pdev",
     title="parabolic deviation",
     source="Vernotte et al. 2016 eq. 9",
-    kernel=_core("pdev"),
+    kernel=_family_kernel("pdev"),
     most=lambda points: (points - 1) // 2,
     terms=lambda m, points: points - 2 * m,
     edf=bias.modified_edf,
@@ -298,7 +304,7 @@ mtotdev = _corrected_estimator(
     name="mtotdev",
     title="modified total deviation",
     source="NIST SP 1065 eq. 27",
-    kernel=_core("mtotdev"),
+    kernel=_family_kernel("mtotdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_total_edf,
@@ -311,13 +317,13 @@ ttotdev = _corrected_estimator(
     name="ttotdev",
     title="time total deviation",
     source="NIST SP 1065 eq. 28",
-    kernel=_core("mtotdev"),
+    kernel=_family_kernel("mtotdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_total_edf,
     bias=bias.modified_total_bias,
     unbiased=False,
-    gain=_time,
+    gain=_time_factor,
 )
 htotdev = _corrected_estimator(
     "At m = 1 the overlapping Hadamard deviation. The published bias at m > 1 is 0.995 of white FM in variance. O(n).",
@@ -325,18 +331,18 @@ htotdev = _corrected_estimator(
     name="htotdev",
     title="Hadamard total deviation",
     source="NIST SP 1065 eq. 29",
-    kernel=_core("htotdev"),
+    kernel=_family_kernel("htotdev"),
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: points - 3 * m,
     edf=bias.hadamard_total_edf,
     bias=bias.hadamard_total_bias,
 )
 # The functions of these two estimators choose their own averaging times, see `theo.py`.
-THEO1 = _row(
+THEO1 = _register_estimator(
     name="theo1",
     title="Theo1 deviation",
     source="NIST SP 1065 eq. 30",
-    kernel=_core("theo1"),
+    kernel=_family_kernel("theo1"),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
     edf=bias.theo1_edf,
@@ -349,7 +355,7 @@ tierms = _uncorrected_estimator(
     name="tierms",
     title="root mean square time interval error",
     source="ITU-T G.810",
-    kernel=_core("tierms"),
+    kernel=_family_kernel("tierms"),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
     gain=lambda scale, tau, rate: scale / rate,
@@ -360,7 +366,7 @@ mtie = _uncorrected_estimator(
     name="mtie",
     title="maximum time interval error",
     source="ITU-T G.810",
-    kernel=_core("mtie"),
+    kernel=_family_kernel("mtie"),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
     gain=lambda scale, tau, rate: scale / rate,

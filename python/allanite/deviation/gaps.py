@@ -18,7 +18,7 @@ MAX_ADVICE_TAU = 0.1
 def gap_notes(
     missing: int, samples: int, tau: NDArray[np.float64], lost: NDArray[np.float64]
 ) -> tuple[str, ...]:
-    """Remarks on missing samples of a deviation curve; empty if no sample is missing.
+    """Tuple of one to three remarks on missing samples of a deviation curve; empty if no sample is missing.
 
     Parameters
     ----------

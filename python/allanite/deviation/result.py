@@ -90,7 +90,7 @@ class Deviation:
     @property
     def deviation_unit(self) -> str:
         """Unit of `deviation`, `low` and `high`: `unit`, or `unit` times s for time deviations and interval errors."""
-        return _integrated(self.unit) if self._of_phase else self.unit
+        return _unit_times_second(self.unit) if self._of_phase else self.unit
 
     @property
     def has_interval(self) -> bool:
@@ -104,12 +104,12 @@ class Deviation:
 
     @property
     def low(self) -> NDArray[np.float64]:
-        """Lower end of the interval, shape (k,)."""
+        """Lower ends of the interval, in `deviation_unit`, shape (k,); NaN if unknown."""
         return self._interval_array("low")
 
     @property
     def high(self) -> NDArray[np.float64]:
-        """Upper end of the interval, shape (k,)."""
+        """Upper ends of the interval, in `deviation_unit`, shape (k,); NaN if unknown."""
         return self._interval_array("high")
 
     @property
@@ -118,7 +118,7 @@ class Deviation:
         return f"{100.0 * self.level:.3g} %"
 
     def at_confidence(self, level: float) -> Deviation:
-        """Deviation with the same estimates and intervals of another confidence.
+        """`Deviation` with the same estimates, and with intervals of another confidence.
 
         Parameters
         ----------
@@ -162,7 +162,10 @@ class Deviation:
         return al.plots.plot_deviation(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record: `kind`, `unit` of the deviations, and `points`; null for unknown values."""
+        """Dict for JSON: kind, unit of the deviations, points (a dict per averaging time), diagnostics.
+
+        None for unknown values; ``confidence`` only if it is not 0.95.
+        """
         columns = (self.deviation, self.low, self.high, self.edf)
         names = ("deviation", "low", "high", "edf")
         points = []
@@ -209,7 +212,7 @@ class Deviation:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 
     def _rows(self) -> zip[tuple[Any, ...]]:
-        """Rows of the table, one per averaging time: τ, m, n, deviation, low, high, edf."""
+        """Iterator over the rows of the table, one per averaging time: τ, m, n, deviation, low, high, edf."""
         return zip(
             self.tau,
             self.factors,
@@ -227,7 +230,7 @@ def cell_text(value: float, width: int, form: str) -> str:
     return (format(value, form) if np.isfinite(value) else "-").rjust(width)
 
 
-def _integrated(unit: str) -> str:
+def _unit_times_second(unit: str) -> str:
     """Text of the unit U·s: deg/s → deg, m/s^2 → m/s, 1 → s, deg/h → deg/h·s."""
     if unit in ("", "1"):
         return "s"

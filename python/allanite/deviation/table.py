@@ -62,14 +62,14 @@ class Estimator:
             self.name,
         )  # its functions cannot be pickled, and the table has them
 
-    def complete(self, m: Ints, points: int) -> Ints:
-        """Number of terms at each averaging factor of a record of `points` phase points without gaps."""
+    def max_terms(self, m: Ints, points: int) -> Ints:
+        """Number of terms at each averaging factor of a record of `points` phase points without gaps, shape (k,)."""
         return np.asarray(np.maximum(self.terms(m, points), 0), np.int64)
 
     def freedom(self, alpha: Floats, m: Ints, n: Ints, points: int) -> Floats:
-        """Equivalent degrees of freedom at each averaging factor.
+        """Equivalent degrees of freedom at each averaging factor, shape (k,), from exponent, factor and number of terms.
 
-        NaN without a term, or if the estimator has no formula.
+        NaN at a factor without terms, and if the estimator has no formula.
         """
         if self.edf is None:
             return np.full(m.size, np.nan)

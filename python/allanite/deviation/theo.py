@@ -61,7 +61,7 @@ def theo1(
         notes = (*notes, f"{np.count_nonzero(~even)} odd averaging factors were not used")
     if not even.any():
         raise TooShortError("Theo1 needs an even averaging factor: at least 3 samples and m = 2")
-    return _theo1(src, m[even], notes)
+    return _theo1_at_factors(src, m[even], notes)
 
 
 def _freedom(
@@ -71,17 +71,20 @@ def _freedom(
     counts: NDArray[np.int64],
     points: int,
 ) -> NDArray[np.float64]:
-    """Degrees of freedom of the Allan deviation at the factors `near`, then of Theo1 at the factors `far`."""
+    """One array: degrees of freedom of the Allan deviation at the factors `near`, then of Theo1 at the factors `far`.
+
+    `laws` are the noise exponents and `counts` the numbers of terms at all factors.
+    """
     split = near.size
     first = OADEV.freedom(laws[:split], near, counts[:split], points)
     second = THEOH.freedom(laws[split:], far, counts[split:], points)
     return np.concatenate([first, second])
 
 
-def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    """Theo1 deviation at the even averaging factors m, with the remarks `notes` and those on gaps."""
+def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
+    """`Deviation` of kind theo1 at the even averaging factors m, with the remarks `notes` and those on gaps."""
     variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
-    lost = THEO1.complete(m, src.points) - n
+    lost = THEO1.max_terms(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
     tau = np.asarray(0.75 * m / src.rate)
     notes = (*notes, *gap_notes(gaps, src.samples.size, tau, share))
@@ -151,7 +154,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     m = np.concatenate([near, far])
     edf = partial(_freedom, laws, near, far, counts, src.points)  # which can be pickled
     tau = np.concatenate([near, 0.75 * far]) / src.rate
-    whole_n = [OADEV.complete(near, src.points), THEOH.complete(far, src.points)]
+    whole_n = [OADEV.max_terms(near, src.points), THEOH.max_terms(far, src.points)]
     lost = np.concatenate(whole_n) - counts
     notes = (*notes, *gap_notes(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
     beyond = f"beyond {near[-1] / src.rate:g} s"

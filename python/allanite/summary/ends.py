@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.summary.gaps import mended
-from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, hard_block, regridded
-from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, band_sums, in_long_gaps
+from allanite.summary.gaps import fill_missing
+from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, resample_power, transform_at_end
+from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, band_sums, is_in_long_gap
 from allanite.summary.sums import Sum
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Read:
+class SegmentReading:
     """Octaves of a segment from the highest frequency down, and the samples of the level below them.
 
     Attributes
@@ -49,8 +49,8 @@ def depth_of(level: Level) -> int:
     return level.depth
 
 
-def read(level: Level, depth: int) -> Read:
-    """Octaves and low-rate samples of a segment after `depth` halvings of the rate.
+def read_segment(level: Level, depth: int) -> SegmentReading:
+    """`SegmentReading`: octaves and low-rate samples of a segment after `depth` halvings of the rate.
 
     `depth` must be at least `depth_of(level)`.
     """
@@ -86,16 +86,16 @@ def read(level: Level, depth: int) -> Read:
         after, here = np.zeros(0), None
         start = (start + start % 2) // 2
         octaves.append(found)
-    return Read(tuple(octaves), samples, start)
+    return SegmentReading(tuple(octaves), samples, start)
 
 
 def _halved_end(
     found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level
 ) -> Array:
-    """Samples of one end of a level at half the rate; the power of its transform segments is added to `found`.
+    """Samples of one end `x` of a level at half the rate; the power of its transform segments is added to `found`.
 
-    `x` begins at index `start`. `hard` is True for each end of `x` (first, last) at which the record ends. At any other
-    end, `x` has `MARGIN` more samples.
+    NaN if the end is too short or all its samples are missing, and in long gaps. `x` begins at index `start`. `hard` is
+    True for each end of `x` (first, last) at which the record ends. At any other end, `x` has `MARGIN` more samples.
     """
     if hard[0] and start % 2:
         x, start = x[1:], start + 1
@@ -109,7 +109,7 @@ def _halved_end(
     gaps = np.isnan(x)
     if gaps.all():
         return np.full((high - low) // 2, np.nan)
-    filled = mended(x)
+    filled = fill_missing(x)
     left = filled[REACH - 1 :: -1] if hard[0] else filled[MARGIN - REACH : MARGIN]
     right = (
         filled[: -REACH - 1 : -1]
@@ -118,7 +118,7 @@ def _halved_end(
     )
     half = halved(np.concatenate([left, filled[low - start : high - start], right]))
     if gaps.any():
-        half[in_long_gaps(gaps[low - start : high - start])] = np.nan
+        half[is_in_long_gap(gaps[low - start : high - start])] = np.nan
     if level.spectral and high - low >= SEGMENT:
         _add_segments(found, filled, gaps, start, (low, high), hard)
     return half
@@ -149,8 +149,8 @@ def _add_segments(
         if gaps[a - start : b - start].mean() > 1.0 / 8.0:
             continue
         begin, end = a - (0 if left else MARGIN), b + (0 if right else MARGIN)
-        block = hard_block(x[begin - start : end - start], left, right) ** 2
-        power = (block if block.size == SEGMENT else regridded(block))[LOW : LOW + size]
+        block = transform_at_end(x[begin - start : end - start], left, right) ** 2
+        power = (block if block.size == SEGMENT else resample_power(block))[LOW : LOW + size]
         frames = (b - a) / SEGMENT
         found.power.add(power)
         found.frames += frames

@@ -15,11 +15,11 @@ Places = NDArray[np.int64]
 MAX_DRAWN_RUN, NEIGHBORS, SWEEPS = 16, 24, 2
 
 
-def mended(x: Array) -> Array:
-    """Samples in which the missing ones (NaN) are filled so that the spectrum is preserved.
+def fill_missing(x: Array) -> Array:
+    """Samples in which the missing ones (NaN) are filled so that the spectrum is preserved; `x` itself without any.
 
-    A long run is filled by mirror images of both sides, a short one by a normal draw given its neighbors, with the
-    autocovariance of all samples.
+    A long run is filled by mirror images of both sides, a run of up to 16 samples by a normal draw given its neighbors,
+    with the autocovariance of all samples.
 
     Raises
     ------
@@ -33,13 +33,13 @@ def mended(x: Array) -> Array:
         raise TooShortError("all samples are missing: nothing is left to analyze")
     change = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
     starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
-    out = _mirrored(x, bad, starts, ends)
-    _draw(out, ~bad, starts, ends - starts)
+    out = _fill_by_mirror_images(x, bad, starts, ends)
+    _redraw_short_runs(out, ~bad, starts, ends - starts)
     return out
 
 
-def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
-    """Samples in which each missing run `starts` … `ends` − 1 is filled by mirror images of both sides.
+def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
+    """Copy of `x` in which each missing run `starts` … `ends` − 1 is filled by mirror images of both sides.
 
     On each side, the mean of as many samples as are missing is computed. The filled values are the line between the two
     means plus the mirrored deviations of both sides from these means, with weights whose squares have the sum 1. The
@@ -76,8 +76,11 @@ def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) ->
     return out
 
 
-def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> None:
-    """Replace the filled values of short missing runs in `x`, in place, by normal draws given their neighbors."""
+def _redraw_short_runs(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> None:
+    """Replace the filled values of missing runs of up to 16 samples in `x`, in place, by draws given their neighbors.
+
+    Runs within 24 samples of an end of `x` are unchanged. `seen` is True for present samples.
+    """
     inside = (
         (sizes <= MAX_DRAWN_RUN) & (starts >= NEIGHBORS) & (starts + sizes + NEIGHBORS <= x.size)
     )
@@ -87,7 +90,7 @@ def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> N
     noise = np.random.default_rng(zlib.crc32(x.tobytes()))
     middle = float(x[seen].mean())
     lags = _autocovariance(np.where(seen, x - middle, 0.0), seen, 2 * NEIGHBORS + MAX_DRAWN_RUN)
-    laws = {size: _conditional_law(lags, size) for size in np.unique(sizes[inside]).tolist()}
+    laws = {size: _conditional_normal(lags, size) for size in np.unique(sizes[inside]).tolist()}
     for _ in range(SWEEPS):
         for size, (weights, root) in laws.items():
             first = starts[inside & (sizes == size)][:, None]
@@ -97,12 +100,15 @@ def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> N
 
 
 def _neighbor_places(size: int) -> Places:
-    """Indices of the 24 neighbors on each side of a run of `size` samples, relative to its first sample."""
+    """Indices of the 24 samples before and after a run of `size`, relative to its first sample, shape (48,)."""
     return np.concatenate([np.arange(-NEIGHBORS, 0), np.arange(size, size + NEIGHBORS)])
 
 
-def _conditional_law(lags: Array, size: int) -> tuple[Array, Array]:
-    """Weights of the neighbors in the conditional mean of a missing run, and a root of its conditional covariance."""
+def _conditional_normal(lags: Array, size: int) -> tuple[Array, Array]:
+    """(weights, root): weights of the 48 neighbors in the conditional mean of a run, and a root of its covariance.
+
+    Shapes (48, size) and (size, size); root @ root.T is the conditional covariance.
+    """
     neighbors, own = _neighbor_places(size), np.arange(size)
     among = lags[np.abs(neighbors[:, None] - neighbors)]
     among[np.diag_indices_from(among)] *= 1.0 + 1e-9
@@ -113,12 +119,10 @@ def _conditional_law(lags: Array, size: int) -> tuple[Array, Array]:
 
 
 def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
-    """Autocovariance at lags 0 … `lags` − 1, from the pairs of present samples.
+    """Autocovariance at lags 0 … `lags` − 1, shape (lags,): the variance minus half the mean squared difference.
 
-    It is the variance minus half the mean squared difference.
-
-    `x` is 0 where a sample is missing (`seen` is False). For a random walk, this estimate is far more precise than the
-    mean of products.
+    Only pairs of present samples count; 0 at lags without pairs. `x` is 0 where a sample is missing (`seen` is False).
+    For a random walk, this estimate is far more precise than the mean of products.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 

@@ -24,7 +24,7 @@ FILTER_BETA, WINDOW_ALPHA = 10.06, 4.0
 
 
 @lru_cache(maxsize=1)
-def _taps() -> Array:
+def _half_band_weights() -> Array:
     """Weights of the low-pass that halves the rate, shape (REACH,).
 
     The filter is symmetric about the middle between two samples. Weight i belongs to the two samples that are i + ½
@@ -35,7 +35,7 @@ def _taps() -> Array:
     return np.asarray(0.5 * taps / taps.sum())
 
 
-def gain(f: Array, halvings: int) -> Array:
+def low_pass_gain(f: Array, halvings: int) -> Array:
     """Amplitude response of the low-pass after `halvings` halvings of the rate, shape of `f`.
 
     The frequencies `f` are in cycles per sample of the first level.
@@ -43,38 +43,37 @@ def gain(f: Array, halvings: int) -> Array:
     out, at = np.ones_like(f), np.arange(REACH) + 0.5
     for level in range(halvings):
         w = 2.0 * np.pi * f * 2.0**level
-        out *= 2.0 * np.cos(np.multiply.outer(w, at)) @ _taps()
+        out *= 2.0 * np.cos(np.multiply.outer(w, at)) @ _half_band_weights()
     return out
 
 
 @lru_cache(maxsize=1)
 def kernel() -> _kernels.Lapped:
-    """Object of the compiled core that halves and transforms samples, with the weights of `_window` and `_taps`."""
-    return _kernels.Lapped(*_window(), _taps())
+    """Object of the compiled core that halves and transforms samples; always the same object."""
+    return _kernels.Lapped(*_window(), _half_band_weights())
 
 
 def halved(x: Array) -> Array:
-    """Samples at half the rate after a low-pass; each value lies in the middle between two samples.
+    """Samples at half the rate after a low-pass, shape (n / 2 − 16,); each lies in the middle between two samples.
 
-    The first and the last `REACH`/2 values are omitted.
-
-    Each sample is a sum in fixed order, so its value does not depend on the samples computed with it.
+    The first and the last `REACH`/2 values are omitted. Each sample is a sum in fixed order, so its value does not
+    depend on the samples computed with it.
     """
     return kernel().halved(np.ascontiguousarray(x))
 
 
 @lru_cache(maxsize=1)
 def _window() -> tuple[Array, Array]:
-    """Rising window at ½, 1½, … samples after the border of two segments, and at the same distances before it."""
+    """(after, before): rising window at ½, 1½, … samples after the border of two segments, and before the border."""
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * WINDOW_ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])
     return rise[SEGMENT // 2 :], rise[: SEGMENT // 2][::-1].copy()
 
 
-def _folded_zones(zones: Array) -> tuple[Array, Array]:
-    """Folded samples around each border: the contributions to the segment before the border and to the segment after it.
+def _fold_at_border(zones: Array) -> tuple[Array, Array]:
+    """(before, after): folded samples that contribute to the segment before the border and to the one after it.
 
-    Both begin at the border and lead away from it.
+    Both begin at the border and lead away from it. `zones` has `SEGMENT`/2 samples on each side of the border.
     """
     half = SEGMENT // 2
     after, before = _window()
@@ -90,7 +89,7 @@ def segments(x: Array) -> Array:
     return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 
 
-def hard_block(x: Array, left: bool, right: bool) -> Array:
+def transform_at_end(x: Array, left: bool, right: bool) -> Array:
     """Transform coefficients of one segment that lies at the beginning or end of the record, or is the whole record.
 
     Parameters
@@ -107,14 +106,14 @@ def hard_block(x: Array, left: bool, right: bool) -> Array:
     x = x - x.mean()
     block = x[0 if left else half : x.size if right else x.size - half].copy()
     if not left:
-        block[:half] = _folded_zones(x[:SEGMENT])[1]
+        block[:half] = _fold_at_border(x[:SEGMENT])[1]
     if not right:
-        block[block.size - half :] = _folded_zones(x[x.size - SEGMENT :])[0][::-1]
+        block[block.size - half :] = _fold_at_border(x[x.size - SEGMENT :])[0][::-1]
     return np.asarray(dct(block, type=4, norm="ortho"))
 
 
-def regridded(power: Array) -> Array:
-    """Power of a segment of any length, interpolated to `SEGMENT` coefficients with the same total."""
+def resample_power(power: Array) -> Array:
+    """Power of a segment of any length, interpolated to `SEGMENT` coefficients with the same sum."""
     total = np.concatenate([[0.0], np.cumsum(power)])
     at = np.linspace(0.0, power.size, SEGMENT + 1)
     return np.diff(np.interp(at, np.arange(power.size + 1.0), total))

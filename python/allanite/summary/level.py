@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.common.aligned import align_when_unpickled
 from allanite.common.showing import brief
-from allanite.summary.gaps import mended
+from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
 from allanite.summary.sums import Blocks, Sum
 
@@ -43,7 +43,7 @@ class Octave:
     __repr__ = brief
 
     def add(self, other: Octave | Level) -> None:
-        """Add the power of another segment of the same stream at the same level."""
+        """Add the power of `other`, another segment of the same stream at the same level."""
         self.power.add(other.power.high, other.power.low)
         self.frames += other.frames
         self.blocks.merge(other.blocks)
@@ -99,10 +99,10 @@ class Level:
 
     def samples(self) -> Array:
         """Samples in `head` as one array; these are all samples of the level if `whole`."""
-        return _concatenated(self.head)
+        return _joined(self.head)
 
     def extend(self, *pieces: Array) -> None:
-        """Add the samples that follow, in one or more arrays.
+        """Add the samples that follow, in one or more arrays, to this level and to deeper levels.
 
         Kept samples are copied, since the caller may reuse the memory.
         """
@@ -118,19 +118,19 @@ class Level:
         self.head.extend(x.copy() for x in pieces)
         if self.stop - self.start > MAX_KEPT_SAMPLES:
             first = -(-(self.start + MARGIN) // TILE)
-            rest = _concatenated(self.head)[first * TILE - MARGIN - self.start :]
+            rest = _joined(self.head)[first * TILE - MARGIN - self.start :]
             self.tiles, self.tail = (first, first), []
             # A copy: a view would keep all samples in memory.
-            self.head = [_concatenated(self.head)[: first * TILE + MARGIN - self.start].copy()]
+            self.head = [_joined(self.head)[: first * TILE + MARGIN - self.start].copy()]
             self._finish_tail(first, rest)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
         """Process all tiles from index `tile` on that the tail and the samples `x` complete.
 
-        The remaining samples become the tail.
+        The remaining samples become the tail; halved samples go to the deeper level.
         """
         assert self.tiles is not None
-        tail = _concatenated(self.tail)
+        tail = _joined(self.tail)
         end = (self.stop - MARGIN) // TILE
         # Tiles that begin in the kept tail are concatenated; the others are used in place.
         parted = min(end, tile - (-tail.size // TILE))
@@ -141,7 +141,7 @@ class Level:
         halves = []
         for first, run in runs:
             count = (run.size - 2 * MARGIN) // TILE
-            halves.append(self.take_tiles(first, run[: count * TILE + 2 * MARGIN]))
+            halves.append(self.halve_tiles(first, run[: count * TILE + 2 * MARGIN]))
             rest = run[count * TILE :]
         self.tiles, self.tail = (self.tiles[0], end), [rest.copy()]
         if self.deeper is None and halves:
@@ -150,8 +150,8 @@ class Level:
         if self.deeper is not None:
             self.deeper.extend(*halves)
 
-    def take_tiles(self, first: int, x: Array) -> Array:
-        """Samples of consecutive tiles at half the rate, shape (n / 2,); adds the power of the tiles to this level.
+    def halve_tiles(self, first: int, x: Array) -> Array:
+        """Samples of consecutive tiles at half the rate, shape (n / 2,); the power of the tiles is added to this level.
 
         `first` is the index of the first tile. `x` has `MARGIN` more samples than the tiles at both ends.
         """
@@ -171,7 +171,7 @@ class Level:
                     done += taken
                     continue
             at = done * TILE
-            half, power, frames = tile_of(x[at : at + TILE + 2 * MARGIN], self.spectral)
+            half, power, frames = halve_tile(x[at : at + TILE + 2 * MARGIN], self.spectral)
             if frames:
                 kept = power[LOW : LOW + self.power.high.size]
                 self.power.add(kept)
@@ -179,7 +179,7 @@ class Level:
                 add_bands(self, first + done, band_sums(kept[:LOW])[None], frames)
             out.append(half)
             done += 1
-        return _concatenated(out)
+        return _joined(out)
 
     def state(self) -> dict[str, Any]:
         """Dict with this level and all deeper levels as plain values and arrays, which `restored` accepts."""
@@ -188,8 +188,8 @@ class Level:
             "start": self.start,
             "stop": self.stop,
             "spectral": self.spectral,
-            "head": _concatenated(self.head),
-            "tail": _concatenated(self.tail),
+            "head": _joined(self.head),
+            "tail": _joined(self.tail),
             "tiles": None if self.tiles is None else list(self.tiles),
             "power": self.power.state(),
             "frames": self.frames,
@@ -200,7 +200,7 @@ class Level:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Level:
-        """Level, with its deeper levels, from the dict that `state()` returned."""
+        """`Level`, with its deeper levels, from the dict that `state()` returned."""
         power, tiles = state["power"], state["tiles"]
         # Files of older versions have no fine map.
         sections = state.get("sections")
@@ -226,22 +226,14 @@ class Level:
 
         Arrays of samples, which are never changed, are shared.
         """
-        return (
-            self.restored({**self.state(), "deeper": None})
-            if self.deeper is None
-            else self._copy_with_deeper()
-        )
-
-    def _copy_with_deeper(self) -> Level:
-        """Copy of a level that has a deeper level, with a copy of that deeper level."""
         out = self.restored({**self.state(), "deeper": None})
-        assert self.deeper is not None
-        out.deeper = self.deeper.copy()
+        if self.deeper is not None:
+            out.deeper = self.deeper.copy()
         return out
 
 
-def join(left: Level, right: Level) -> Level:
-    """One level from two adjacent levels. Do not use the two levels afterwards; the result shares their arrays."""
+def join_levels(left: Level, right: Level) -> Level:
+    """One `Level` from two adjacent levels. Do not use the two levels afterwards; the result shares their arrays."""
     if right.whole:
         left.extend(right.samples())
         return left
@@ -250,15 +242,15 @@ def join(left: Level, right: Level) -> Level:
     if not left.whole:
         assert left.tiles is not None
         begin = left.tiles[1] * TILE - MARGIN
-    x = np.concatenate([_concatenated(left.head if left.whole else left.tail), right.samples()])
+    x = np.concatenate([_joined(left.head if left.whole else left.tail), right.samples()])
     first = -(-(begin + MARGIN) // TILE)
     between = x[first * TILE - MARGIN - begin : right.tiles[0] * TILE + MARGIN - begin]
     middle = Level(right.depth + 1, first * TILE // 2, first * TILE // 2, right.spectral)
-    middle.extend(right.take_tiles(first, between))
+    middle.extend(right.halve_tiles(first, between))
     deeper = [level for level in (left.deeper, middle, right.deeper) if level is not None]
     found = deeper[0]
     for level in deeper[1:]:
-        found = join(found, level)
+        found = join_levels(found, level)
     right.deeper = found
     if left.whole:
         right.head = [x[: first * TILE + MARGIN - begin]]
@@ -276,11 +268,12 @@ def join(left: Level, right: Level) -> Level:
     return right
 
 
-def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
-    """Samples of a tile at half the rate, sum of the power of its segments at every coefficient, and number of segments.
+def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
+    """(samples, power, segments) of a tile: samples at half the rate, summed power at every coefficient, count.
 
-    `x` has `MARGIN` more samples than the tile at both ends. Without `spectral`, power and number
-    are 0.
+    `segments` is the number of transform segments in `power`. `x` has `MARGIN` more samples than the tile at both ends.
+    Samples in long gaps are NaN, and segments with more than 1/8 missing samples do not count. Without `spectral`, or
+    with almost no samples, power and number are 0.
     """
     gaps = np.isnan(x)
     lost = None
@@ -288,10 +281,10 @@ def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
         lost = gaps
         if gaps.sum() > gaps.size - 16:
             return np.full((x.size - 2 * MARGIN) // 2, np.nan), np.zeros(SEGMENT), 0.0
-        x = mended(x)
+        x = fill_missing(x)
     half = halved(x[MARGIN - REACH : x.size - MARGIN + REACH])
     if lost is not None:
-        half[in_long_gaps(lost[MARGIN : x.size - MARGIN])] = np.nan
+        half[is_in_long_gap(lost[MARGIN : x.size - MARGIN])] = np.nan
     if not spectral:
         return half, np.zeros(SEGMENT), 0.0
     # A large offset would leak, so the mean of the tile is subtracted.
@@ -303,8 +296,8 @@ def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
     return half, found.sum(axis=0), float(found.shape[0])
 
 
-def in_long_gaps(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mask of the samples at half the rate that lie in gaps of more than `MARGIN` missing pairs, shape (n / 2,)."""
+def is_in_long_gap(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Mask of shape (n / 2,): True if the sample at half the rate lies in a gap of more than `MARGIN` missing pairs."""
     pairs = gaps[0::2] & gaps[1::2]
     change = np.diff(np.concatenate([[0], pairs.astype(np.int8), [0]]))
     out = np.zeros(pairs.size, dtype=bool)
@@ -327,8 +320,8 @@ def band_sums(power: Array) -> Array:
     return np.add.reduceat(power, [power.size * band // FINE for band in range(FINE)])
 
 
-def _concatenated(parts: list[Array]) -> Array:
-    """All arrays of the list as one array, which also replaces them in the list."""
+def _joined(parts: list[Array]) -> Array:
+    """All arrays of the list as one array, which also replaces them in the list; one array without samples if empty."""
     if len(parts) != 1:
         parts[:] = [np.concatenate(parts)] if parts else [np.zeros(0)]
     return parts[0]

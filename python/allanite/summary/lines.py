@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.summary.lapped import LOW, SEGMENT, gain
+from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 
 if TYPE_CHECKING:
     from allanite.summary.reading import Reading
@@ -39,17 +39,23 @@ class Line:
 
 
 def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
-    """Mean power of each transform coefficient of the octave with index `level`, in U² per sample of the record."""
+    """Mean power of each transform coefficient of the octave with index `level`, U² per sample of the record.
+
+    Shape (coefficients,). The attenuation of the low-pass is divided out.
+    """
     octave = reading.octaves[level]
     m = np.arange(LOW, LOW + octave.power.high.size, dtype=np.float64)
-    loss = gain((m + 0.5) / (2.0 * SEGMENT * 2.0**level), level) ** 2
+    loss = low_pass_gain((m + 0.5) / (2.0 * SEGMENT * 2.0**level), level) ** 2
     return np.asarray(octave.power.value / max(octave.frames, 1e-9) * 2.0**level / loss)
 
 
 def without_lines(
     reading: Reading, level: int, rate: float
 ) -> tuple[NDArray[np.float64], list[Line]]:
-    """Power of an octave (`octave_power`) with each line replaced by the median around it, and the lines."""
+    """(power, lines): power of an octave (`octave_power`) with lines replaced by the median around them, and the lines.
+
+    `lines` is a list of at most 32 `Line`. The search ends at the first peak that is too weak or too wide for a line.
+    """
     power = octave_power(reading, level)
     freedom = max(reading.octaves[level].frames, 1.0)
     spread = 2.0 / (9.0 * freedom)

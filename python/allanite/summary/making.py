@@ -89,7 +89,7 @@ def summary_of_chunks(
     path: str | None,
     threads: int,
 ) -> Summary:
-    """Summary as `summarize` returns it, computed with `threads` threads.
+    """`Summary` as `summarize` returns it, computed with `threads` threads.
 
     The number of threads does not change the result. Use one thread if other tasks occupy the processors.
     """
@@ -107,7 +107,7 @@ def _summary_with_pool(
     threads: int,
     pool: Pool | None,
 ) -> Summary:
-    """Summary of chunks; `options` are rate, unit and columns. Without a pool, everything is computed in this thread."""
+    """`Summary` of chunks; `options` are rate, unit and columns. Without a pool, all is computed in this thread."""
     stretch: Stretch | None = None
     head: dict[str, Any] = {}
     for chunk in _chunks_of(chunks):
@@ -129,15 +129,15 @@ def _summary_with_pool(
                 f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
             )
         at_work: list[Future[None]] = []
-        for rows in _rows(taken, _memory_mapping(chunk)):
+        for rows in _batches_of_rows(taken, _memory_mapping(chunk)):
             if pool is None:
                 stretch.update(rows)
             else:
                 # Rows are read while the rows before them are processed.
-                _wait_for(at_work)
+                _wait_for_tasks(at_work)
                 at_work = [pool.submit(task) for task in stretch.tasks(rows)]
         # The caller may reuse the memory of a chunk.
-        _wait_for(at_work)
+        _wait_for_tasks(at_work)
     if stretch is None or stretch.stop == stretch.start:
         raise TooShortError("no samples")
     _kernels.trim()
@@ -145,8 +145,10 @@ def _summary_with_pool(
     return Summary(**head, stretches=(stretch,))
 
 
-def _rows(tables: list[NDArray[Any]], mapped: mmap.mmap | None) -> Iterator[list[NDArray[Any]]]:
-    """Lists of one array per column and covariate, each list with some consecutive rows of the tables.
+def _batches_of_rows(
+    tables: list[NDArray[Any]], mapped: mmap.mmap | None
+) -> Iterator[list[NDArray[Any]]]:
+    """Iterator over lists of one array per column and covariate, each list with the next rows of the tables.
 
     Memory of the file mapping `mapped` is released after use.
     """
@@ -163,7 +165,7 @@ def _rows(tables: list[NDArray[Any]], mapped: mmap.mmap | None) -> Iterator[list
 
 
 def _contiguous_rows(table: NDArray[Any]) -> NDArray[Any]:
-    """Table of the same shape and values in C order, so that each row (one column of the record) is contiguous."""
+    """Table of the same shape and values in C order; each row is one column of the record."""
     if table.shape[0] == 1 or table.flags.c_contiguous:
         return np.ascontiguousarray(table)
     out = np.empty(table.shape, table.dtype)
@@ -172,7 +174,7 @@ def _contiguous_rows(table: NDArray[Any]) -> NDArray[Any]:
     return out
 
 
-def _wait_for(tasks: list[Future[None]]) -> None:
+def _wait_for_tasks(tasks: list[Future[None]]) -> None:
     """Wait for all tasks, and raise the first error of a task."""
     for task in tasks:
         task.result()
@@ -202,9 +204,10 @@ def _chunks_of(chunks: Any) -> Iterable[Any]:
 def _tables_of(
     chunk: Any, rate: float | None, unit: str | Sequence[str], columns: Sequence[str] | None
 ) -> tuple[list[NDArray[Any]], dict[str, Any]]:
-    """Tables of a chunk, shape (columns, n) each, and a dict with rate, units and names.
+    """(tables, facts): tables of a chunk, shape (columns, n) each, and a dict with rate, units, names and path.
 
-    The first table holds the columns; each covariate has a table of its own.
+    The first table holds the columns; each covariate has a table of its own, shape (1, n). Raises `InputError` for
+    unusable chunks.
     """
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.summary.ends import depth_of, read
+from allanite.summary.ends import depth_of, read_segment
 from allanite.summary.level import MAX_KEPT_SAMPLES, Octave
 from allanite.summary.sums import Sum
 
@@ -44,16 +44,15 @@ class Reading:
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:
-    """`Reading` of one column from the levels of all segments in time order.
+    """`Reading` of one column from the levels of all segments in time order; missing between segments is NaN.
 
-    Without `depth`, it is the smallest depth at which every segment keeps all samples and their
-    number is small.
+    Without `depth`, it is the smallest depth at which every segment keeps all samples, and at most 2^19 samples in all.
     """
     if depth is None:
         depth = max(depth_of(level) for level in levels)
         while (levels[-1].stop - levels[0].start) >> depth > 2 * MAX_KEPT_SAMPLES:
             depth += 1
-    found = [read(level, depth) for level in levels]
+    found = [read_segment(level, depth) for level in levels]
     first = min(one.start for one in found)
     samples = np.full(max(one.start + one.samples.size for one in found) - first, np.nan)
     for one in found:

@@ -48,7 +48,7 @@ def save(summary: Summary, path: str | Path) -> None:
 
 
 def load(cls: type[Summary], path: str | Path) -> Summary:
-    """Summary from a file that `save` wrote. Raises `InputError` for a missing or damaged file."""
+    """`Summary` from a file that `save` wrote. Raises `InputError` for a missing or damaged file."""
     source = Path(path)
     with about(source), invalid_as_input_error("damaged, or not a summary"):
         try:
@@ -85,7 +85,7 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
 def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
     """The value with each array replaced by ``{"array": i}``.
 
-    The array is appended to `arrays` and has the index i there.
+    The array is appended to `arrays`, where its index is i.
     """
     if isinstance(value, np.ndarray):
         arrays.append(value)
@@ -100,7 +100,7 @@ def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
 def _with_arrays(value: Any, arrays: Any) -> Any:
     """The value with each ``{"array": i}`` replaced by the array ``ai`` of the file.
 
-    The inverse of `_without_arrays`.
+    It is the inverse of `_without_arrays`.
     """
     if isinstance(value, dict):
         if set(value) == {"array"}:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.deviation.accumulator import Accumulator
-from allanite.summary.level import Level, join
+from allanite.summary.level import Level, join_levels
 from allanite.summary.sums import Sum
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class Extremes:
         self.ends = other.ends if self.ends is None else (self.ends[0], other.ends[1])
 
     def state(self) -> dict[str, Any]:
-        """Dict of plain values from which `restored` makes the same extremes."""
+        """Dict of plain values and arrays from which `restored` makes the same extremes."""
         return {
             "numbers": [self.count, self.missing, self.gaps],
             "low": list(self.low),
@@ -106,7 +106,7 @@ class Extremes:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Extremes:
-        """Extremes from the dict that `state()` returned."""
+        """`Extremes` from the dict that `state()` returned."""
         steps, ends = state["steps"], state["ends"]
         count, missing, gaps = state["numbers"]
         return cls(
@@ -140,7 +140,7 @@ class Stretch:
         units: tuple[str, ...],
         threads: int = 1,
     ) -> Stretch:
-        """Segment without samples that begins at index `start`, for this number of columns and covariates."""
+        """`Stretch` without samples that begins at index `start`, for this number of columns and covariates."""
         return cls(
             start,
             start,
@@ -158,7 +158,7 @@ class Stretch:
             task()
 
     def tasks(self, columns: list[NDArray[Any]]) -> list[Callable[[], None]]:
-        """Functions that together do `update(columns)`; they may run in parallel. `stop` already counts the new samples.
+        """List of functions that together do `update(columns)` and may run in parallel. `stop` is increased at once.
 
         Call `tasks` again only after all functions have ended.
         """
@@ -180,15 +180,15 @@ class Stretch:
 
         Do not use `other` afterwards: its arrays are shared.
         """
-        self.levels = [join(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
+        self.levels = [join_levels(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
         for curve, theirs in zip(self.curves, other.curves, strict=True):
             curve.merge(theirs)
         for mine, others in zip(self.extremes, other.extremes, strict=True):
             mine.merge(others)
         self.stop = other.stop
 
-    def of(self, place: int, covariates: slice) -> Stretch:
-        """Segment with the column of index `place` and all covariates only; its arrays are shared with this segment."""
+    def one_column(self, place: int, covariates: slice) -> Stretch:
+        """`Stretch` of the column with index `place` and the levels `covariates`, which shares its arrays."""
         return Stretch(
             self.start,
             self.stop,
@@ -198,7 +198,7 @@ class Stretch:
         )
 
     def copy(self) -> Stretch:
-        """Independent copy of the segment: later changes of one do not affect the other."""
+        """Copy of the segment: later changes of one do not affect the other."""
         return Stretch(
             self.start,
             self.stop,
@@ -219,7 +219,7 @@ class Stretch:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Stretch:
-        """Segment from the dict that `state()` returned."""
+        """`Stretch` from the dict that `state()` returned."""
         return cls(
             state["start"],
             state["stop"],

@@ -123,7 +123,7 @@ class Summary(Record):
     # -- parts -----------------------------------------------------------------------------------
 
     def column(self, name: str | int) -> Summary:
-        """The summary of one column, by name or index, with the covariates.
+        """`Summary` of one column, by name or index, with the covariates.
 
         Raises
         ------
@@ -136,7 +136,7 @@ class Summary(Record):
             self,
             units=(self.units[at],),
             columns=(self.columns[at],),
-            stretches=tuple(one.of(at, extra) for one in self.stretches),
+            stretches=tuple(one.one_column(at, extra) for one in self.stretches),
         )
 
     def __iter__(self) -> Iterator[Summary]:
@@ -144,7 +144,7 @@ class Summary(Record):
         return (self.column(i) for i in range(len(self.columns)))
 
     def merge(self, *others: Summary) -> Summary:
-        """Summary of this summary and of `others`, which hold other segments of the same stream, in any order.
+        """`Summary` of this summary and of `others`, which hold other segments of the same stream, in any order.
 
         Raises
         ------
@@ -184,7 +184,7 @@ class Summary(Record):
     # -- what it tells ---------------------------------------------------------------------------
 
     def reading(self) -> Reading:
-        """Octaves and low-rate samples of the only column."""
+        """`Reading` of the only column: octaves of its spectrum, and low-rate samples below them."""
         self._require_one_column()
         return read_column([one.levels[0] for one in self.stretches])
 
@@ -196,7 +196,10 @@ class Summary(Record):
             )
 
     def low_rate(self, depth: int) -> dict[str, NDArray[np.float64]]:
-        """Samples of each covariate by name, at the sampling rate divided by 2^`depth`."""
+        """Dict by name of each covariate: its samples at the sampling rate divided by 2^`depth`.
+
+        Empty without covariates.
+        """
         first = len(self.columns)
         return {
             name: read_column([one.levels[first + i] for one in self.stretches], depth).samples
@@ -226,11 +229,11 @@ class Summary(Record):
         )
 
     def rate_samples(self) -> NDArray[np.float64]:
-        """Samples of the only column, if all are kept; see `recording`."""
+        """Samples of the only column, shape (n,). Raises `InputError` if they are not kept."""
         return np.asarray(self.recording().rate_samples())
 
     def oadev(self) -> Deviation:
-        """Overlapping Allan deviation of the only column, two averaging times per octave.
+        """`Deviation`: overlapping Allan deviation of the only column, two averaging times per octave.
 
         Raises
         ------
@@ -238,10 +241,13 @@ class Summary(Record):
             Fewer than 3 samples.
         """
         self._require_one_column()
-        return _curve_of([one.curves[0] for one in self.stretches])
+        return _deviation_of_stream([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
-        """Spectral lines of the only column in the octaves of which no samples are kept. Fits exclude these lines."""
+        """List of spectral lines (`Line`) of the only column, in the octaves of which no samples are kept.
+
+        Fits exclude these lines.
+        """
         reading = self.reading()
         return [
             line
@@ -251,7 +257,7 @@ class Summary(Record):
 
     @property
     def covariates(self) -> dict[str, NDArray[np.float64]]:
-        """Samples of each covariate by name, at the rate of the samples kept for the first column.
+        """Dict by name of each covariate: its samples at the rate of the samples kept for the first column.
 
         Empty without covariates.
         """
@@ -259,7 +265,7 @@ class Summary(Record):
 
     @property
     def audit(self) -> list[Finding]:
-        """Findings about the samples that one pass over the record can show."""
+        """List of findings: those given, then gaps, repeats, outliers and lines of each column."""
         out = list(self.told)
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
@@ -336,8 +342,8 @@ class Summary(Record):
     __repr__ = __str__
 
 
-def _curve_of(curves: list[Accumulator]) -> Deviation:
-    """Allan deviation of a whole stream from the accumulators of its segments in time order.
+def _deviation_of_stream(curves: list[Accumulator]) -> Deviation:
+    """`Deviation` (Allan) of a whole stream from the accumulators of its segments in time order.
 
     Samples between segments are missing.
     """

@@ -24,7 +24,7 @@ class Sum:
 
     @classmethod
     def zeros(cls, shape: int | tuple[int, ...]) -> Sum:
-        """Sums of the given shape that start at zero."""
+        """`Sum` of the given shape with all values 0."""
         return cls(np.zeros(shape), np.zeros(shape))
 
     def add(self, value: Array, low: Array | float = 0.0) -> None:
@@ -71,12 +71,12 @@ class Blocks:
 
     @classmethod
     def empty(cls, bands: int, most: int) -> Blocks:
-        """Map without blocks, for this number of bands and at most `most` blocks."""
+        """`Blocks` without blocks, for this number of bands and at most `most` blocks."""
         return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0), most)
 
     @classmethod
     def restored(cls, state: dict[str, Any], most: int) -> Blocks:
-        """Map from the dict that `state()` returned, with at most `most` blocks."""
+        """`Blocks` from the dict that `state()` returned, with at most `most` blocks."""
         sums = Sum(state["high"].copy(), state["low"].copy())
         return cls(state["size"], state["first"], sums, state["frames"].copy(), most)
 
@@ -98,7 +98,7 @@ class Blocks:
             at = until
 
     def merge(self, other: Blocks) -> None:
-        """Add the blocks of another segment of the same stream."""
+        """Add the blocks of `other`, another segment of the same stream."""
         if other.frames.size == 0:
             return
         while self.size < other.size:
@@ -116,7 +116,10 @@ class Blocks:
         self.frames[place] += theirs.frames
 
     def _make_room(self, first: int, end: int) -> None:
-        """Extend the map to blocks first … end − 1 of the present size, and coarsen it while there are too many blocks."""
+        """Extend the map to blocks first … end − 1 of the present size.
+
+        While there are too many blocks, pairs of blocks are merged.
+        """
         if self.frames.size == 0:
             self.first = first
         low, high = min(first, self.first), max(end, self.first + self.frames.size)

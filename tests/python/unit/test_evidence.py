@@ -18,7 +18,7 @@ def _recording(seed, *more):
     return al.Recording(x + sum(f(rng) for f in more), rate=RATE, unit="rad/s")
 
 
-def _integrated(fit, place):
+def _unit_times_second(fit, place):
     """ln of the mean likelihood over the logarithm of a coefficient, others at their best, less that at its best."""
     solution = fit.solution
     own = solution.processes[place].power
@@ -41,7 +41,9 @@ def test_a_strength_costs_what_integration_gives(model, make):
     # Laplace's approximation is good to 1/z² in ln: z is 8 and more here.
     fit = al.fit_model(_recording(1, make), model)
     own = fit.solution.effects[1]
-    assert -parameters_cost(own, fit.solution) == pytest.approx(_integrated(fit, 1), abs=0.15)
+    assert -parameters_cost(own, fit.solution) == pytest.approx(
+        _unit_times_second(fit, 1), abs=0.15
+    )
 
 
 def test_a_number_that_is_not_there_costs_something():

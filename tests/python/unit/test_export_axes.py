@@ -77,7 +77,7 @@ def test_matlab_writes_the_flicker_of_the_axes_that_have_it():
     assert "model N+K; in this file: numbers that cover N, K\n" in text
 
 
-def stamp_numbers(text):
+def numbers_of(text):
     keys = ("gyroscope_noise_density", "gyroscope_random_walk")
     return [float(re.search(rf"^{key}: (\S+)", text, re.MULTILINE).group(1)) for key in keys]
 
@@ -96,7 +96,7 @@ def stamp_numbers(text):
 )
 def test_an_overbound_is_above_both_curves_in_every_band(text):
     made = export(axes_of([document("gyro_x", text)]), "kalibr", overbound=True)
-    white, walk = stamp_numbers(made)
+    white, walk = numbers_of(made)
     assert walk > 0.0
     bound, model = parse_model(f"N(N={white})+K(K={walk})"), parse_model(text).steady((0.0, 1000.0))
     f = np.linspace(1e-2, 49.9, 20_000)
@@ -120,7 +120,7 @@ def test_an_overbound_counts_the_intervals_of_shapes():
         fitted("resonance", rms=(0.02, 0.019, 0.021), frequency=(20.0, 19.0, 21.0), damping=(0.05, 0.04, 0.06)),
     ]  # fmt: skip
     whole = {**document("gyro_x", "N(N=1)"), "schema": "allanite/fit/1", "effects": effects}
-    white, _ = stamp_numbers(export(axes_of([whole]), "kalibr", overbound=True))
+    white, _ = numbers_of(export(axes_of([whole]), "kalibr", overbound=True))
     f = np.linspace(15.0, 25.0, 2001)
     for frequency in (19.0, 20.0, 21.0):
         true = parse_model(f"N(N=0.001)+RES(frequency={frequency},damping=0.04,rms=0.021)")
@@ -205,7 +205,7 @@ def test_a_vibration_is_no_bias():
     assert z == pytest.approx(x, rel=0.01)
     assert "model N+K+RES; in this file: numbers that cover N, K, RES" in text
     no_walk = document("gyro_x", "N(N=1e-3)+RES(frequency=22,damping=0.01,rms=5e-3)")
-    _, walk = stamp_numbers(export(axes_of([no_walk]), "kalibr"))
+    _, walk = numbers_of(export(axes_of([no_walk]), "kalibr"))
     # One per cent of the Allan variance at the horizon, 100 s.
     assert walk == pytest.approx(np.sqrt(0.03) * 1e-3 / 100, rel=1e-3)
 

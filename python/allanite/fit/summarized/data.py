@@ -30,7 +30,7 @@ from allanite.fit.summarized.maps import (
 )
 from allanite.spectrum import bins_of, bridge_gaps
 from allanite.summary.gaps import mended
-from allanite.summary.lapped import LOW, SEGMENT, gain
+from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 from allanite.summary.level import BANDS, FINE
 
 if TYPE_CHECKING:
@@ -268,7 +268,7 @@ def of_summary(summary: Summary) -> Data:
     known = int(np.searchsorted(bins.edges, 2 * LOW / SEGMENT * samples.size, side="right")) - 1
     top = int(bins.edges[known])
     ordinates = _kernels.cosine_transform(samples)[:top] * np.sqrt(factor)
-    ordinates /= gain(np.arange(top) / (2.0 * n), depth)
+    ordinates /= low_pass_gain(np.arange(top) / (2.0 * n), depth)
     folds = folds_of(reading, bins, known)
     covariates = {name: bridge_gaps(v) for name, v in summary.low_rate(depth).items()}
     return SummaryData(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.fit.likelihood.sections import Cells
-from allanite.summary.lapped import LOW, SEGMENT, gain
+from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 from allanite.summary.level import FINE, TILE
 
 if TYPE_CHECKING:
@@ -115,5 +115,5 @@ def fine_bands(level: int) -> tuple[NDArray[np.int64], Array, Array]:
     """
     edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
     middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)
-    left = gain(middle / (2.0 * SEGMENT * 2.0**level), level) ** 2 / 2.0**level
+    left = low_pass_gain(middle / (2.0 * SEGMENT * 2.0**level), level) ** 2 / 2.0**level
     return edges, middle, left
