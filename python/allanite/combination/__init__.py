@@ -1,7 +1,7 @@
 """Several sensors (units) that measure one axis, averaged to one sensor.
 
-Input: recordings of the units (`combine`). Output: a `Combination` with weights, gains, correlations and units that deviate
-from the others. Add new results to `combine.py`.
+Input: recordings of the units (`combine`). Output: a `Combination` with weights, gains, correlations, and units whose
+noise differs from that of the others. Add new results to `combine.py`.
 """
 
 from __future__ import annotations

@@ -113,15 +113,17 @@ class Combination:
         return min(fit.recording.rate for fit in self.fits)
 
     def state_space(self) -> Any:
-        """`StateSpace` (F, Q, H, R, P0) of the noise of the combined sensor at its rate."""
+        """`StateSpace` (F, Q, H, R, P0) of `model` at the sampling rate `rate`."""
         return self.model.state_space(self.rate)
 
     @property
     def headline(self) -> str:
-        """One sentence: how much averaging lowers the Allan deviation of the best unit, and units that deviate."""
-        middle = int(np.argmax(self.gain))
-        ends = sorted({0, middle, self.tau.size - 1})
-        shown = ", ".join(f"{number(self.gain[k], 3)} at {number(self.tau[k], 2)} s" for k in ends)
+        """Text of one sentence: the gain at the first and last τ and at its maximum, and the names of deviating units."""
+        largest = int(np.argmax(self.gain))
+        places = sorted({0, largest, self.tau.size - 1})
+        shown = ", ".join(
+            f"{number(self.gain[k], 3)} at {number(self.tau[k], 2)} s" for k in places
+        )
         best = self.labels[self.best_unit]
         text = f"{len(self.labels)} units: averaging divides the Allan deviation of the best unit, {best}, by {shown}"
         if self.deviating:
@@ -149,7 +151,7 @@ class Combination:
         save_model(self.model, path, {"unit": self.unit, "rate_hz": self.rate})
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/combine/1``."""
+        """Dict for JSON, schema ``allanite/combine/1``: all attributes except the fits, and the matrices F, Q, H and R."""
         space = self.state_space()
         return {
             "schema": "allanite/combine/1",
@@ -228,7 +230,7 @@ def combine(
     tau: float | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Combination:
-    """Weights for averaging several units of one axis, the gain at each τ, and deviating units.
+    """`Combination` of several units of one axis: weights for averaging, gain at each τ, and deviating units.
 
     Parameters
     ----------
@@ -291,23 +293,24 @@ def combine(
         fits.append(fit_model(column, noise))
         if on_progress is not None:
             on_progress(place + 1, len(columns))
-    shared = correlations([{k: fits[k] for k in own} for own in _unit_indices(boards)])
-    times = _times(fits)
+    ends = np.cumsum([0, *map(len, boards)]).tolist()
+    shared = correlations([{k: fits[k] for k in range(a, b)} for a, b in pairwise(ends)])
+    times = _averaging_times(fits)
     covariance = allan_covariance(fits, shared, times)
-    best = np.array([_minimum_variance(c) for c in covariance])
+    best = np.array([_minimum_variance_weights(c) for c in covariance])
     if tau is not None:
-        one = allan_covariance(fits, shared, np.array([tau]))[0]
-        weights = _minimum_variance(one)
+        weights = _minimum_variance_weights(allan_covariance(fits, shared, np.array([tau]))[0])
     else:
-        weights = _best_for_all(covariance)
+        weights = _weights_for_all_times(covariance)
     mean = np.full(len(fits), 1.0 / len(fits))
 
     def deviation(w: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array: Allan deviation of the average with the weights w at each averaging time."""
+        """Allan deviation of the average with the weights w at each averaging time, shape (k,)."""
         return np.sqrt(np.einsum("i,kij,j->k", w, covariance, w))
 
+    labels = _unit_names(columns, len(given))
     return Combination(
-        tuple(_labels(columns, len(given))),
+        tuple(labels),
         columns[0].unit,
         tuple(fits),
         weights,
@@ -319,22 +322,24 @@ def combine(
         best,
         _measured_deviation(columns, weights, times) if len(given) == 1 else None,
         shared,
-        deviating_units(fits, _labels(columns, len(given))),
+        deviating_units(fits, labels),
         _combined_model(fits, shared, weights),
     )
 
 
 def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[str, list[Recording]]:
-    """Dict from the name of each axis (``gyro#_x``) to the recordings of its units, one recording per board.
+    """Dict from the name of each axis with two or more units to a list of recordings of its units, one per board.
 
-    Columns belong to one axis if their names differ only in numbers.
+    Columns belong to one axis if their units are equal and their names differ only in numbers. The name of the axis has
+    ``#`` for each number: ``gyro#_x``.
 
     Parameters
     ----------
     recordings : sequence of Recording
         One for each board.
     named : bool
-        True if the user chose the columns. If no names belong together, all columns then count as units of one axis.
+        True if the user chose the columns. If no names belong together, all columns then count as units of one axis,
+        and the name of the axis is that of the first column.
 
     Raises
     ------
@@ -364,14 +369,11 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
     return found
 
 
-def _unit_indices(boards: Sequence[Sequence[Recording]]) -> list[range]:
-    """List of `range`: range of the indices of the units on each board; indices count over all boards."""
-    ends = np.cumsum([0, *map(len, boards)]).tolist()
-    return [range(a, b) for a, b in pairwise(ends)]
+def _unit_names(columns: Sequence[Recording], boards: int) -> list[str]:
+    """List of names, one per unit: ``gyro_x``, or ``b.csv · gyro_x`` if there are several boards and files.
 
-
-def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
-    """List: name of each unit: the column, preceded by the file if there are several boards. Equal names get a number."""
+    Equal names get the place of the unit, counted from 1: ``gyro_x [2]``.
+    """
     names = []
     for column in columns:
         file = re.sub(r".*[/\\]", "", column.path or "")
@@ -381,10 +383,11 @@ def _labels(columns: Sequence[Recording], boards: int) -> list[str]:
     return [f"{n} [{k}]" if n in repeated else n for k, n in enumerate(names, start=1)]
 
 
-def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
-    """Array: averaging times, s, an octave apart.
+def _averaging_times(fits: Sequence[Fit]) -> NDArray[np.float64]:
+    """Averaging times an octave apart, s, shape (k,), k ≥ 1.
 
-    The first is the longest sampling interval. The shortest record has `MIN_AVERAGES` averages at the last.
+    The first is the longest sampling interval. The shortest record has at least `MIN_AVERAGES` averages at the last,
+    unless there is only one.
     """
     rate = min(fit.recording.rate for fit in fits)
     longest = min(fit.recording.duration for fit in fits) / MIN_AVERAGES
@@ -392,8 +395,8 @@ def _times(fits: Sequence[Fit]) -> NDArray[np.float64]:
     return np.asarray(2.0 ** np.arange(int(np.log2(most)) + 1) / rate, dtype=np.float64)
 
 
-def _minimum_variance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights with sum 1 and minimum variance of the average: C⁻¹1/(1ᵀC⁻¹1)."""
+def _minimum_variance_weights(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights with sum 1 and minimum variance of the average, C⁻¹1/(1ᵀC⁻¹1), shape (units,); they can be negative."""
     size = np.sqrt(np.diag(covariance))
     # The pseudoinverse also handles units with identical noise, whose covariance is singular.
     scaled = np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-9, hermitian=True)
@@ -401,8 +404,10 @@ def _minimum_variance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(row / row.sum())
 
 
-def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weights with sum 1 and the lowest mean of ln σ over all τ; `covariance` has the shape (τ, units, units).
+def _weights_for_all_times(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights with sum 1 and the lowest mean of ln σ over all τ, shape (units,), after at most 200 iterations.
+
+    `covariance` has the shape (τ, units, units).
 
     At the minimum all elements of Σ C_k w/(wᵀC_k w) are equal, so that w is the minimum-variance solution for the
     covariance Σ C_k/(wᵀC_k w).
@@ -411,7 +416,7 @@ def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     w = np.full(count, 1.0 / count)
     for _ in range(200):
         variance = np.einsum("i,kij,j->k", w, covariance, w)
-        new = _minimum_variance((covariance / variance[:, None, None]).mean(axis=0))
+        new = _minimum_variance_weights((covariance / variance[:, None, None]).mean(axis=0))
         if float(np.abs(new - w).max()) < 1e-9:
             return new
         w = 0.5 * (w + new)
@@ -420,8 +425,8 @@ def _best_for_all(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _measured_deviation(
     columns: Sequence[Recording], weights: NDArray[np.float64], tau: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
-    """Measured Allan deviation of the weighted average of the samples of one board, shape of `tau`."""
+) -> NDArray[np.float64]:
+    """Overlapping Allan deviation of the weighted sum of the samples of one board, shape of `tau`."""
     rate = columns[0].rate
     samples = np.column_stack([column.rate_samples() for column in columns])
     factors = np.round(tau * rate).astype(int)
@@ -431,10 +436,10 @@ def _measured_deviation(
 def _combined_model(
     fits: Sequence[Fit], shared: Sequence[Correlation], weights: NDArray[np.float64]
 ) -> Model:
-    """Noise model of the weighted average of the units.
+    """`Model` of the noise of the weighted average: the random effects of the units, with combined coefficients.
 
-    The correlation of two units varies with frequency. For each coefficient, the correlation is
-    averaged over the frequencies at which its effect dominates.
+    The correlation of two units varies with frequency. For each coefficient, the correlation is averaged over the
+    ordinates, weighted by the share of its effect in the spectrum of the first unit of the pair.
     """
     effects = []
     for place, effect in enumerate(fits[0].model.stochastic):

@@ -45,13 +45,13 @@ class Correlation:
     __repr__ = brief
 
     def at(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Correlation at the frequencies f (Hz), shape of `f`; outside of all octaves, that of the nearest octave."""
+        """Correlation at the frequencies f (Hz), shape of `f`; outside of all octaves that of the nearest octave."""
         place = np.searchsorted(self.edges, f, side="right") - 1
         return self.values[np.clip(place, 0, self.values.size - 1)]
 
 
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
-    """Correlation of each pair of units on one board with a significant correlation; other pairs are omitted.
+    """Tuple of `Correlation`, one for each pair of units on one board with a significant correlation in any octave.
 
     Parameters
     ----------
@@ -66,12 +66,12 @@ def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]
             bands = spectra.get((str(a), str(b)))
             if bands and any(band.significant for band in bands):
                 edges = np.array([bands[0].low, *(band.high for band in bands)])
-                found.append(Correlation((a, b), edges, np.array(_values(bands))))
+                found.append(Correlation((a, b), edges, np.array(_octave_correlations(bands))))
     return tuple(found)
 
 
-def _values(bands: Sequence[CrossBand]) -> list[float]:
-    """List of floats: correlation in each octave.
+def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
+    """List of in-phase correlations, one per octave, of a pair with at least one significant octave.
 
     An octave without a significant correlation gets the value of the nearest significant octave if this value lies in
     its own interval, else 0. Octaves with few ordinates have wide intervals.
@@ -91,11 +91,11 @@ def _values(bands: Sequence[CrossBand]) -> list[float]:
 def allan_covariance(
     fits: Sequence[Fit], shared: Sequence[Correlation], tau: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Allan covariance of the units at each averaging time, shape (τ, units, units); its diagonal are the Allan variances.
+    """Allan covariance of the units at each averaging time (s), shape (τ, units, units), in squared units of the samples.
 
-    The variances are those of the models. The covariance of two units is the product of their deviations times a mean
-    correlation. The weight of a frequency in this mean is its contribution to the Allan variance of the geometric mean
-    of both spectra.
+    The Allan variances on the diagonal are those of the models. The covariance of two units is the product of their
+    deviations times a mean correlation, 0 for pairs that `shared` lacks. The weight of a frequency in this mean is its
+    contribution to the Allan variance of the geometric mean of both spectra.
     """
     variance = np.column_stack(
         [fit.model.allan_variance(tau, rate=fit.recording.rate) for fit in fits]

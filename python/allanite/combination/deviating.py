@@ -50,63 +50,59 @@ class DeviatingUnit:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON with the five attributes."""
         return asdict(self)
 
 
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:
-    """Tuple: units whose power differs significantly from that of the other units, in the order in which they were found.
+    """Tuple of `DeviatingUnit` whose power differs significantly from the others', in the order in which they were found.
 
     The logarithm of the power of each unit is compared with the mean over the other units, in every octave and in every
     range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference
     is the sum of the statistical error of the records and of the spread between units. This spread is the one observed
     among the others, moderated by the known spread of units of one type (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3,
-    3), so that three units are enough. After a unit was found it is removed, and the others are compared again.
+    3), so that three units are enough. After a unit was found it is removed, and the others are compared again
+    while at least `MIN_UNITS` are left.
     """
-    edges, levels, chance = _levels(fits)
+    edges, levels, variance = _octave_levels(fits)
     ranges = [(k, k + 1) for k in range(levels.shape[1])]
     ranges += [(0, k) for k in range(2, levels.shape[1] + 1)]
     left = list(range(len(fits)))
     found: list[DeviatingUnit] = []
     while len(left) >= MIN_UNITS:
-        all_of = [
-            (
-                *_difference(
-                    levels[:, a:b], chance[:, a:b], place, [k for k in left if k != place]
-                ),
-                place,
-                a,
-                b,
-            )
+        p, difference, place, a, b = min(
+            (*_test_of_unit(levels[:, a:b], variance[:, a:b], place, left), place, a, b)
             for place in left
             for a, b in ranges
-        ]
-        p, apart, place, a, b = min(all_of)
+        )
         p = min(1.0, p * len(ranges))
         if p * len(left) >= FALSE_ALARM * len(fits):
             break
         low, high = float(edges[a]), float(edges[b])
-        found.append(DeviatingUnit(labels[place], low, high, float(np.exp(0.5 * apart)), p))
+        found.append(DeviatingUnit(labels[place], low, high, float(np.exp(0.5 * difference)), p))
         left.remove(place)
     return tuple(found)
 
 
-def _difference(
-    levels: NDArray[np.float64], chance: NDArray[np.float64], place: int, others: list[int]
+def _test_of_unit(
+    levels: NDArray[np.float64], variances: NDArray[np.float64], place: int, compared: list[int]
 ) -> tuple[float, float]:
-    """p-value of the difference of the unit with index `place` from the other units, and the difference in ln power.
+    """Pair (two-sided p-value, difference in ln power) of the unit `place` against the mean of the other units.
 
+    `compared` holds the indices of all units that are compared. The octaves in `levels` are averaged, weighted by their
+    inverse variances.
     The ratio of two powers has an F distribution. Its degrees of freedom follow from the variances of ln power. The
     spread between units is estimated. Its part of the variance gives the normal score of the F distribution the degrees
     of freedom of Student's distribution (Satterthwaite 1946).
     """
     from scipy.special import digamma, fdtr, fdtrc, ndtri, stdtr
 
+    others = [k for k in compared if k != place]
     n = len(others)
-    weight = 1.0 / chance.mean(axis=0)
+    weight = 1.0 / variances.mean(axis=0)
     weight /= weight.sum()
     level = levels @ weight
-    variance = chance @ weight**2
+    variance = variances @ weight**2
     within = float(variance[others].mean())
     own = max(float(level[others].var(ddof=1)) - within, 0.0)
     # Variance of ln power: power is the square of a deviation, hence the factor 2.
@@ -124,12 +120,13 @@ def _difference(
     return 2.0 * float(stdtr(freedom, ndtri(tail))), apart
 
 
-def _levels(
+def _octave_levels(
     fits: Sequence[Fit],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Tuple (edges of octaves in Hz, ln of the power of each unit over the first unit's model, variance of this ln).
+    """Edges of octaves (Hz, ascending); ln of the power of each unit over the first unit's model; variance of this ln.
 
-    The last two have the shape (units, octaves).
+    The edges have the shape (octaves + 1,), the other two arrays (units, octaves). The octaves begin with the lowest in
+    which every unit has `MIN_ORDINATES`, or with the lowest of all if there is none.
     """
     from scipy.special import digamma, polygamma
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def plot_combination(
     found: Combination, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Figure of the Allan deviations of the units, their mean and the combination, and below it the best weights.
+    """`Figure` of the Allan deviations of the units, their mean and the combination, and of the best weights over τ.
 
     Parameters
     ----------
