@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.printing import printed
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.deviation import oadev
@@ -50,13 +51,15 @@ class ClockDeviation:
     variance : ndarray, shape (k,)
         Groslambert covariance, an unbiased estimate. It can be negative if the other clocks are much noisier.
     deviation : ndarray, shape (k,)
-        Square root of `variance`; NaN if it is negative.
+        Square root of `variance`; NaN where it is negative.
     low, high : ndarray, shape (k,)
         95 % interval of the deviation. If `detected` is False, low is 0 and high is the 95 % limit.
     detected : ndarray of bool, shape (k,)
         True if the noise of this clock can be distinguished from 0.
     edf : ndarray, shape (k,)
         Degrees of freedom.
+    unit : str
+        Unit of the deviation, that of the samples as a rate: ``1`` (fractional frequency) for a phase in s.
 
     Examples
     --------
@@ -75,15 +78,17 @@ class ClockDeviation:
     high: Array
     detected: NDArray[np.bool_]
     edf: Array
+    unit: str = "1"
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: the name of the clock and its values at each averaging time; null for NaN."""
+        """Dict for JSON: name of the clock, unit, and a list of its values at each averaging time; null for NaN."""
         rows = zip(
             self.tau, self.variance, self.deviation, self.low, self.high, self.detected, self.edf,
             strict=True,
         )  # fmt: skip
         return {
             "clock": self.name,
+            "unit": self.unit,
             "points": [
                 {
                     "tau_s": float(t),
@@ -123,7 +128,7 @@ class Clocks(Mapping[str, ClockDeviation]):
         return len(self._clocks)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the results of all clocks, schema ``allanite/hat/1``."""
+        """Dict for JSON, schema ``allanite/hat/1``, with a list of the results of all clocks."""
         return {
             "schema": "allanite/hat/1",
             "version": _kernels.version(),
@@ -133,7 +138,9 @@ class Clocks(Mapping[str, ClockDeviation]):
     def __str__(self) -> str:
         lines = []
         for one in self.values():
-            lines.append(f"{one.name}: Allan deviation, 95 % interval")
+            unit = "of the fractional frequency" if one.unit == "1" else f"in {printed(one.unit)}"
+            lines.append(f"{one.name}: Allan deviation {unit}, with its 95 % interval")
+            lines.append(f"{'τ / s':>12} {'deviation':>12} {'low':>12} {'high':>12}")
             for t, d, lo, hi, seen in zip(
                 one.tau, one.deviation, one.low, one.high, one.detected, strict=True
             ):
@@ -142,7 +149,7 @@ class Clocks(Mapping[str, ClockDeviation]):
                     if seen
                     else f"not detected (95 % limit {hi:.3e})"
                 )
-                lines.append(f"{t:12.6g} {value}")
+                lines.append(f"{t:12.6g}  {value}" if not seen else f"{t:12.6g} {value}")
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -152,7 +159,7 @@ class Clocks(Mapping[str, ClockDeviation]):
 def three_cornered_hat(
     recording: Recording, pairs: list[tuple[str, str]] | None = None, seed: int = 0
 ) -> Clocks:
-    """Allan deviation of each of three or more independent clocks, with intervals.
+    """`Clocks`: the Allan deviation of each of three or more independent clocks by name, with 95 % intervals.
 
     Parameters
     ----------
@@ -188,15 +195,14 @@ def three_cornered_hat(
     [True, True, True]
     """
     require_recording(recording)
-    names, differences = _differences(recording, pairs)
+    names, differences = _differences_of_clocks(recording, pairs)
     curves = {pair: oadev(one) for pair, one in differences.items()}
     factors = next(iter(curves.values())).factors
     for curve in curves.values():
         factors = np.intersect1d(factors, curve.factors)
     rng = np.random.default_rng(seed)
-    rows: dict[str, list[tuple[float, float, float, float, bool, float]]] = {n: [] for n in names}
-    tau: list[float] = []
-    phases = {pair: _phase(one) for pair, one in differences.items()}
+    rows: list[tuple[float, float, Array, Array, Array, NDArray[np.bool_]]] = []
+    phases = {pair: _phase_of(one) for pair, one in differences.items()}
     for m in factors.tolist():
         stop_if_unwanted()
         edf = min(float(c.edf[np.flatnonzero(c.factors == m)[0]]) for c in curves.values())
@@ -205,53 +211,55 @@ def three_cornered_hat(
         allan = {
             pair: _allan_differences(phase, m, recording.rate) for pair, phase in phases.items()
         }
-        variance = _covariances(names, allan)
+        variance = _variances_of_clocks(names, allan)
         if variance is None:
             continue
-        tau.append(m / recording.rate)
         # If one counter measures all clocks, the differences against the first clock contain all information.
         own = np.array(
             [_differences_of_pair(allan, names[i], names[0]) for i in range(1, len(names))]
         )
         good = ~np.isnan(own).any(axis=0)
         scatter = 0.5 * own[:, good] @ own[:, good].T / np.count_nonzero(good)
-        low, high, seen = _intervals(scatter, edf, variance, rng)
-        for i, name in enumerate(names):
-            rows[name].append((variance[i], low[i], high[i], high[i], bool(seen[i]), edf))
-    if not tau:
+        rows.append((m / recording.rate, edf, variance, *_intervals(scatter, edf, variance, rng)))
+    if not rows:
         raise InputError(
             "the record is too short for three clocks: no averaging time has two degrees of freedom"
         )
-    out = []
-    for name in names:
-        values = np.array([row[0] for row in rows[name]])
-        with np.errstate(invalid="ignore"):
-            deviation = np.sqrt(values)
-        out.append(
+    tau, edf_of_tau, variances, lows, highs, detected = map(np.array, zip(*rows, strict=True))
+    with np.errstate(invalid="ignore"):
+        deviations = np.sqrt(variances)
+    unit = next(iter(curves.values())).unit
+    return Clocks(
+        [
             ClockDeviation(
                 name,
-                np.array(tau),
-                values,
-                deviation,
-                np.array([row[1] for row in rows[name]]),
-                np.array([row[2] for row in rows[name]]),
-                np.array([row[4] for row in rows[name]]),
-                np.array([row[5] for row in rows[name]]),
+                tau,
+                variances[:, i],
+                deviations[:, i],
+                lows[:, i],
+                highs[:, i],
+                detected[:, i],
+                edf_of_tau,
+                unit,
             )
-        )
-    return Clocks(out)
+            for i, name in enumerate(names)
+        ]
+    )
 
 
-def _differences(
+def _differences_of_clocks(
     recording: Recording, pairs: list[tuple[str, str]] | None
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
-    """Names of the clocks, and a dict from each pair of names (a, b) to the recording of a − b."""
+    """List of the names of the clocks, and dict from each pair of names (a, b) to the `Recording` of a − b.
+
+    Raises `InputError` for fewer than three clocks, for a pair without a column, and for columns that are differences.
+    """
     if pairs is None:
         names = list(recording.columns)
         if len(names) < 3:
             raise InputError(f"{len(names)} clocks ({', '.join(names)}): three or more are needed")
         samples = np.asarray(recording.samples, dtype=np.float64)
-        _refuse_differences(names, samples)
+        _require_no_differences(names, samples)
         first = recording.column(0)
         return names, {
             (names[i], names[j]): first.with_samples(samples[:, i] - samples[:, j])
@@ -271,10 +279,11 @@ def _differences(
     return names, measured
 
 
-def _refuse_differences(names: list[str], samples: Array) -> None:
-    """Raise `InputError` if three columns are differences of three clocks: A − B, B − C and C − A.
+def _require_no_differences(names: list[str], samples: Array) -> None:
+    """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences: A − B, B − C and C − A.
 
-    Three such columns, each with one of both signs, add up to zero except for rounding and constants.
+    Three such columns, each with one of both signs, add up to zero except for rounding and constants. Records with
+    fewer than three complete rows are not tested.
     """
     changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
     if len(changes) < 2:
@@ -291,8 +300,8 @@ def _refuse_differences(names: list[str], samples: Array) -> None:
                 )
 
 
-def _phase(one: Recording) -> Array:
-    """Phase of a difference of two clocks, s, shape (n,) or (n + 1,); frequencies are summed to a phase."""
+def _phase_of(one: Recording) -> Array:
+    """Phase of a difference of two clocks, s, shape (n,); frequencies are summed to a phase of shape (n + 1,) from 0."""
     if one.quantity == "angle":
         return np.asarray(one.samples, dtype=np.float64)
     y = np.asarray(one.rate_samples(), dtype=np.float64) / one.rate
@@ -301,19 +310,19 @@ def _phase(one: Recording) -> Array:
 
 
 def _allan_differences(phase: Array, m: int, rate: float) -> Array:
-    """Array: differences of adjacent mean frequencies over m samples, for every possible first sample."""
+    """Differences of adjacent mean frequencies over m samples, shape (n − 2m,), one for each first sample."""
     return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
 
 
 def _differences_of_pair(allan: dict[tuple[str, str], Array], a: str, b: str) -> Array:
-    """Allan differences of clock a minus clock b, also if `allan` holds the pair (b, a)."""
+    """Allan differences of clock a minus clock b, shape (n − 2m,); those of the pair (b, a) with the opposite sign."""
     return allan[a, b] if (a, b) in allan else -allan[b, a]
 
 
-def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
-    """Allan variance of each clock: the mean of its Groslambert covariances over all pairs of other clocks.
+def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
+    """Allan variance of each clock, shape (clocks,): mean Groslambert covariance over all pairs of other clocks.
 
-    The result is None if a product has no samples.
+    The result is None if two differences have no common samples.
     """
     out = []
     for own in names:
@@ -331,11 +340,12 @@ def _covariances(names: list[str], allan: dict[tuple[str, str], Array]) -> Array
 def _intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Tuple (low, high, detected): 95 % intervals of the deviations, and a mask of the clocks whose noise is detected.
+    """Three arrays of shape (clocks,): low and high end of the 95 % interval of each deviation; True if it is detected.
 
-    The covariances have a Wishart distribution. The prior of a variance v is 1/(v + e), where e is the standard error
-    of the estimate at v = 0. For a detected clock this prior does not depend on the unit of v; for another clock it
-    allows v = 0.
+    Without detection, low is 0 and high is the 95 % limit. `scatter` is the covariance of the Allan differences against
+    the first clock, shape (clocks − 1, clocks − 1). The covariances have a Wishart distribution. The prior of a
+    variance v is 1/(v + e), where e is the standard error of the estimate at v = 0. For a detected clock this prior
+    does not depend on the unit of v; for another clock it allows v = 0.
     """
     size = float(np.trace(scatter)) / len(scatter)
     s = scatter / size
@@ -346,8 +356,8 @@ def _intervals(
     place = np.log(np.maximum(variance / size, 0.3 * floor))
     place = place + 0.3 * rng.standard_normal((CHAINS, k))
 
-    def height(log_v: Array) -> Array:
-        """Log-posterior of each row of log-variances, up to a constant, shape (chains,)."""
+    def log_posterior(log_v: Array) -> Array:
+        """Log-posterior (nats, up to a constant) of each row of log-variances, shape (chains,)."""
         v = np.exp(log_v)
         inverse = 1.0 / v[:, 1:]
         whole = 1.0 / v[:, 0] + inverse.sum(axis=1)
@@ -359,7 +369,7 @@ def _intervals(
         prior = (log_v - np.log(v + floor)).sum(axis=1)
         return np.asarray(likelihood + prior)
 
-    at = height(place)
+    at = log_posterior(place)
     step = np.full(k, 2.4 / np.sqrt(k) * min(1.0, np.sqrt(4.0 / edf)))
     kept = []
     for turn in range(WARMUP_STEPS + STEPS):
@@ -368,7 +378,7 @@ def _intervals(
         width = 2.38 / np.sqrt(2.0 * k) if turn % 10 else 1.0
         move = width * (place[a] - place[b]) + 1e-3 * step * rng.standard_normal((CHAINS, k))
         tried = place + move
-        new = height(tried)
+        new = log_posterior(tried)
         taken = np.log(rng.random(CHAINS)) < new - at
         place = np.where(taken[:, None], tried, place)
         at = np.where(taken, new, at)

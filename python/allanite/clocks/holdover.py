@@ -45,13 +45,13 @@ class Holdover:
     high: float
 
     def shifted(self, phase: float) -> Holdover:
-        """`Holdover`: prediction with a known phase added, s."""
+        """`Holdover` whose expected phase and interval are larger by the known phase, s."""
         return Holdover(
             self.after, self.expected + phase, self.std, self.low + phase, self.high + phase
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict of the attributes in s, with ``_s`` appended to each name."""
+        """Dict for JSON with the five attributes, s; each name ends with ``_s``."""
         return {
             "after_s": self.after,
             "expected_s": self.expected,
@@ -73,11 +73,11 @@ MIN_WEIGHT = 0.02
 def holdovers_of(
     fits: Sequence[FittedNoise], series: StampedSeries, after: Sequence[float], design: Array
 ) -> list[Holdover]:
-    """Predicted phase at each time in `after`, averaged over noise models and over the coefficients of each model.
+    """List of `Holdover`, one for each time in `after`, averaged over noise models and their coefficients.
 
     The error in holdover depends on slow noise that is hardly visible in the record, so that neither one model nor one
-    set of coefficients is enough. The weight of a model is its evidence. Within a model, the prediction is averaged over
-    the posterior of the coefficients.
+    set of coefficients is enough. The weight of a model is its evidence. Within a model, the prediction is averaged
+    over the posterior of the coefficients.
 
     Parameters
     ----------
@@ -94,8 +94,8 @@ def holdovers_of(
     shares = np.where(shares < MIN_WEIGHT * shares.sum(), 0.0, shares)
     times = float(series.times[-1]) + np.asarray(after, dtype=float)
 
-    def predicted(noise: StampedNoise) -> tuple[float, tuple[Array, Array]]:
-        """Log-likelihood of a noise, and (mean, variance) of the phase at each time under this noise."""
+    def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array]]:
+        """Pair (logL of a noise, (mean in s, variance in s²) of the phase at each time under this noise)."""
         log_likelihood, mean, variance = series.predicted(noise, times, design)
         return log_likelihood, (mean, variance)
 
@@ -103,7 +103,7 @@ def holdovers_of(
     rows: list[tuple[Array, Array]] = []
     for share, fit in zip((shares / shares.sum()).tolist(), fits, strict=True):
         if share > 0.0:
-            own, values = posterior_points(fit, predicted)
+            own, values = posterior_points(fit, prediction_of)
             weights.append(share * own)
             rows += values
     means, variances = (np.array(part).T for part in zip(*rows, strict=True))
@@ -115,7 +115,7 @@ def holdovers_of(
 
 
 def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:
-    """`Holdover` from a weighted mixture of normal distributions with these means and standard deviations."""
+    """`Holdover` at the time `after` (s) from a mixture of normal distributions with weights, means and deviations (s)."""
     from scipy.optimize import brentq
     from scipy.special import ndtr
 
@@ -124,8 +124,8 @@ def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:
     # No part has more than 2.5 % outside of its own ±10 standard deviations.
     low, high = float((mean - 10.0 * std).min()), float((mean + 10.0 * std).max())
 
-    def end(share: float) -> float:
-        """Quantile of the mixture at the probability `share`."""
+    def quantile(share: float) -> float:
+        """Phase below which the mixture has the probability `share`, s."""
         return float(
             brentq(
                 lambda x: float(weight @ ndtr((x - mean) / std)) - share,
@@ -135,4 +135,4 @@ def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:
             )
         )
 
-    return Holdover(after, middle, spread, end(0.025), end(0.975))
+    return Holdover(after, middle, spread, quantile(0.025), quantile(0.975))

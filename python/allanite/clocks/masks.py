@@ -45,7 +45,7 @@ class Piece:
     terms: tuple[tuple[float, float], ...]
 
     def at(self, tau: float) -> float:
-        """Limit at the averaging time τ (s), ns."""
+        """Limit in ns at the averaging time τ (s), also outside of `low` to `high`."""
         return float(sum(coefficient * tau**power for coefficient, power in self.terms))
 
 
@@ -66,7 +66,7 @@ class Limit:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Shortest (exclusive) and longest (inclusive) averaging time of the limit, s."""
+        """Pair (shortest, exclusive; longest, inclusive) of the averaging times of the limit, s; the longest can be inf."""
         return self.pieces[0].low, self.pieces[-1].high
 
     def at(self, tau: Array) -> Array:
@@ -110,23 +110,23 @@ class Mask:
 
 
 def _limit(source: str, *pieces: tuple[float, float, tuple[tuple[float, float], ...]]) -> Limit:
-    """`Limit` from its source and its pieces (low, high, terms)."""
+    """`Limit` from its source and from tuples (low, high, terms), one per piece."""
     return Limit(tuple(Piece(low, high, terms) for low, high, terms in pieces), source)
 
 
 def _mask(
     name: str,
     title: str,
-    mtie: Limit | None,
-    tdev: Limit | None,
+    mtie: Limit,
+    tdev: Limit,
     filter_hz: float | None = None,
     time_error: float | None = None,
     constant: float | None = None,
     source: str = "",
 ) -> Mask:
-    """`Mask` with limits on MTIE and TDEV; a limit that is None is omitted."""
-    limits = {kind: limit for kind, limit in (("mtie", mtie), ("tdev", tdev)) if limit is not None}
-    return Mask(name, title, MappingProxyType(limits), filter_hz, time_error, constant, source)
+    """`Mask` of this name with the limits on MTIE and TDEV."""
+    limits = MappingProxyType({"mtie": mtie, "tdev": tdev})
+    return Mask(name, title, limits, filter_hz, time_error, constant, source)
 
 
 #: MTIE of a primary reference clock at short τ: 0.275e-3 τ + 0.025 µs.
@@ -237,7 +237,7 @@ MASKS: Mapping[str, Mask] = MappingProxyType({mask.name: mask for mask in _MASKS
 
 
 def mask_named(name: str) -> Mask:
-    """Mask with this name, in upper or lower case.
+    """`Mask` with this name; upper and lower case and spaces at the ends do not matter.
 
     Raises
     ------

@@ -37,7 +37,7 @@ SAMPLES_PER_PART = 512
 
 
 def thinned(n: int) -> NDArray[np.int64]:
-    """Array: ascending indices of the samples to keep from a record of n samples; older samples are kept more sparsely.
+    """Indices of the samples to keep of n samples, ascending, shape (k,); the older, the more sparsely.
 
     These are the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those, and so on.
     The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present
@@ -57,15 +57,15 @@ def thinned(n: int) -> NDArray[np.int64]:
 def clock_noise(
     series: StampedSeries, rate: float, progress: Callable[[int], None] | None = None
 ) -> list[FittedNoise]:
-    """List of `FittedNoise`: fits of all tried sums of the five clock noises, highest evidence first.
+    """List of `FittedNoise`, one for each sum of clock noises that was tried, highest evidence first.
 
-    The search starts with the best single noise or pair. Each step adds, removes or replaces the one noise that raises the
-    evidence most, until no step raises it.
+    `progress` is called with the number of fits so far. The search starts with the best single noise or pair. Each step
+    adds, removes or replaces the one noise that raises the evidence most, until no step raises it.
     """
     fits: dict[tuple[int, ...], FittedNoise] = {}
 
     def fit(places: tuple[int, ...], start: FittedNoise | None = None) -> FittedNoise:
-        """Fit of the noises with these indices in `EFFECTS`; each sum is fitted once."""
+        """`FittedNoise` of the noises with these indices in `EFFECTS`; each sum is fitted once and stored in `fits`."""
         if places not in fits:
             candidate = Candidate(tuple(EFFECTS[i] for i in places))
             fits[places] = fit_noise(series, candidate, rate, integrated_noise, start)

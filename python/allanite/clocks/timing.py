@@ -14,7 +14,7 @@ from allanite.clocks.holdover import Holdover, holdovers_of
 from allanite.clocks.jumps import Jump, jumps_of
 from allanite.clocks.masks import Mask, mask_named
 from allanite.clocks.noise import clock_noise, thinned
-from allanite.clocks.verdicts import Verdict, averages, verdicts
+from allanite.clocks.verdicts import Verdict, verdicts, window_means
 from allanite.clocks.words import span_text, time_text
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.parameters import Estimate
@@ -59,8 +59,8 @@ class Timing:
     spacing : (float, float, float)
         Median, smallest and largest distance between neighboring samples, s.
     uneven : bool
-        True if the samples have uneven times. Noise and holdover then use these times; deviations use the nearest row of
-        a regular grid.
+        True if the samples have uneven times. Noise and holdover then use these times; deviations use the nearest row
+        of a regular grid.
     mean, largest, spread : float
         Mean time error, largest |time error|, and largest minus smallest time error, s.
     constant : float or None
@@ -69,8 +69,8 @@ class Timing:
         Standard error of the mean under the fitted noise, s. None if the noise contains frequency noise, which has no
         finite mean, or if the clock was steered.
     frequency, drift : Estimate
-        Fractional frequency at the last sample, with flicker and random-walk FM but without white FM, which has no value
-        at an instant; and its change per day. A drift that the evidence does not support is not detected.
+        Fractional frequency at the last sample, with flicker and random-walk FM but without white FM, which has no
+        value at an instant; and its change per day. A drift that the evidence does not support is not detected.
     noise : Model
         Noise of the fractional frequency: Q white PM, F flicker PM, N white FM, B flicker FM, K random-walk FM.
     candidates : tuple of (str, float)
@@ -121,7 +121,7 @@ class Timing:
     steered: str | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/timing/1``."""
+        """Dict for JSON, schema ``allanite/timing/1``, with all attributes."""
         return {
             "schema": "allanite/timing/1",
             "version": _kernels.version(),
@@ -196,7 +196,7 @@ class Timing:
         ]
         if len(self.jumps) > 5:
             lines.append(f"  {len(self.jumps) - 5} more jumps")
-        lines += [f"  {_sentence(verdict, self.duration)}" for verdict in self.verdicts]
+        lines += [f"  {_verdict_text(verdict, self.duration)}" for verdict in self.verdicts]
         lines += [f"  {one}" for one in self.holdover]
         curve = self.deviations["tdev"]
         units = {"tdev": " / s", "mtie": " / s"}
@@ -239,7 +239,7 @@ def timing(
     steering: tuple[str, float] | None = None,
     progress: Callable[[str, int], None] | None = None,
 ) -> Timing:
-    """Analysis of a clock: time error, masks, jumps, frequency, drift, noise and holdover.
+    """`Timing` of a clock: time error, verdicts on masks, jumps, frequency, drift, noise and holdover.
 
     Parameters
     ----------
@@ -280,13 +280,7 @@ def timing(
     ('N', [700.0], True)
     """
     require_recording(recording)
-    _refuse_other_units(recording)
-    if recording.quantity != "angle":
-        raise InputError(
-            "timing needs the phase of a clock in s",
-            missing="quantity",
-            remedy=": state that the log contains a phase with {quantity} angle",
-        )
+    _require_phase(recording)
     chosen = [mask if isinstance(mask, Mask) else mask_named(mask) for mask in masks]
     times = [positive(t, "after", "s", "give times after the last sample") for t in after]
     if len(recording.columns) > 1:
@@ -301,11 +295,11 @@ def timing(
         if progress is not None:
             progress(recording.columns[0], done)
 
-    return _timing(recording, chosen, times, steering, report)
+    return _timing_of_column(recording, chosen, times, steering, report)
 
 
 def timing_columns(recording: Recording, **options: Any) -> Timings:
-    """Result of `allanite.timing` for each clock of a recording, by the name of its column.
+    """`Timings`: mapping from the name of each column of a recording to the `Timing` of its clock.
 
     Parameters
     ----------
@@ -334,8 +328,8 @@ def timing_columns(recording: Recording, **options: Any) -> Timings:
     return Timings(results_by_column(recording, lambda column: timing(column, **options)))
 
 
-def _refuse_other_units(recording: Recording) -> None:
-    """Raise an error if a column has a unit that is not the unit of a phase.
+def _require_phase(recording: Recording) -> None:
+    """Raise `InputError` for samples that are not a phase: for another unit, a fractional frequency, or a rate.
 
     Samples without a unit may be a phase. A recording states the unit of the rate, which is 1 both for a phase in s and
     for a fractional frequency. Only the columns of the log show which of the two was stated.
@@ -352,16 +346,25 @@ def _refuse_other_units(recording: Recording) -> None:
                 f"timing needs a phase in s; this column is a fractional frequency (unit {column.unit}): integrate it,"
                 " or use adev and fit"
             )
+    if recording.quantity != "angle":
+        raise InputError(
+            "timing needs the phase of a clock in s",
+            missing="quantity",
+            remedy=": state that the log contains a phase with {quantity} angle",
+        )
 
 
-def _timing(
+def _timing_of_column(
     column: Recording,
     masks: Sequence[Mask],
     after: Sequence[float],
     steering: tuple[str, float] | None,
     report: Callable[[int], None],
 ) -> Timing:
-    """Analysis of one column; `report` is called with the number of noise models fitted."""
+    """`Timing` of one column; `report` is called with the number of noise models fitted.
+
+    Raises `TooShortError` for fewer than `MIN_SAMPLES` samples.
+    """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
     scale = parse_unit(column.unit).scale
@@ -374,16 +377,18 @@ def _timing(
     times = column.seconds()
     jumps = jumps_of(times[there], phase[there])
     steered, last = (
-        (np.zeros(times.size), 0.0) if steering is None else _steered(column, *steering, times)
+        (np.zeros(times.size), 0.0)
+        if steering is None
+        else _steered_phase(column, *steering, times)
     )
     temperature = next((k for k in column.covariates if k.lower() in TEMPERATURE), None)
     warmth = None if temperature is None else np.asarray(column.covariates[temperature], float)
-    fitted = _Fitted.of(times, phase - steered, there, jumps, warmth, column.rate, report)
+    fitted = _PhaseFit.from_phase(times, phase - steered, there, jumps, warmth, column.rate, report)
     curves = {
         kind: getattr(deviation, kind)(phase, rate=column.rate, quantity="angle") for kind in KINDS
     }
     steps = np.diff(times[there])
-    constant = averages(phase, column.rate)
+    constant = window_means(phase, column.rate)
     values = phase[there]
     return Timing(
         column=name,
@@ -398,7 +403,7 @@ def _timing(
         spread=float(np.ptp(values)),
         constant=float(np.abs(constant).max()) if constant.size else None,
         # The mean of a steered phase depends on the servo, not only on the noise of the clock.
-        constant_error=None if steering is not None else fitted.constant_error(),
+        constant_error=None if steering is not None else fitted.error_of_mean(),
         frequency=fitted.frequency(),
         drift=fitted.drift(),
         noise=fitted.best.model,
@@ -417,10 +422,11 @@ def _timing(
     )
 
 
-def _steered(column: Recording, name: str, scale: float, times: Array) -> tuple[Array, float]:
-    """Phase that a servo has added since the first sample, s, shape (n,), and the frequency that it set last.
+def _steered_phase(column: Recording, name: str, scale: float, times: Array) -> tuple[Array, float]:
+    """Phase that a servo has added since the first sample, s, shape (n,), and the fractional frequency that it set last.
 
-    The covariate `name` times `scale` is the frequency. It keeps its value until the next sample and over gaps.
+    Raises `InputError` for a missing or empty covariate. The covariate `name` times `scale` is the frequency. It keeps
+    its value until the next sample and over gaps.
     """
     if name not in column.covariates:
         raise InputError(
@@ -436,24 +442,22 @@ def _steered(column: Recording, name: str, scale: float, times: Array) -> tuple[
 
 
 @dataclass(frozen=True, eq=False)
-class _Fitted:
+class _PhaseFit:
     """Fit of a phase: the noise, and amplitudes of offset, frequency, drift, temperature and jumps."""
 
     series: StampedSeries
     fits: list[FittedNoise]
     names: tuple[str, ...]
-    origin: float
-    warmth: float
     errors: Array
     freedom: Array
 
     @property
     def best(self) -> FittedNoise:
-        """Fit of the noise model with the highest evidence."""
+        """`FittedNoise` of the noise model with the highest evidence."""
         return self.fits[0]
 
     @classmethod
-    def of(
+    def from_phase(
         cls,
         times: Array,
         phase: Array,
@@ -462,18 +466,20 @@ class _Fitted:
         warmth: Array | None,
         rate: float,
         report: Callable[[int], None],
-    ) -> _Fitted:
-        """Fit of a phase without single outliers: noise, offset, frequency, steps, temperature, and drift if needed."""
+    ) -> _PhaseFit:
+        """`_PhaseFit` of a phase (s) without single outliers: noise, offset, frequency, steps, temperature and drift.
+
+        The temperature (`warmth`) is omitted where it is None, empty or constant; the drift, where it does not gain
+        more than ½ ln n of logL.
+        """
         own, values = times[there], phase[there].copy()
         for jump in jumps:
             if not jump.stays:
                 values[jump.row] = np.nan
         kept = np.flatnonzero(np.isfinite(values))
         rows = kept[thinned(kept.size)]
-        origin = float(own[-1])
-        at = own[rows] - origin
+        at = own[rows] - float(own[-1])
         functions = {"offset": np.ones(at.size), "frequency": at}
-        mean = 0.0
         if warmth is not None:
             good = np.isfinite(warmth)
             filled = np.interp(times, times[good], warmth[good]) if good.any() else None
@@ -489,21 +495,21 @@ class _Fitted:
             known = any(np.array_equal(step, other) for other in functions.values())
             if 0.0 < step.mean() < 1.0 and not known:
                 functions[f"jump {i}"] = step
-        without = _series(at, values[rows], functions)
+        without = _series_of(at, values[rows], functions)
         fits = clock_noise(without, rate, report)
-        # A drift changes the phase in proportion to half the square of time. It is kept if it gains more than ½ ln n.
+        # A drift changes the phase in proportion to half the square of time.
         drifting = {**functions, "drift": 0.5 * at**2}
-        with_drift = _series(at, values[rows], drifting)
+        with_drift = _series_of(at, values[rows], drifting)
         found = with_drift.regressed(fits[0].noise)
         i = list(drifting).index("drift")
         square = found.amplitudes[i] ** 2 / found.covariance[i, i]
         if square > np.log(at.size):
             fits, without, functions = clock_noise(with_drift, rate, report), with_drift, drifting
         errors, freedom = amplitude_errors(fits[0])
-        return cls(without, fits, tuple(functions), origin, mean, errors, freedom)
+        return cls(without, fits, tuple(functions), errors, freedom)
 
     def _amplitude(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
-        """Amplitude of the known function `name` times `factor`, with its interval; None if it was not fitted."""
+        """`Estimate` of the amplitude of the known function `name` times `factor`; None if the function was not fitted."""
         if name not in self.names:
             return None
         i = self.names.index(name)
@@ -511,7 +517,7 @@ class _Fitted:
         return _estimate(name, value, factor * float(self.errors[i]), float(self.freedom[i]), unit)
 
     def frequency(self) -> Estimate:
-        """Estimate of the fractional frequency at the last sample, with its flicker and random-walk noise."""
+        """`Estimate` of the fractional frequency at the last sample, with flicker and random-walk FM, without white FM."""
         slopes = np.array([float(name == "frequency") for name in self.names])
         value, variance = self.series.last_slope(self.best.noise, slopes)
         neighbors = [
@@ -524,14 +530,11 @@ class _Fitted:
         return _estimate("frequency", value, float(error[0]), float(freedom[0]), "1")
 
     def temperature(self) -> Estimate | None:
-        """`Estimate`: change of the fractional frequency per unit of temperature; None if no temperature was fitted."""
+        """`Estimate` of the change of fractional frequency per unit of temperature; None if it was not fitted."""
         return self._amplitude("temperature", "1")
 
     def drift(self) -> Estimate:
-        """Estimate of the change of the fractional frequency per day.
-
-        Without evidence for a drift, the estimate is marked as not detected.
-        """
+        """`Estimate` of the change of the fractional frequency per day; not detected if no drift was fitted."""
         found = self._amplitude("drift", "1/d", 86400.0)
         if found is not None:
             return found
@@ -544,15 +547,15 @@ class _Fitted:
         half = 1.959964 * error
         return Estimate(value, error, (value - half, value + half), "1/d", False, "drift")
 
-    def constant_error(self) -> float | None:
-        """Standard error of the mean phase under the fitted noise, s; None if the noise is not stationary."""
+    def error_of_mean(self) -> float | None:
+        """Standard error of the mean phase under the fitted noise, s; None if the phase noise is not stationary."""
         if self.best.noise.walk > 0.0 or any(summed for _, _, summed in self.best.noise.lags):
             return None
         alone = StampedSeries(self.series.times, self.series.values, self.series.design[:1])
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
 
     def holdover(self, after: Sequence[float]) -> list[Holdover]:
-        """Predicted phase at each time after the last sample (s), at the mean temperature of the record's last tenth."""
+        """List of `Holdover`, one for each time after the last sample (s), at the mean temperature of the last tenth."""
         if not after:
             return []
         # The likelihood filter takes the times in ascending order.
@@ -564,21 +567,21 @@ class _Fitted:
         return [found[i] for i in places.tolist()]
 
 
-def _series(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:
-    """`StampedSeries` of times, values and the rows of known functions."""
+def _series_of(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:
+    """`StampedSeries` of times (s), values and known functions at these times, by name."""
     return StampedSeries(times, values, np.array(list(functions.values())))
 
 
 def _estimate(name: str, value: float, error: float, freedom: float, unit: str) -> Estimate:
-    """Estimate with the interval of a standard error with these degrees of freedom."""
+    """`Estimate`, marked as detected, whose 95 % interval is that of Student's distribution with `freedom` degrees."""
     from scipy.special import stdtrit
 
     half = float(stdtrit(freedom, 0.975)) * error
     return Estimate(value, error, (value - half, value + half), unit, True, name)
 
 
-def _sentence(verdict: Verdict, duration: float) -> str:
-    """One line of text about one limit of a mask: result, measured value, limit, interval."""
+def _verdict_text(verdict: Verdict, duration: float) -> str:
+    """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``."""
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:
         return f"{head}: the mask needs a record of {span_text(verdict.needs)}"
@@ -592,7 +595,7 @@ def _sentence(verdict: Verdict, duration: float) -> str:
 
 
 def _noise_text(model: Model) -> str:
-    """Text of the noises of a clock with their usual names and sizes: ``white FM N 1e-10``."""
+    """Text of the noises of a clock with their usual names, symbols and coefficients: ``white FM N 1e-10``."""
     names = {
         "quantization": "white PM",
         "flicker_phase": "flicker PM",
@@ -605,7 +608,7 @@ def _noise_text(model: Model) -> str:
 
 
 def _value_text(estimate: Estimate) -> str:
-    """Text of an estimate without its unit: value ± standard error, or the interval if not detected."""
+    """Text of an estimate without unit: ``1.2e-10 ± 3e-12``, or ``not detected (-1e-12 to 2e-12)`` with its interval."""
     low, high = estimate.interval or (np.nan, np.nan)
     if not estimate.detected:
         return f"not detected ({low:.2g} to {high:.2g})"

@@ -61,7 +61,7 @@ class Verdict:
     source: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict of the attributes for JSON; names of times end with ``_s``."""
+        """Dict for JSON with all attributes; names of times end with ``_s``."""
         return {
             "mask": self.mask,
             "kind": self.kind,
@@ -78,7 +78,7 @@ class Verdict:
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
-    """List of `Verdict`: one verdict for each limit of a mask.
+    """List of `Verdict`, one for each limit of a mask.
 
     Parameters
     ----------
@@ -90,21 +90,26 @@ def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
     """
     duration = phase.size / rate
     out = []
-    filtered = phase if mask.filter_hz is None else low_passed(phase, rate, mask.filter_hz)
+    filtered = phase if mask.filter_hz is None else low_pass_filtered(phase, rate, mask.filter_hz)
     for kind, limit in mask.limits.items():
-        out.append(_of_limit(mask.name, kind, limit, filtered, rate))
+        out.append(_verdict_on_deviation(mask.name, kind, limit, filtered, rate))
     if mask.time_error is not None:
         largest = float(np.nanmax(np.abs(phase)))
-        out.append(_of_value(mask, "time error", largest, mask.time_error, duration))
+        out.append(_verdict_on_value(mask, "time error", largest, mask.time_error, duration))
     if mask.constant is not None:
-        constant = averages(phase, rate)
+        constant = window_means(phase, rate)
         value = None if constant.size == 0 else float(np.abs(constant).max())
-        out.append(_of_value(mask, "constant time error", value, mask.constant, duration))
+        out.append(_verdict_on_value(mask, "constant time error", value, mask.constant, duration))
     return out
 
 
-def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration: float) -> Verdict:
-    """Verdict on one number, such as the largest time error (s), against its limit."""
+def _verdict_on_value(
+    mask: Mask, kind: str, value: float | None, limit: float, duration: float
+) -> Verdict:
+    """`Verdict` on one value (s) against its limit (s), for a record of this duration (s).
+
+    The result is ``undecided`` if the value is None, or if it keeps the limit and the record is shorter than 1000 s.
+    """
     result = "undecided"
     if value is not None and value > limit:
         result = "fails"
@@ -115,23 +120,26 @@ def _of_value(mask: Mask, kind: str, value: float | None, limit: float, duration
     )
 
 
-def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
-    """Verdict on the deviation `kind` of a phase against its limit at all averaging times."""
+def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
+    """`Verdict` on the deviation `kind` (``tdev``, ``mtie``) of a phase (s) against its limit at all averaging times.
+
+    The result is ``fails`` if the low end of any interval exceeds the limit. It is ``passes`` if the record is long
+    enough and every high end keeps the limit, else ``undecided``.
+    """
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
     needs = MIN_LENGTH_OVER_TAU[kind] * last
+    undecided = Verdict(
+        mask, kind, "undecided", None, None, None, None, None, None, needs, limit.source
+    )
     try:
         found = _measured_deviation(kind, limit, phase, rate)
     except TooShortError:
-        return Verdict(
-            mask, kind, "undecided", None, None, None, None, None, None, needs, limit.source
-        )
+        return undecided
     bounds = limit.at(found.tau)
     usable = np.isfinite(bounds) & np.isfinite(found.deviation)
     if not usable.any():
-        return Verdict(
-            mask, kind, "undecided", None, None, None, None, None, None, needs, limit.source
-        )
+        return undecided
     tau, bounds, value = found.tau[usable], bounds[usable], found.deviation[usable]
     known = found.has_interval
     low = np.where(np.isfinite(found.low[usable]), found.low[usable], 0.0) if known else value
@@ -160,7 +168,10 @@ def _of_limit(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> 
 
 
 def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
-    """Deviation `kind` at averaging times that cover the limit, with the ends of its pieces."""
+    """`Deviation` named `kind` of a phase (s), at ten averaging times per decade of the limit and at ends of its pieces.
+
+    Raises `TooShortError` if no averaging time of the limit fits into the record.
+    """
     estimator = getattr(deviation, kind)
     low, high = limit.span
     longest = phase.size / (3.0 if kind == "tdev" else 1.0)
@@ -173,14 +184,12 @@ def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> D
     factors = np.unique(np.floor([*np.geomspace(first, top, count), *corners]).astype(np.int64))
     most = phase.size // 3 if kind == "tdev" else phase.size - 1
     factors = factors[(factors >= 1) & (factors <= most)]
-    if factors.size == 0:
-        raise TooShortError("no averaging time of the limit fits into the record")
     found: Deviation = estimator(phase, rate=rate, quantity="angle", factors=factors)
     return found
 
 
-def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
-    """Samples of the phase after a first-order low-pass filter with this cutoff (Hz).
+def low_pass_filtered(phase: Array, rate: float, cutoff: float) -> Array:
+    """Phase after a first-order low-pass filter with this cutoff (Hz), shape and unit of `phase`.
 
     Missing samples are interpolated for the filter and stay missing.
     """
@@ -194,8 +203,11 @@ def low_passed(phase: Array, rate: float, cutoff: float) -> Array:
     return np.where(there, out, np.nan)
 
 
-def averages(phase: Array, rate: float, length: float = AVERAGING_TIME) -> Array:
-    """Mean over each window of `length` s in which at most half of the samples are missing, shape (k,)."""
+def window_means(phase: Array, rate: float, length: float = AVERAGING_TIME) -> Array:
+    """Mean over each window of `length` s in which at most half of the samples are missing, shape (k,).
+
+    Windows begin at every sample. The result is empty for a record shorter than one window.
+    """
     m = round(length * rate)
     if m < 1 or m > phase.size:
         return np.zeros(0)

@@ -9,7 +9,7 @@ import pytest
 import allanite as al
 from allanite.clocks import MASKS, mask_named
 from allanite.clocks.noise import thinned
-from allanite.clocks.verdicts import averages, low_passed, verdicts
+from allanite.clocks.verdicts import low_pass_filtered, verdicts, window_means
 from documents import valid
 
 pytestmark = pytest.mark.slow
@@ -126,16 +126,16 @@ def test_a_time_error_is_judged_unfiltered_and_wander_behind_its_filter():
 def test_the_filter_is_of_first_order_at_a_tenth_of_a_hertz():
     t = np.arange(40000) / 16.0
     tone = np.sin(2 * np.pi * 0.1 * t)
-    passed = low_passed(tone, 16.0, 0.1)[8000:]
+    passed = low_pass_filtered(tone, 16.0, 0.1)[8000:]
     assert np.std(passed) / np.std(tone) == pytest.approx(np.sqrt(0.5), rel=0.03)
 
 
 def test_averages_skip_windows_with_few_samples():
     x = np.ones(3000)
     x[500:1800] = np.nan
-    assert averages(x, 1.0) == pytest.approx(1.0)
-    assert averages(x, 1.0).size < 2001
-    assert averages(x[:900], 1.0).size == 0
+    assert window_means(x, 1.0) == pytest.approx(1.0)
+    assert window_means(x, 1.0).size < 2001
+    assert window_means(x[:900], 1.0).size == 0
 
 
 # -- the whole -----------------------------------------------------------------------------------
@@ -474,3 +474,14 @@ def test_differences_of_clocks_are_no_clocks(run, tmp_path):
             al.three_cornered_hat(clock(samples, columns=["ab", "bc", "ac"]))
     pairs = [("a", "b"), ("b", "c"), ("c", "a")]
     assert len(al.three_cornered_hat(clock(differences), pairs=pairs)) == 3
+
+
+def test_the_table_of_the_hat_names_its_columns_and_unit():
+    phase = np.cumsum(np.random.default_rng(1).standard_normal((500, 3)), axis=0) * 1e-9
+    found = al.three_cornered_hat(
+        al.Recording(phase, rate=1.0, quantity="angle", columns=["a", "b", "c"])
+    )
+    lines = str(found).splitlines()
+    assert "fractional frequency" in lines[0]
+    assert lines[1].split() == ["τ", "/", "s", "deviation", "low", "high"]
+    assert found.to_dict()["clocks"][0]["unit"] == "1"
