@@ -15,7 +15,7 @@ MIN_INTERVAL_SCORE = 5.2
 
 
 def rows(fit: Fit) -> list[dict[str, Any]]:
-    """List of dicts, one per bin: limits in Hz, ratio of measured to expected power, standard normal score z."""
+    """List of dicts, one per frequency bin: limits in Hz, ratio of measured to expected power, standard normal score z."""
     low, high = fit.data.bins.limits(fit.data.rate)
     ratio = fit.solution.power / fit.solution.spectrum
     return [
@@ -25,10 +25,9 @@ def rows(fit: Fit) -> list[dict[str, Any]]:
 
 
 def worst(fit: Fit) -> tuple[float, float] | None:
-    """Pair: frequency interval, Hz, in which the fit fails most; None if it fails nowhere.
+    """Pair (low, high), Hz: the interval of bins in which the fit fails most; None if it fails nowhere.
 
-    It is the range of k bins with the largest |Σz|/√k, if this score is at least
-    `MIN_INTERVAL_SCORE`.
+    It is the range of k bins with the largest |Σz|/√k, if this score is at least `MIN_INTERVAL_SCORE`.
     """
     z = fit.z
     total = np.concatenate([[0.0], np.cumsum(z)])

@@ -27,9 +27,9 @@ def rows(curve: Curve) -> list[dict[str, Any]]:
 
 
 def worst(curve: Curve) -> tuple[float, float] | None:
-    """Pair: range of τ, s, in which the fit fails most; None if no point fails.
+    """Pair (low, high), s: the range of τ in which the fit fails most; None if no |z| reaches `MIN_FAILING_SCORE`.
 
-    It is the range around the largest |z| in which z stays above 2 (or below −2).
+    It is the range around the largest |z| in which z stays above 2 (or below −2). A z that is not finite counts as 0.
     """
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     top = int(np.argmax(np.abs(z)))

@@ -39,7 +39,7 @@ class TimeMap:
     __repr__ = brief
 
     def rows(self) -> list[dict[str, Any]]:
-        """List of dicts, one per cell: its limits in time and frequency, ratio and score z."""
+        """List of dicts, one per cell: limits in time (s) and frequency (Hz), measured over expected power, score z."""
         return [
             {
                 "start_s": float(self.start_s[s]),
@@ -54,7 +54,10 @@ class TimeMap:
         ]
 
     def worst(self) -> tuple[float, float] | None:
-        """Time range, s, around the cell with the largest |z|; None if this |z| is below `MIN_CELL_SCORE`."""
+        """Pair (start, end), s, around the cell with the largest |z|; None without cells or if this |z| is below 4.6.
+
+        Neighboring segments of the same band belong to it while z stays above 2 (or below −2).
+        """
         if self.z.size == 0:
             return None
         band, top = np.unravel_index(int(np.argmax(np.abs(self.z))), self.z.shape)
@@ -71,9 +74,10 @@ class TimeMap:
 
 
 def time_map(data: Data, whitened: Whitened) -> TimeMap:
-    """Map of measured over expected power in segments of time.
+    """`TimeMap` of measured over expected power in 32 equal segments of time, by octaves in ascending order.
 
-    The score of a cell compares it with the mean of its band, so that only changes over time count.
+    The score of a cell compares it with the mean of its band, so that only changes over time count. Octaves with at
+    most 4 values per segment are omitted.
     """
     bands = [band for band in whitened.bands[::-1] if band[2].size > MIN_CELL_VALUES * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
@@ -101,12 +105,11 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
 
 
 def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
-    """Factor, at least 1, by which the power of neighboring cells scatters more than χ² predicts.
+    """Factor, at least 1, by which the means of neighboring cells scatter more than χ² predicts.
 
-    Each value of `power` is the mean of `each` squares.
-
-    Heavy tails, and bands narrower than an octave, leave fewer independent values. Differences of neighbors do not
-    respond to single changes of level.
+    Each value of `power` is the mean of `each` squares. The largest factor over all tried cell lengths counts. Heavy
+    tails, and bands narrower than an octave, leave fewer independent values. Differences of neighbors do not respond to
+    single changes of level. The factor is 1 for fewer than 64 values.
     """
     found = 1.0
     cells = min(MAX_CELLS, power.size // MIN_CELL_VALUES)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import time_scale, with_readable_numbers
+from allanite.common.numbers import tidy, time_scale
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
@@ -48,12 +48,12 @@ class Where:
     __repr__ = brief
 
     def worst(self) -> dict[str, list[float] | None]:
-        """Dict from ``tau``, ``frequency`` and ``time`` to the worst interval [low, high], or None."""
+        """Dict with keys ``tau``, ``frequency``, ``time``: the worst interval [low, high] in s, Hz, s, or None."""
         found = {"tau": self.worst_tau, "frequency": self.worst_frequency, "time": self.worst_time}
         return {k: None if v is None else list(v) for k, v in found.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the residuals and the worst interval of each view."""
+        """Dict for JSON: residuals over ``tau``, ``frequency`` and ``time``, and ``worst``, the worst interval of each."""
         return {
             "tau": self.tau,
             "frequency": self.frequency,
@@ -63,15 +63,15 @@ class Where:
 
     @property
     def fails(self) -> bool:
-        """True if any view has a significant residual."""
+        """True if any of τ, frequency and time has a worst interval."""
         return any(self.worst().values())
 
     def sentences(self) -> list[str]:
-        """List of texts: one sentence for each view on which the model fails."""
+        """List of one sentence per failure: over τ (up to two), frequency and time; empty if nothing fails."""
         return [sentence for _, _, sentence in self.places()]
 
     def places(self) -> list[tuple[str, tuple[float, float], str]]:
-        """View (``tau``, ``frequency`` or ``time``), interval (s, Hz or s) and sentence of each failure."""
+        """List of (``tau``, ``frequency`` or ``time``; interval in s, Hz or s; sentence), one tuple per failure."""
         out = []
         if self.worst_tau is not None:
             low, high = self.worst_tau
@@ -119,7 +119,7 @@ class Where:
                 f" {peak['ratio']:.3g} × that of the rest of the record (z = {peak['z']:+.1f})"
             )
             out.append(("time", self.worst_time, words))
-        return [(view, place, with_readable_numbers(words)) for view, place, words in out]
+        return [(view, place, tidy(words)) for view, place, words in out]
 
 
 def _ratio_text(factor: float) -> str:
@@ -130,7 +130,7 @@ def _ratio_text(factor: float) -> str:
 
 
 def _range_text(low: float, high: float, unit: str) -> str:
-    """Text with the range of a failure, or an empty text if low equals high."""
+    """Text such as ``, and differs beyond its expected scatter at 2–9 s``; empty if low equals high."""
     return (
         ""
         if low == high
@@ -139,7 +139,7 @@ def _range_text(low: float, high: float, unit: str) -> str:
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
-    """`Where`: residuals of a fit over τ, frequency and time, with the interval in which it fails most on each."""
+    """`Where` of a fit: residuals over τ, frequency and time, with the interval of each in which the fit fails most."""
     times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),

@@ -127,16 +127,18 @@ def export(
 
 
 def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list[Axis]:
-    """List of `Axis`: axes with the given names; all axes for None or an empty sequence."""
+    """List of the axes with the given names, in the order of the names; all axes for None or an empty sequence."""
     names = [column] if isinstance(column, str) else column or []
     known = [axis.name for axis in axes]
     return [axes[find_column(name, known)] for name in names] or list(axes)
 
 
 def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
-    """List of lists: axes grouped by IMU. Columns whose names differ only in the letter of the axis are one sensor.
+    """List with one list of axes per IMU: the first gyroscope with the first accelerometer, and so on.
 
-    If there are as many gyroscopes as accelerometers, the first gyroscope belongs to the first accelerometer, and so on.
+    Columns whose names differ only in the letter of the axis are one sensor. All axes form one IMU in three cases: no
+    kind has more than three axes, gyroscopes and accelerometers have different numbers of axes, or an axis is of
+    another kind.
     """
     groups: dict[str, dict[str, list[Axis]]] = {ANGULAR_RATE: {}, ACCELERATION: {}}
     for axis in axes:
@@ -153,7 +155,7 @@ def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
 def export_files(
     axes: Sequence[Axis], target: str, path: Path, rate: float | None = None, **how: Any
 ) -> dict[Path, str]:
-    """Text of each file by its path. Several IMUs get one file each: ``imu-1.yaml``, ``imu-2.yaml``.
+    """Dict from path to text of each file. Several IMUs get one file each: ``imu-1.yaml``, ``imu-2.yaml``.
 
     The keyword arguments are those of `export`.
     """
@@ -167,7 +169,7 @@ def export_files(
 
 
 def _check_one_imu(axes: Sequence[Axis], target: str) -> None:
-    """Raise an error for more than three axes of one kind, because a file holds one IMU."""
+    """Raise `InputError` for more than three gyroscope or more than three accelerometer axes: a file holds one IMU."""
     for kind in (ANGULAR_RATE, ACCELERATION):
         names = [axis.name for axis in axes if axis.kind == kind]
         if len(names) > 3:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.documents import invalid_as_input_error
+from allanite.common.documents import as_expected
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
@@ -117,7 +117,10 @@ class Axis:
     turn_on: Mapping[str, Any] | None = None
 
     def origin(self) -> dict[str, object]:
-        """JSON entries on the source of the numbers: source, warning (None if there is none), notes and assumptions."""
+        """Dict for JSON on the source of the numbers: `source`, `warning`, `notes`, `assumptions`.
+
+        `source` is a text, `warning` a text or None; the other two are lists of text.
+        """
         return {
             "source": self.source,
             "warning": self.warning or None,
@@ -127,94 +130,114 @@ class Axis:
 
     @property
     def sampling(self) -> float:
-        """Rate of the curves, Hz."""
+        """Sampling rate of the curves, Hz: that of the axis, or 100 Hz if the axis has none."""
         return self.rate or RATE
 
     @property
     def taus(self) -> NDArray[np.float64]:
-        """Array: averaging times up to the horizon, s, eight per decade."""
+        """Averaging times in s, ascending, from one sample to the horizon, but at least to ten samples.
+
+        About eight per decade, each a whole number of samples.
+        """
         low, high = 1.0 / self.sampling, max(self.horizon, 10.0 / self.sampling)
         m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
         return np.unique(np.round(m)) / self.sampling
 
     def steady(self, *, upper: bool = False) -> Model:
-        """The fitted model with its white noise at the mean level over the record.
+        """`Model` of the fitted values, with its white noise at the mean level over the record.
 
-        With `upper`, the model at its upper limits, with its white noise at the level of the
-        loudest segment.
+        With `upper`, `Model` of the upper limits, with its white noise at the level of the loudest segment.
         """
-        return _loudest(self.limits, self.span) if upper else self.model.steady(self.span)
+        return _at_loudest_level(self.limits, self.span) if upper else self.model.steady(self.span)
 
     @property
     def loudest(self) -> tuple[float, float] | None:
-        """Pair: start and end in s of the segment with the loudest white noise; None if the level is constant."""
-        return _loudest_span(self.limits, self.span) if self.limits.levels else None
+        """Pair (start, end), s, of the segment with the loudest white noise; None if the level is constant."""
+        return _loudest_segment(self.limits, self.span) if self.limits.levels else None
 
     @property
     def expected_steady(self) -> Model:
-        """The model with every effect at its expected size, and its white noise at the mean level over the record."""
+        """`Model` with every effect at its expected size, and its white noise at the mean level over the record."""
         return self.expected.steady(self.span)
 
     @property
     def has_noise(self) -> bool:
-        """True if a random process has a positive expected size."""
+        """True if any random process has a positive expected coefficient."""
         return any(getattr(e, e.coefficient) > 0.0 for e in self.expected_steady.stochastic)
 
     @property
     def broad(self) -> Model:
-        """`Model`: random processes without narrow bands; all random processes if there are only narrow bands."""
+        """`Model` of the random processes without narrow bands, with the filters; of all if all have narrow bands."""
         whole = self.expected_steady
         wide = [e for e in whole.stochastic if e.occupies is None]
         return Model((*(wide or whole.stochastic), *whole.modifiers))
 
     @property
     def slow(self) -> Model:
-        """`Model`: random processes without narrow bands and without noise that averages out faster than white noise."""
+        """`Model` of white and slow noise: no narrow bands, no noise that averages out faster than white noise.
+
+        The model is empty if no process remains.
+        """
         broad = self.broad
-        kept = [e for e in broad.stochastic if e.occupies is None and not self._averages_out(e)]
+        kept = [
+            e for e in broad.stochastic if e.occupies is None and not self._is_faster_than_white(e)
+        ]
         return Model((*kept, *broad.modifiers)) if kept else Model(())
 
-    def _averages_out(self, effect: Effect) -> bool:
-        """True if τσ²(τ), which is constant for white noise, falls at all averaging times."""
+    def _is_faster_than_white(self, effect: Effect) -> bool:
+        """True if τσ²(τ), constant for white noise, rises nowhere and falls by more than 1 % in total over `taus`."""
         tau = self.taus
         level = tau * effect.allan_variance(tau, self.sampling)
         return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
 
     def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
-        """Allan variance in SI of the model; with `upper`, at each τ the largest within its intervals."""
+        """Allan variance of the model at the averaging times `taus` (s), SI, shape of `taus`.
+
+        With `upper`, the largest variance within the intervals of the model at each τ.
+        """
         rate, whole = self.sampling, self.steady()
         if not upper:
             return self.scale**2 * whole.allan_variance(taus, rate)
         known = Model(self.limits.deterministic).allan_variance(taus, rate)
-        return self.scale**2 * self._largest(lambda m: m.allan_variance(taus, rate), known)
+        return self.scale**2 * self._sum_largest_curves(
+            lambda m: m.allan_variance(taus, rate), known
+        )
 
     def psd(self, f: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
-        """Two-sided density in SI of the model; with `upper`, at each frequency the largest within its intervals."""
+        """Two-sided density of the model's random processes at the frequencies `f` (Hz), SI, shape of `f`.
+
+        With `upper`, the largest density within the intervals of the model at each frequency.
+        """
         rate = self.sampling
         if not upper:
             return self.scale**2 * self.steady().psd(f, rate)
-        return self.scale**2 * self._largest(lambda m: m.psd(f, rate), np.zeros(f.shape))
+        return self.scale**2 * self._sum_largest_curves(lambda m: m.psd(f, rate), np.zeros(f.shape))
 
-    def _largest(
+    def _sum_largest_curves(
         self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """The curve `total` plus, for each random process, the largest of its curves at the ends of its intervals."""
+        """The array `total` plus, for each random process, the pointwise largest `curve` of its models in `corners`."""
         for forms in self.corners:
-            total = total + np.maximum.reduce([curve(_loudest(form, self.span)) for form in forms])
+            total = total + np.maximum.reduce(
+                [curve(_at_loudest_level(form, self.span)) for form in forms]
+            )
         return total
 
 
-def _loudest_span(model: Model, span: tuple[float, float]) -> tuple[float, float]:
-    """Pair: start and end of the segment in which the mean level of the white noise is largest, s."""
+def _loudest_segment(model: Model, span: tuple[float, float]) -> tuple[float, float]:
+    """Pair (start, end), s, of the segment with the largest mean white-noise level; the first of equal ones.
+
+    The segments have equal lengths of at least 10 s. There are at most 1000; a shorter span is one segment.
+    """
     count = int(np.clip((span[1] - span[0]) / LEVEL_SEGMENT, 1, MAX_LEVEL_SEGMENTS))
     edges = np.linspace(*span, count + 1)
     segments = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
     return max(segments, key=model.mean_level)
 
 
-def _loudest(model: Model, span: tuple[float, float]) -> Model:
-    """The model with its white noise at the constant level of the loudest segment within `span` (s)."""
-    return model.steady(_loudest_span(model, span) if model.levels else span)
+def _at_loudest_level(model: Model, span: tuple[float, float]) -> Model:
+    """`Model` with its white noise at the constant mean level of the loudest segment within `span` (s)."""
+    return model.steady(_loudest_segment(model, span) if model.levels else span)
 
 
 def axes_of(
@@ -225,7 +248,7 @@ def axes_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[Axis]:
-    """List of `Axis`: axes of a model, a result, a file or a model string, or of a sequence of them.
+    """List of `Axis` of a model, a result, a file or a model string, or of a sequence of them.
 
     Parameters
     ----------
@@ -252,12 +275,14 @@ def axes_of(
             for axis in axes_of(one, unit, name, rate=rate, record_length=record_length)
         ]
     own = str(source) if isinstance(source, (str, Path)) else name
-    with invalid_as_input_error(f"{own}: not a model as allanite writes it"):
-        return [_axis(d, unit, own) for d in documents_of(source, unit, rate, record_length)]
+    with as_expected(f"{own}: not a model as allanite writes it"):
+        return [
+            _axis_of_document(d, unit, own) for d in documents_of(source, unit, rate, record_length)
+        ]
 
 
-def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
-    """Axis of one model document."""
+def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -> Axis:
+    """`Axis` of one model document. Raises `InputError` without effects, a unit, or a coefficient's value."""
     recording = document.get("recording") or {}
     own = recording.get("unit") or unit
     document = {**document, **(document.get("working") or {})}
@@ -274,7 +299,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
     coefficients: dict[str, Estimate] = {}
     limits, forms, expected = [], [], []
-    correlations = _correlations(document)
+    correlations = _correlations_of(document)
     for label, effect, entry in zip(model.labels, model.effects, effects, strict=True):
         given = entry.get("parameters", {})
         for parameter in effect.parameters:
@@ -289,11 +314,11 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         if effect.standard is not None:
             one = effect.parameter(effect.standard.name)
             coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
-        likely, upper = _sizes(effect, entry)
+        likely, upper = _expected_and_upper(effect, entry)
         expected.append(likely)
         limits.append(upper)
         joint = _joint_forms(effect, upper, label, given, correlations)
-        forms.append(joint or _ends(upper, given))
+        forms.append(joint or _forms_at_interval_ends(upper, given))
     duration = recording.get("duration_s")
     until = UNTIL if not duration else 0.1 * float(duration)
     return Axis(
@@ -305,7 +330,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         coefficients,
         model,
         Model(tuple(limits)),
-        _corners(forms),
+        _model_corners(forms),
         (0.0, float(duration or 10.0 * UNTIL)),
         parsed.scale,
         plain(recording.get("path") or source),
@@ -313,19 +338,23 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         Model(tuple(expected)),
         min(HORIZON, until),
         warning=warning_of(document),
-        assumptions=_sentences(document.get("assumptions", ())),
-        notes=_sentences(document.get("notes", ())),
+        assumptions=_plain_sentences(document.get("assumptions", ())),
+        notes=_plain_sentences(document.get("notes", ())),
         turn_on=document.get("turn_on"),
     )
 
 
-def _sentences(lines: Iterable[object]) -> tuple[str, ...]:
-    """Tuple of texts: sentences of a document, converted to text that is safe in every file format."""
+def _plain_sentences(lines: Iterable[object]) -> tuple[str, ...]:
+    """Tuple of the sentences as one-line texts that are safe in every file format, each cut to 1000 characters."""
     return tuple(plain(line, MAX_SENTENCE_LENGTH) for line in lines)
 
 
-def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
-    """Pair: effect with its expected size, and the effect at its upper limit; both unchanged without an interval."""
+def _expected_and_upper(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
+    """Pair of effects: (effect with its expected coefficient, effect with its coefficient at the upper limit).
+
+    The expected coefficient is the fitted one, or 0.64 times the upper end of its interval if it was not detected. Both
+    are the given effect if it is not random or has no upper end.
+    """
     if not isinstance(effect, Stochastic):
         return effect, effect
     given = (entry.get("parameters") or {}).get(effect.coefficient) or {}
@@ -342,7 +371,7 @@ def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
 
 
 def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
-    """The model with every effect at its expected size, or at its upper limit.
+    """`Model` with every effect at its expected size; with `overbound`, at its upper limit.
 
     Parameters
     ----------
@@ -353,14 +382,16 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
     overbound : bool
         Whether every effect gets its upper limit.
     """
-    with invalid_as_input_error("the intervals do not have the format of a fit"):
+    with as_expected("the intervals do not have the format of a fit"):
         entries = document.get("effects") or [{}] * len(model)
-        pairs = [_sizes(e, entry) for e, entry in zip(model.effects, entries, strict=True)]
+        pairs = [
+            _expected_and_upper(e, entry) for e, entry in zip(model.effects, entries, strict=True)
+        ]
     return Model(tuple(upper if overbound else likely for likely, upper in pairs))
 
 
-def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """List: fitted effect, followed by its forms with all combinations of the interval ends of its shape parameters."""
+def _forms_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
+    """List of effects: the given one, then all combinations of values and interval ends of its free shapes."""
     found = [effect]
     for name in effect.free_shapes:
         interval = (given.get(name) or {}).get("interval") or [None, None]
@@ -369,8 +400,8 @@ def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
     return found
 
 
-def _correlations(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
-    """Dict: correlation of two fitted parameters by their names; empty if a document has none, or damaged ones."""
+def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
+    """Dict from each pair of parameter names to their correlation; empty without a valid correlation matrix."""
     found = document.get("correlations")
     if not isinstance(found, dict):
         return {}
@@ -397,13 +428,14 @@ def _joint_forms(
     given: Mapping[str, Any],
     correlations: Mapping[tuple[str, str], float],
 ) -> list[Effect]:
-    """List of `Effect`: effect on the border of the joint 95 % region of its coefficient and shapes.
+    """List of copies of the effect on the border of the joint 95 % region of its coefficient and shapes.
 
     The level of a process at one frequency is known better than its coefficient and shapes apart, whose errors
     compensate. In the linear approximation the largest levels within the region are above the true curve at all
-    frequencies at once with a probability of 95 %. The list is empty if the correlations are not known, if a parameter
-    was not detected or has an open interval, or if another model has a larger coefficient. Then the ends of all intervals
-    are combined.
+    frequencies at once with a probability of 95 %. Values are clipped to the range of the parameter. The list is empty
+    for an effect that is not random, without free shapes, or with more than `MOST_JOINT` parameters; without all
+    correlations; if `_half_widths` is None for a parameter; or if an alternative model has a larger coefficient. Then
+    the ends of all intervals are combined.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []
@@ -447,9 +479,9 @@ class _HalfWidths:
 
 
 def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
-    """`_HalfWidths`: distances from a fitted value to the ends of its interval.
+    """`_HalfWidths` of a fitted value: distances to the ends of its interval.
 
-    None if the parameter was not detected, its interval is open or does not contain the value, or a
+    None if the parameter has no value or was not detected, its interval is open or does not contain the value, or a
     positive parameter has an interval that reaches 0.
     """
     value, ends = effect.values[name], given.get("interval") or (None, None)
@@ -473,11 +505,10 @@ def _joint_radius(size: int) -> float:
 
 
 def _directions(size: int) -> NDArray[np.float64]:
-    """Directions in the space of `size` parameters, one per row, shape (directions, size).
+    """Array of vectors in the space of `size` parameters, one per row, shape (directions, size).
 
-    In a plane, 16 vectors slightly longer than 1, so that the polygon through them encloses the
-    circle. In more dimensions, unit vectors to the middles of all faces and edges of a cube, and to
-    its corners.
+    In a plane, 16 vectors slightly longer than 1, so that the polygon through them encloses the circle. In more
+    dimensions, unit vectors to the middles of all faces and edges of a cube, and to its corners.
     """
     if size == 2:
         angle = np.arange(16) * np.pi / 8
@@ -487,8 +518,8 @@ def _directions(size: int) -> NDArray[np.float64]:
     return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
 
 
-def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """Tuple: for each random process, the models to try: each of its forms combined with each form of the filters."""
+def _model_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
+    """Tuple with one tuple of models per random process: each of its forms combined with each form of all filters."""
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
     return tuple(
@@ -499,7 +530,7 @@ def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
 
 
 def warning_of(document: Mapping[str, Any]) -> str:
-    """Reason not to trust a fit, without its name; empty if the fit is adequate or was not tested.
+    """Text with the reason not to trust a fit, without its name; empty if the fit is adequate or was not tested.
 
     The text is ASCII, because some programs refuse other characters in comments.
     """
@@ -522,7 +553,10 @@ def warning_of(document: Mapping[str, Any]) -> str:
 
 
 def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
-    """Estimate of a parameter in a document, converted to samples in the unit `target`."""
+    """`Estimate` of a parameter in a document, converted to samples in the unit `target`.
+
+    It has no interval if an end is missing.
+    """
     name, power = one.name, one.unit
     assert not isinstance(power, str)
     bounds = given.get("interval")
@@ -537,8 +571,8 @@ def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -
     ).to(coefficient_unit(target, power))
 
 
-def _times(value: Estimate, factor: float) -> Estimate:
-    """The estimate with value, standard error and interval multiplied by a factor."""
+def _scaled_estimate(value: Estimate, factor: float) -> Estimate:
+    """`Estimate` with value, standard error and interval multiplied by a factor."""
     return Estimate(
         factor * value,
         None if value.std_error is None else factor * value.std_error,
@@ -552,7 +586,7 @@ def _times(value: Estimate, factor: float) -> Estimate:
 
 
 def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
-    """Pair: gyroscope axes and accelerometer axes; raises an error for any other sensor."""
+    """Pair of lists: gyroscope axes and accelerometer axes. Raises `InputError` for any other kind of axis."""
     axes = list(axes)
     for axis in axes:
         if axis.kind not in (ANGULAR_RATE, ACCELERATION):
@@ -566,7 +600,7 @@ def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
 
 
 def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
-    """Sampling rate for a target whose numbers hold for one rate, Hz."""
+    """Sampling rate in Hz: `rate`, or by default the one rate of all axes. Raises `InputError` for no or several rates."""
     rates = {axis.rate for axis in axes if axis.rate is not None} if rate is None else {rate}
     if len(rates) != 1:
         found = ", ".join(f"{r:g}" for r in sorted(rates)) or "none"
@@ -587,7 +621,7 @@ def used(
     as_fitted: bool = False,
     inflate: float = 1.0,
 ) -> Axis:
-    """A copy of the axis with the sampling rate, the horizon and the factor on deviations that hold for one export.
+    """`Axis`, a copy with the sampling rate, the horizon and the factor on deviations that hold for one export.
 
     Parameters
     ----------
@@ -612,7 +646,9 @@ def used(
         as_fitted=as_fitted,
         inflate=inflate,
         scale=axis.scale * inflate,
-        coefficients={n: _times(value, inflate) for n, value in axis.coefficients.items()},
+        coefficients={
+            n: _scaled_estimate(value, inflate) for n, value in axis.coefficients.items()
+        },
         notes=(
             *axis.notes,
             *([f"all deviations x{inflate:g}: the user's choice"] if inflate != 1.0 else []),

@@ -23,7 +23,7 @@ LIMIT = "not detected, this is the 95 % upper limit"
 
 
 def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> Choice:
-    """`Choice`: numbers N and K to be written for an axis.
+    """`Choice` with the N and K to be written for an axis.
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> C
     """
     if overbound:
         return overbound_walk(axis)
-    return _as_fitted(axis) if axis.as_fitted else follow_walk(axis, simulator=simulator)
+    return _fitted_choice(axis) if axis.as_fitted else follow_walk(axis, simulator=simulator)
 
 
 def choose_lag(
     axis: Axis, time: float | None = None, *, overbound: bool = False, simulator: bool = False
 ) -> Choice:
-    """The numbers to be written for an axis: N and a Gauss-Markov process. `time` fixes the correlation time, s.
+    """`Choice` with N and a Gauss-Markov process to be written for an axis. `time` fixes the correlation time, s.
 
     The other parameters are those of `choose`.
     """
@@ -51,7 +51,7 @@ def choose_lag(
     if axis.as_fitted:
         own = [e for e in axis.model.stochastic if isinstance(e, GaussMarkov)]
         if own:
-            first = _as_fitted(axis)
+            first = _fitted_choice(axis)
             q_c, T = float(own[0].q_c or 0.0), float(own[0].correlation_time or 0.0)
             if q_c > 0.0 and time in (None, T):
                 held = tuple(name for name in first.holds or () if name != "K")
@@ -61,11 +61,11 @@ def choose_lag(
     return follow_lag(axis, time, simulator=simulator)
 
 
-def _as_fitted(axis: Axis) -> Choice:
-    """`Choice`: fitted N and K; for a coefficient that was not detected, its upper limit.
+def _fitted_choice(axis: Axis) -> Choice:
+    """`Choice` with the fitted N and K; for a coefficient that was not detected, its upper limit.
 
-    Without white noise in the model, N comes from the Allan deviation at one sample. Without a
-    random walk, K is negligibly small.
+    Without white noise in the model, N comes from the Allan deviation at one sample. Without a random walk, K is
+    negligibly small. A changing white-noise level is averaged over the record.
     """
     numbers = {"N": 0.0, "K": 0.0}
     remarks, holds = [], []
@@ -82,7 +82,7 @@ def _as_fitted(axis: Axis) -> Choice:
             remarks += [(name, LIMIT)] if limit else []
     if not numbers["N"] > 0.0:
         tau = axis.taus[:1]
-        numbers["N"] = float(np.sqrt(_variance(axis, axis.broad, tau) * tau)[0])
+        numbers["N"] = float(np.sqrt(_allan_variance(axis, axis.broad, tau) * tau)[0])
         remarks.append(
             (
                 "N",
@@ -95,19 +95,19 @@ def _as_fitted(axis: Axis) -> Choice:
     return Choice(numbers["N"], numbers["K"], remarks=tuple(remarks), holds=tuple(holds))
 
 
-def _variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array: Allan variance of a part of the model of an axis, SI."""
+def _allan_variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Allan variance of the model `part` of an axis at the averaging times `tau` (s), SI, shape of `tau`."""
     return axis.scale**2 * part.allan_variance(tau, axis.sampling)
 
 
-def covering(axis: Axis, rest: Model) -> float:
+def smallest_covering_walk(axis: Axis, rest: Model) -> float:
     """Smallest K with which the sum of the random walk K and `rest` has 98 % of the Allan deviation at all τ.
 
     The Allan deviation is that of the white and slow noise of an axis, in SI units. The result is 0
     if `rest` alone is sufficient.
     """
     tau = axis.taus
-    slow = (1.0 - SLACK) ** 2 * _variance(axis, axis.slow, tau)
+    slow = (1.0 - SLACK) ** 2 * _allan_variance(axis, axis.slow, tau)
     missing = slow - rest.allan_variance(tau, axis.sampling)
     needed = float((missing / walk(1.0).allan_variance(tau, axis.sampling)).max())
     return float(np.sqrt(max(0.0, needed)))

@@ -103,7 +103,10 @@ class _Target:
 
     @cached_property
     def tau(self) -> Array:
-        """Array: averaging times at which the Allan deviations are compared, s."""
+        """Averaging times at which the Allan deviations are compared, s, ascending, up to the horizon, whole samples.
+
+        They begin at one sample for a simulator, and at one interval between fixes for a filter.
+        """
         low = 1.0 / self.rate if self.simulator else mission_of(self.horizon, self.rate).step
         high = max(self.horizon, 2.0 * low)
         count = max(2, int(TAUS_PER_DECADE * np.log10(high / low)) + 2)
@@ -113,7 +116,7 @@ class _Target:
 
     @cached_property
     def allan(self) -> Array:
-        """Allan variance (SI) of the broad and slow noise at the averaging times `tau`.
+        """Allan variance (SI) of the white and slow noise at the averaging times `tau`, shape of `tau`.
 
         Vibration is excluded: the NEES counts its integrated effect.
         """
@@ -122,11 +125,11 @@ class _Target:
     @property
     def white(self) -> float:
         """White-noise coefficient N of the model (SI), or 0 if the model has no white noise."""
-        return self.scale * _value(self.model, "N")
+        return self.scale * _coefficient_of(self.model, "N")
 
     @property
-    def lags(self) -> list[tuple[float, float]]:
-        """q_c (SI) and correlation time of each Gauss-Markov process of the model."""
+    def gauss_markov_values(self) -> list[tuple[float, float]]:
+        """List of pairs (q_c in SI, correlation time in s), one per Gauss-Markov process of the model with q_c > 0."""
         return [
             (self.scale * float(e.q_c or 0.0), float(e.correlation_time or 0.0))
             for e in self.model.stochastic
@@ -135,23 +138,25 @@ class _Target:
 
     @property
     def times(self) -> list[float]:
-        """Sorted list of correlation times to try, s: a range around the horizon, and those of the model."""
+        """Sorted list of correlation times to try, s: 11 from 0.1 to 30 horizons, and those of the model."""
         grid = self.horizon * np.geomspace(MIN_LAG, MAX_LAG, LAG_COUNT)
-        return sorted({*map(float, grid), *(T for _, T in self.lags if T > 0.0)})
+        return sorted({*map(float, grid), *(T for _, T in self.gauss_markov_values if T > 0.0)})
 
     def nees(self, ratio: Array, time: Array) -> Array:
-        """NEES (true over predicted error variance) of candidate filters with N = 1, shape (candidates, coasting times).
+        """NEES (true over predicted error variance) of filters with N = 1 SI, shape (candidates, coasting times).
 
-        Each candidate has a ratio K/N and a correlation time in s.
+        Each candidate has a ratio K/N in 1/s and a correlation time in s, infinite for a random walk.
         """
-        errors = _filters(self.horizon, self.rate, tuple(ratio.tolist()), tuple(time.tolist()))
+        errors = _filter_errors(
+            self.horizon, self.rate, tuple(ratio.tolist()), tuple(time.tolist())
+        )
         true = true_variance(self.model, self.rate, mission_of(self.horizon, self.rate), errors)
         return np.asarray(self.scale**2 * true / errors.predicted)
 
-    def tried(self, ratio: Array, time: Array) -> Tried:
-        """`Tried`: candidates with these ratios K/N and correlation times, each with its N² and cost.
+    def candidates_of(self, ratio: Array, time: Array) -> Candidates:
+        """`Candidates` with these ratios K/N (1/s) and correlation times (s), each with its N² and cost.
 
-        Correlation times are in s, and infinite for a random walk.
+        A correlation time is infinite for a random walk.
         """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)
@@ -162,42 +167,42 @@ class _Target:
         shares = self.allan / (white + ratio[:, None] ** 2 * slow)
         squares = np.maximum((1.0 - SLACK) ** 2 * shares.max(axis=1), self.white**2)
         if self.simulator:
-            return Tried(ratio, time, squares, _cost(shares, squares, 0.0))
+            return Candidates(ratio, time, squares, _costs_of(shares, squares, 0.0))
         nees = self.nees(ratio, time)
         late = _count_short_times(self)
         for first, slack in (*((k, SLACK) for k in range(late + 1)), (late, LAST_SLACK)):
             used = nees[:, first:]
             enough = np.maximum(squares, used.max(axis=1) / (1.0 + slack))
-            found = Tried(ratio, time, enough, _cost(used, enough, HORIZON_WEIGHT))
+            found = Candidates(ratio, time, enough, _costs_of(used, enough, HORIZON_WEIGHT))
             if nees[found.best, -1] >= MIN_NEES_AT_HORIZON * enough[found.best]:
                 break
         return found
 
-    def search(self, times: Sequence[float]) -> Tried:
-        """Candidates for every pair of a ratio K/N and one of the correlation times (s), grouped by correlation time."""
+    def candidates_on_grid(self, times: Sequence[float]) -> Candidates:
+        """`Candidates` for all pairs of a ratio K/N in `ratios` and a correlation time (s), grouped by time."""
         ratios = self.ratios
         every_time = np.repeat(np.asarray(times, float), ratios.size)
-        return self.tried(np.tile(ratios, len(times)), every_time)
+        return self.candidates_of(np.tile(ratios, len(times)), every_time)
 
     @property
     def ratios(self) -> Array:
-        """Array: ratios K/N to try, 1/s."""
+        """Ratios K/N to try, 1/s, ascending: five per decade from 1e-3 to 1e5, divided by the horizon."""
         count = int(RATIOS_PER_DECADE * np.log10(MAX_RATIO / MIN_RATIO)) + 1
         return np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
 
-    def best_coefficients(self, found: Tried) -> tuple[float, float, float]:
-        """(N, K or q_c, correlation time in s), SI, of the best candidate after a finer search over K/N; K for time inf."""
+    def refine_best(self, found: Candidates) -> tuple[float, float, float]:
+        """Tuple (N, K or q_c, correlation time in s) of the best candidate in `found` or on a finer K/N grid."""
         ratio, time = found.ratio[found.best], found.time[found.best]
         step = 1 / RATIOS_PER_DECADE
         near = ratio * np.geomspace(10**-step, 10**step, 13)
-        again = self.tried(near, np.full(near.size, time))
+        again = self.candidates_of(near, np.full(near.size, time))
         best = min(found, again, key=lambda one: float(one.cost[one.best]))
         N = float(np.sqrt(best.square[best.best]))
         return N, N * float(best.ratio[best.best]), float(time)
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
+class Candidates:
     """Candidates, shape (c,): K/N, correlation time, the smallest N² that is sufficient, and the cost."""
 
     ratio: Array
@@ -211,54 +216,57 @@ class Tried:
         return int(np.argmin(self.cost))
 
 
-def _cost(shares: Array, squares: Array, last: float) -> Array:
-    """Cost of each candidate, shape (candidates,): the mean of ln²(share/N²), with the extra weight `last` on the last.
+def _costs_of(shares: Array, squares: Array, last: float) -> Array:
+    """Cost of each candidate, shape (candidates,): the mean of ln²(share/N²), plus `last` times its last value.
 
-    A share is a variance of the model divided by that of a candidate with N = 1. `shares` has the
-    shape (candidates, times), and `squares` holds N² of each candidate.
+    A share is a variance of the model divided by that of a candidate with N = 1. `shares` has the shape (candidates,
+    times), and `squares` holds N² of each candidate.
     """
     logs = np.log(np.maximum(shares / np.maximum(squares, 1e-300)[:, None], 1e-12))
     return np.asarray((logs**2).mean(axis=1) + last * logs[:, -1] ** 2)
 
 
 def follow_walk(axis: Axis, *, simulator: bool = False) -> Choice:
-    """`Choice`: N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
-    return _walk_numbers(_target(axis, simulator))
+    """`Choice` with the N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
+    return _choose_walk(_target(axis, simulator))
 
 
 def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False) -> Choice:
-    """N and a Gauss-Markov process that follow the model up to its horizon; `time` fixes the correlation time."""
-    return _lag_numbers(_target(axis, simulator), time)
+    """`Choice` with N and a Gauss-Markov process that follow the model up to its horizon; `time` (s) fixes its time."""
+    return _choose_gauss_markov(_target(axis, simulator), time)
 
 
-def shared_lag(axes: Sequence[Axis]) -> float:
-    """Correlation time in s that suits all axes together best, for formats with one correlation time."""
+def shared_correlation_time(axes: Sequence[Axis]) -> float:
+    """Correlation time in s for all axes together.
+
+    It is the time that all models state if they have just one. Otherwise it has the smallest total cost over all axes.
+    """
     targets = [_target(axis, simulator=False) for axis in axes]
-    own = {T for target in targets for _, T in target.lags}
-    if len(own) == 1 and all(target.lags for target in targets):
+    own = {T for target in targets for _, T in target.gauss_markov_values}
+    if len(own) == 1 and all(target.gauss_markov_values for target in targets):
         return own.pop()
     times = sorted({T for target in targets for T in target.times})
     total = np.zeros(len(times))
     for target in targets:
-        total += target.search(times).cost.reshape(len(times), -1).min(axis=1)
+        total += target.candidates_on_grid(times).cost.reshape(len(times), -1).min(axis=1)
     return times[int(np.argmin(total))]
 
 
 def quality(axis: Axis, choice: Choice) -> Quality:
-    """`Quality` of the numbers to be written against the whole model of an axis: ratio of Allan deviations, and NEES."""
+    """`Quality` of the numbers of `choice` against the whole model of an axis: ratio of Allan deviations, and NEES."""
     bare = Choice(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
     return _quality(_target(axis, simulator=False), bare)
 
 
 def _target(axis: Axis, simulator: bool) -> _Target:
-    """`_Target`: model that the numbers of an axis must follow."""
+    """`_Target` of an axis: its expected model, white and slow noise, rate and horizon."""
     return _Target(
         axis.expected_steady, axis.slow, axis.sampling, axis.horizon, axis.scale, simulator
     )
 
 
-def _value(model: Model, name: str) -> float:
-    """Coefficient of the standard effect with this name, or 0 if the model has no such effect."""
+def _coefficient_of(model: Model, name: str) -> float:
+    """Coefficient of the first standard effect called `name`, in the unit of the model; 0 if the model has none."""
     for effect in model.stochastic:
         if effect.standard is not None and effect.standard.name == name:
             return float(getattr(effect, effect.coefficient))
@@ -266,10 +274,10 @@ def _value(model: Model, name: str) -> float:
 
 
 @lru_cache(maxsize=8)
-def _filters(
+def _filter_errors(
     horizon: float, rate: float, ratio: tuple[float, ...], time: tuple[float, ...]
 ) -> Errors:
-    """Predicted errors of bias filters with N = 1, one filter per pair of ratio K/N and correlation time (s).
+    """`Errors` of bias filters with N = 1, one filter per pair of ratio K/N (1/s) and correlation time (s).
 
     The result is cached, because every axis tries the same ratios.
     """
@@ -277,25 +285,30 @@ def _filters(
 
 
 @lru_cache(maxsize=64)
-def _walk_numbers(target: _Target) -> Choice:
-    """`Choice`: N and K that follow a model: the fitted ones if they are consistent, otherwise the best candidate."""
-    fitted = target.scale * _value(target.model, "K")
+def _choose_walk(target: _Target) -> Choice:
+    """`Choice` with the N and K that follow a model: the fitted ones if consistent, otherwise the best candidate."""
+    fitted = target.scale * _coefficient_of(target.model, "K")
     plain = _fitted_walk(target, fitted)
     if plain is not None:
         return plain
-    N, K, _ = target.best_coefficients(target.search([np.inf]))
+    N, K, _ = target.refine_best(target.candidates_on_grid([np.inf]))
     return Choice(N, K, remarks=_remarks(target, N, "K", K, fitted))
 
 
 @lru_cache(maxsize=64)
-def _lag_numbers(target: _Target, time: float | None) -> Choice:
-    """`Choice` of N and a Gauss-Markov process that follow a model: the fitted ones if consistent, else the best."""
-    own = target.lags
+def _choose_gauss_markov(target: _Target, time: float | None) -> Choice:
+    """`Choice` with N and a Gauss-Markov process: the fitted ones if consistent, otherwise the best candidate.
+
+    A given `time` (s) fixes the correlation time.
+    """
+    own = target.gauss_markov_values
     if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
         choice = Choice(target.white, 0.0, *own[0])
         if _is_consistent(target, choice):
             return choice
-    N, q_c, T = target.best_coefficients(target.search(target.times if time is None else [time]))
+    N, q_c, T = target.refine_best(
+        target.candidates_on_grid(target.times if time is None else [time])
+    )
     return Choice(N, 0.0, q_c, T, remarks=_remarks(target, N, "lag", q_c, 0.0))
 
 
@@ -312,9 +325,9 @@ def _negligible_walk(N: float, horizon: float, rate: float) -> float:
 
 
 def _fitted_walk(target: _Target, K: float) -> Choice | None:
-    """`Choice`: fitted N and K if a filter with them is consistent; None otherwise, or if the model has no white noise.
+    """`Choice` with the fitted N and K; None if a filter with them is not consistent or the model has no white noise.
 
-    If K is 0 or negligible, a negligible positive K replaces it.
+    A negligible positive K replaces a smaller one.
     """
     N = target.white
     if not N > 0.0:
@@ -331,7 +344,10 @@ def _fitted_walk(target: _Target, K: float) -> Choice | None:
 
 
 def _is_consistent(target: _Target, choice: Choice) -> bool:
-    """True if a filter with these numbers is consistent, or for a simulator, if they match the Allan variance."""
+    """True if the NEES of a filter lies in [0.95, 1.02] at all coasting times.
+
+    For a simulator, true if the model's Allan variance over that of the choice lies in [0.95, 1.04] at all τ.
+    """
     if target.simulator:
         shares = target.allan / choice.model.allan_variance(target.tau, target.rate)
         return bool(shares.max() <= (1.0 - SLACK) ** -2 and shares.min() >= MIN_UNCHANGED_NEES)
@@ -340,7 +356,7 @@ def _is_consistent(target: _Target, choice: Choice) -> bool:
 
 
 def _nees_of(target: _Target, choice: Choice) -> Array:
-    """Array: NEES of a filter with these numbers at each coasting time."""
+    """NEES of a filter with the numbers of `choice`, shape (coasting times,)."""
     ratio = np.array([(choice.q_c or choice.K) / choice.N])
     time = np.array([choice.correlation_time or np.inf])
     return target.nees(ratio, time)[0] / choice.N**2
@@ -349,7 +365,11 @@ def _nees_of(target: _Target, choice: Choice) -> Array:
 def _remarks(
     target: _Target, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
-    """Pairs (name, remark) on changed coefficients: the slow one, and N if N was raised or the model has no white noise."""
+    """Tuple of pairs (name, remark) on N and the slow coefficient called `name`.
+
+    The slow coefficient always has a remark. N has one if the model has no white noise or N is over 0.5 % larger than
+    the fitted N.
+    """
     last = f"{target.horizon:.4g} s"
     words = {}
     if not target.white > 0.0:
@@ -367,7 +387,7 @@ def _remarks(
 
 @lru_cache(maxsize=256)
 def _quality(target: _Target, choice: Choice) -> Quality:
-    """`Quality`: comparison of the numbers to be written with the model: ratio of Allan deviations, and NEES."""
+    """`Quality` of the numbers of `choice` against the whole model: ratio of Allan deviations, and NEES."""
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)
     whole = target.scale**2 * target.model.allan_variance(tau, fs)

@@ -39,17 +39,17 @@ def head(
     simulator: bool = False,
     samples: bool = False,
 ) -> list[str]:
-    """List of comment lines at the head of a file: whether to use it, its conventions, and the effects of each axis."""
+    """List of comment lines for the head of a file: whether to use it, its conventions, and the effects of each axis."""
     return [
         verdict(pairs, simulator=simulator or samples),
         GENERAL,
         *convention,
-        *(line for a, c in pairs for line in about(a, c, simulator=simulator)),
+        *(line for a, c in pairs for line in axis_comments(a, c, simulator=simulator)),
     ]
 
 
 def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
-    """First comment of a file: whether to use the file, the reasons against it, and how far its numbers are from the model.
+    """Text of the first comment: whether to use the file, reasons against it, and how its numbers fit the model.
 
     The text is ASCII, because some programs refuse other characters in a comment.
     """
@@ -57,7 +57,7 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     reasons = [f"{axis.name}: {axis.warning}" for axis, _ in pairs if axis.warning]
     filters = [(a, c, q) for (a, c), (_, q) in zip(pairs, found, strict=True) if not c.B]
     if not simulator:
-        reasons += [_overconfident(*one) for one in filters if one[2].nees > MAX_NEES]
+        reasons += [_overconfidence_text(*one) for one in filters if one[2].nees > MAX_NEES]
     axis, worst = max(found, key=lambda one: abs(one[1].log_ratio))
     where = f" ({axis.name})" if len(found) > 1 else ""
     horizon = max(a.horizon for a, _ in pairs)
@@ -84,7 +84,7 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     ]
     if unstated and not simulator:
         sentences.append(f"The source states no slow noise of {', '.join(unstated)}: K is a guess.")
-    sentences += _too_short([axis for axis, _ in pairs])
+    sentences += _short_log_sentences([axis for axis, _ in pairs])
     short = [a for a, _ in pairs if a.horizon > 1.001 * a.until]
     if short:
         sentences.append(
@@ -93,10 +93,11 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     return " ".join(sentences)
 
 
-def _too_short(axes: Sequence[Axis]) -> list[str]:
-    """List of texts: sentences on slow effects that were not detected in short logs; empty if there are none.
+def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
+    """List of sentences on slow effects that were not detected in short logs; empty if there are none.
 
     A log is short if a tenth of its length, the longest tau with a reliable deviation, is below the default horizon.
+    Axes whose numbers rest on assumptions instead of a log are skipped.
     """
     of: dict[tuple[str, float], list[str]] = {}
     for axis in axes:
@@ -120,9 +121,9 @@ def _too_short(axes: Sequence[Axis]) -> list[str]:
     ]
 
 
-def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:
-    """Sentence for the head: a filter with the numbers of this axis is overconfident, and which effects they lack."""
-    left = [label for label, _ in _left_out(axis, choice, simulator=False)]
+def _overconfidence_text(axis: Axis, choice: Choice, found: Quality) -> str:
+    """Text that a filter with the numbers of this axis is overconfident, with its NEES and the effects that they omit."""
+    left = [label for label, _ in _omitted_effects(axis, choice, simulator=False)]
     what = ", ".join(left) or "a part of the model"
     return (
         f"{axis.name}: a bias filter is overconfident, its NEES is {found.nees:.3g} after {found.at:.3g} s,"
@@ -130,17 +131,21 @@ def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:
     )
 
 
-def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
-    """List of texts: lines on one axis: its model, and the effects that the numbers cover or omit."""
+def axis_comments(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
+    """List of comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit."""
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
     if axis.assumptions:
         origin = f"from {axis.source}, without a log"
     covered = _covered_text(axis, choice, simulator=simulator)
     name = "+".join(_names_with_counts(e.short for e in axis.model))
     line = f"{axis.name}: {origin}; model {name}; in this file: {covered}"
-    left = [f"{label} ({e.kind})" for label, e in _left_out(axis, choice, simulator=simulator)]
+    left = [
+        f"{label} ({e.kind})" for label, e in _omitted_effects(axis, choice, simulator=simulator)
+    ]
     if len(left) > MAX_LISTED_EFFECTS:
-        left = _names_with_counts(e.kind for _, e in _left_out(axis, choice, simulator=simulator))
+        left = _names_with_counts(
+            e.kind for _, e in _omitted_effects(axis, choice, simulator=simulator)
+        )
     lines = [line, *(f"  {note}" for note in axis.notes)]
     lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
     if choice is not None and choice.overbound and axis.loudest is not None:
@@ -148,18 +153,18 @@ def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list
         lines.append(
             f"  N covers the loudest segment of the log, from about {begin:.4g} s to {end:.4g} s"
         )
-    lines += [f"  {line}" for line in _alternatives(axis)]
+    lines += [f"  {line}" for line in _alternative_intervals(axis)]
     if left:
         lines.append(f"  not in this file: {', '.join(left)}")
     return lines
 
 
 def _names_with_counts(names: Iterable[str]) -> list[str]:
-    """Each name once, with its count if it is larger than 1: ``12 SIN``."""
+    """List of the different names in order of appearance, each with its count if it is larger than 1: ``12 SIN``."""
     return [name if n == 1 else f"{n} {name}" for name, n in Counter(names).items()]
 
 
-def _alternatives(axis: Axis) -> Iterator[str]:
+def _alternative_intervals(axis: Axis) -> Iterator[str]:
     """Yields a line for each coefficient whose interval is clearly wider under alternative models.
 
     An example is ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
@@ -190,7 +195,7 @@ def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
     elif choice.holds is not None:
         covered = f"{', '.join(choice.holds)} as fitted"
     else:
-        missing = {label for label, _ in _left_out(axis, choice, simulator=simulator)}
+        missing = {label for label, _ in _omitted_effects(axis, choice, simulator=simulator)}
         own = (label for label, _ in _labeled_effects(axis) if label not in missing)
         labels = tuple(own)
         shorts = (e.short for label, e in _labeled_effects(axis) if label in labels)
@@ -207,12 +212,14 @@ def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
 
 
 def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
-    """Yields the label and the effect of each effect of the model of an axis."""
+    """Yields pairs (label, effect) of the model of an axis."""
     return zip(axis.model.labels, axis.model.effects, strict=True)
 
 
-def _left_out(axis: Axis, choice: Choice | None, *, simulator: bool) -> list[tuple[str, Effect]]:
-    """List of pairs: label and effect of each effect that the numbers of a file omit."""
+def _omitted_effects(
+    axis: Axis, choice: Choice | None, *, simulator: bool
+) -> list[tuple[str, Effect]]:
+    """List of pairs (label, effect) of the effects that the numbers of a file omit."""
     if choice is not None and choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
     return [
@@ -221,9 +228,10 @@ def _left_out(axis: Axis, choice: Choice | None, *, simulator: bool) -> list[tup
 
 
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
-    """True if numbers that follow the model cover this effect. Known functions of time are not covered.
+    """True if numbers that follow the model cover this effect.
 
-    Numbers for a simulator do not cover lines and narrow bands either.
+    True for random processes, spectral lines, filters, and known functions with a positive Allan variance at 1 s. With
+    `simulator`, false for lines and narrow bands.
     """
     if isinstance(effect, Stochastic):
         return not simulator or effect.occupies is None

@@ -48,7 +48,7 @@ class Choice:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the Gauss-Markov process, SI."""
+        """Standard deviation of the Gauss-Markov process, q_c √(correlation time/2), SI; 0 without one."""
         return float(self.q_c * np.sqrt(self.correlation_time / 2.0))
 
     def remark(self, name: str) -> str:
@@ -57,7 +57,7 @@ class Choice:
 
     @property
     def model(self) -> Model:
-        """The numbers as a model in SI units."""
+        """`Model` of the numbers in SI units: N and K, and B and a Gauss-Markov process if they are not 0."""
         out = white_noise(self.N) + walk(self.K)
         if self.B:
             out = out + standard()["B"]().with_values(B=self.B)
@@ -67,10 +67,10 @@ class Choice:
 
 
 def walk(K: float) -> Effect:
-    """`Effect`: random walk with coefficient K: the slow process of most filters."""
+    """`RateRandomWalk` with coefficient K: the slow process of most filters."""
     return standard()["K"]().with_values(K=K)
 
 
 def lag(q_c: float, time: float) -> GaussMarkov:
-    """Gauss-Markov process with density `q_c` and correlation time `time`: the slow process of some filters."""
+    """`GaussMarkov` with density coefficient `q_c` and correlation time `time` (s): the slow process of some filters."""
     return GaussMarkov(q_c=q_c, correlation_time=float(time))

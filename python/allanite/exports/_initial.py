@@ -19,10 +19,11 @@ ALIGNMENT = 60.0
 
 
 def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
-    """Standard deviation (SI) of the bias at switch-on for a filter that starts with bias 0; None if there is only one log.
+    """Standard deviation (SI) of the bias at switch-on for a filter that starts with bias 0; None without several logs.
 
-    For a gyroscope, the mean bias counts as well. For an accelerometer, gravity hides the mean, and
-    only the spread counts. A new switch-on deviates from the mean of n others by σ√(1 + 1/n).
+    For a gyroscope, the mean bias counts as well. For an accelerometer, gravity hides the mean, and only the spread
+    counts. A new switch-on deviates from the mean of n others by σ√(1 + 1/n). With `overbound`, σ is the upper end of
+    its interval.
     """
     found = axis.turn_on
     if found is None:
@@ -34,7 +35,7 @@ def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
     return axis.scale * math.sqrt(square)
 
 
-def unknown(axis: Axis) -> str:
+def unknown_bias_text(axis: Axis) -> str:
     """Sentence for an axis with one log: its bias at switch-on is unknown, and how much an alignment leaves of it."""
     tau = np.array([min(ALIGNMENT, axis.until)])
     # The means of two neighboring segments differ by √2 Allan deviations.
@@ -50,7 +51,9 @@ def unknown(axis: Axis) -> str:
 def initial_lines(
     axes: Sequence[Axis], keys: Mapping[str, str], form: str, mark: str = "#", *, overbound: bool
 ) -> str:
-    """Lines with the initial bias of each sensor, the largest of its axes; a comment if there is only one log.
+    """Text with a line for the initial bias of each sensor, the largest of its axes; a comment without several logs.
+
+    A sensor without axes has no line.
 
     Parameters
     ----------
@@ -82,5 +85,5 @@ def initial_lines(
                 note += "; relative to the mean, as gravity hides the mean; includes tilt between the logs"
             lines.append(form.format(key=keys[sensor], value=value, note=note) + "\n")
         elif own:
-            lines.append(f"{mark} {keys[sensor]}: {unknown(own[0])}\n")
+            lines.append(f"{mark} {keys[sensor]}: {unknown_bias_text(own[0])}\n")
     return "".join(lines)

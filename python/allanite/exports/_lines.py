@@ -19,25 +19,25 @@ if TYPE_CHECKING:
     from allanite.exports._held import Choice
 
 
-def needs_both(axes: Iterable[Axis], target: str) -> None:
-    """Raise an error if the gyroscope or the accelerometer is missing, because the program reads the keys of both."""
+def check_both_sensors(axes: Iterable[Axis], target: str) -> None:
+    """Raise `InputError` if the gyroscope or the accelerometer is missing, because the program reads the keys of both."""
     if not all(split(axes)):
         raise InputError(
             f"{target} needs models of both a gyroscope and an accelerometer: add the missing one"
         )
 
 
-def chosen(
+def choose_all(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
 ) -> list[tuple[Axis, Choice]]:
-    """Pairs of each axis and the numbers N and K to be written for it."""
+    """List of pairs (axis, `Choice` with the N and K to be written for it)."""
     return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 
-def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
-    """Pairs of each axis and its numbers, with N and K replaced by the largest of all axes.
+def with_shared_numbers(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
+    """List of pairs (axis, `Choice`), in which N and K are replaced by the largest of all axes; empty without pairs.
 
-    This is for formats with one number per sensor.
+    This is for formats with one number per sensor. `others` names the axes of replaced numbers.
     """
     if not pairs:
         return []
@@ -52,14 +52,15 @@ def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
 
 
 def _donor(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
-    """The pair (axis, numbers) with the largest number called `name`."""
+    """The pair (axis, `Choice`) with the largest number called `name`; the first of equal ones."""
     return max(pairs, key=lambda pair: getattr(pair[1], name))
 
 
 def largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
-    """Largest number called `name` (N or K) of several axes, and a remark that states its axis.
+    """Pair (value, remark): the largest N or K (`name`) of several axes, and a text that states its axis.
 
-    This is for formats with one number per sensor.
+    This is for formats with one number per sensor. The text also holds the remark on the number, and can be empty for
+    one axis. Raises `InputError` unless the value is positive.
     """
     axis, choice = _donor(pairs, name)
     value = getattr(choice, name)
@@ -104,8 +105,11 @@ def value_lines(
         Documented minimum and maximum of a key. A number outside is written, with a note.
     """
     gyro, accel = split(axes)
-    pairs = {"gyro": chosen(gyro, overbound=overbound), "accel": chosen(accel, overbound=overbound)}
-    held = [pair for own in pairs.values() for pair in shared(own)]
+    pairs = {
+        "gyro": choose_all(gyro, overbound=overbound),
+        "accel": choose_all(accel, overbound=overbound),
+    }
+    held = [pair for own in pairs.values() for pair in with_shared_numbers(own)]
     lines = [comments(head(held, convention), mark)]
     for sensor, own in pairs.items():
         if not own:

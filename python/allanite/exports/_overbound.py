@@ -25,7 +25,10 @@ POINTS_PER_DECADE, POINTS_PER_BAND = 48, 65
 
 
 def overbound_walk(axis: Axis) -> Choice:
-    """`Choice` of the smallest N and K, SI, that cover the upper limits of an axis; a negligible K replaces 0."""
+    """`Choice` with the smallest N and K that cover the upper limits of an axis, by linear programming in N² and K².
+
+    If no K is needed, K is negligibly small.
+    """
     limits = _Limits(axis)
     white, slow = limits.smallest(walk(1.0))[0]
     if slow > 0.0:
@@ -39,7 +42,10 @@ def overbound_walk(axis: Axis) -> Choice:
 
 
 def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
-    """`Choice` of the smallest N and Gauss-Markov process that cover the upper limits, with the best or a given T."""
+    """`Choice` with the smallest N and Gauss-Markov process that cover the upper limits of an axis.
+
+    `time` (s) fixes the correlation time. Otherwise it is the one of least mean ratio to the limits.
+    """
     limits, tau = _Limits(axis), axis.taus
     low, high = 4.0 * tau[0], 10.0 * tau[-1]
     count = max(2, int(LAGS_PER_DECADE * np.log10(high / low)))
@@ -61,7 +67,7 @@ class _Limits:
         self.tau = np.asarray(factors / fs, dtype=np.float64)
         # A filter that is aided for three horizons and coasts for one depends on frequencies down to 1/(4 horizons).
         self.f = np.geomspace(0.25 / last, 0.4999 * fs, count)
-        self.in_bands = np.concatenate([np.zeros(0), *_bands(axis)])
+        self.in_bands = np.concatenate([np.zeros(0), *_band_frequencies(axis)])
         f = np.concatenate([self.f, self.in_bands])
         self.limit = np.concatenate([axis.allan(self.tau, upper=True), axis.psd(f, upper=True)])
         # Both curves have the same total weight. Points in bands only bound the numbers and have no weight.
@@ -73,15 +79,16 @@ class _Limits:
             )
 
     def _curves(self, effect: Effect) -> NDArray[np.float64]:
-        """Allan variance at all τ, followed by the density at all frequencies, of an effect, as one array."""
+        """One array: Allan variance of an effect at all `tau`, then its density at all `f` and `in_bands`."""
         fs = self.axis.sampling
         f = np.concatenate([self.f, self.in_bands])
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
 
     def smallest(self, slow: Effect) -> tuple[NDArray[np.float64], float]:
-        """The smallest (N², squared slow coefficient) whose curves cover the limits, and their mean ratio to the limits.
+        """Pair: array of the smallest (N², K² or q_c²) whose curves cover the limits, and the mean ratio to the limits.
 
-        `slow` is the slow process with coefficient 1.
+        `slow` is the slow process with coefficient 1. The ratio is the mean over τ plus the mean over frequency,
+        without the points in bands.
         """
         from scipy.optimize import linprog
 
@@ -99,8 +106,11 @@ class _Limits:
         return scaled / size, float(cost @ scaled)
 
 
-def _bands(axis: Axis) -> Iterator[NDArray[np.float64]]:
-    """Yields frequencies (Hz) within the band of each band-limited process, also at the ends of its parameter intervals."""
+def _band_frequencies(axis: Axis) -> Iterator[NDArray[np.float64]]:
+    """Yields an array of up to 65 frequencies (Hz) for each form of each band-limited process in `axis.corners`.
+
+    They are evenly spaced over its band, without those at 0 or from half the rate on.
+    """
     for forms in axis.corners:
         for form in forms:
             band = form.stochastic[0].occupies

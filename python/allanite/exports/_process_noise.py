@@ -53,7 +53,7 @@ class ProcessNoise:
 
 
 def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
-    """Process noise of angles (gyroscopes) and velocities (accelerometers), with the slow noise counted as white noise."""
+    """`ProcessNoise` of angles (gyroscopes) and velocities (accelerometers), with K counted as white noise."""
     variances: dict[str, float] = {}
     pairs, remarks = [], []
     for sensor, states, own in zip(

@@ -90,7 +90,7 @@ class Targets(Mapping[str, Target]):
             add_entry_points(ENTRY_POINTS, "export", self._add)
 
     def _add(self, target: object) -> None:
-        """Add one target; raise an error if its name or file name is already used by another target."""
+        """Add one target. Raises `InputError` for another type, or if its name or file name is already used."""
         if not isinstance(target, Target):
             raise InputError(f"{target!r} is not an allanite.exports.Target")
         for other in self._targets.values():

@@ -15,11 +15,12 @@ LINE_LENGTH = 120
 
 
 def plain(text: object, max_length: int = MAX_LENGTH) -> str:
-    """The text as one line that cannot end a line, a comment or a string in any of the formats.
+    """Text as one line that cannot end a line, a comment or a string in any of the formats.
 
-    Control characters, line and paragraph separators, invisible and surrogate characters become ``/uNNNN``. A backslash,
-    which would continue a line of C, becomes a slash. A space separates ``--`` (the end of an XML comment), ``*/`` and
-    ``%{``. Quotes become typographic quotes. A text above `max_length` characters is cut.
+    Control characters, line and paragraph separators, invisible and surrogate characters become ``/uNNNN``. A
+    backslash, which would continue a line of C, becomes a slash. A space separates ``--`` (the end of an XML comment),
+    ``*/``, ``%{`` and similar pairs. Quotes become typographic quotes. A text above `max_length` characters is cut and
+    ends with ``…``.
     """
     out = []
     for c in str(text)[: max_length + 1]:
@@ -34,8 +35,11 @@ def plain(text: object, max_length: int = MAX_LENGTH) -> str:
     return line if len(line) <= max_length else line[: max_length - 1] + "…"
 
 
-def _wrapped(line: str, begin: str) -> list[str]:
-    """The line, preceded by `begin` and broken between words; the lines that follow are indented by four more spaces."""
+def _wrap_comment(line: str, begin: str) -> list[str]:
+    """List of lines that begin with `begin`: the given line, broken between words.
+
+    The later lines are indented by four more spaces. No line is longer than `LINE_LENGTH` unless a word is.
+    """
     indent = line[: len(line) - len(line.lstrip())]
     return textwrap.wrap(
         line,
@@ -49,12 +53,12 @@ def _wrapped(line: str, begin: str) -> list[str]:
 
 def comments(lines: list[str], mark: str = "#") -> str:
     """Text in which every line is a comment that begins with `mark`; long lines wrap."""
-    return "".join(f"{row}\n" for line in lines for row in _wrapped(line, f"{mark} "))
+    return "".join(f"{row}\n" for line in lines for row in _wrap_comment(line, f"{mark} "))
 
 
-def block(lines: list[str]) -> str:
-    """The lines as one XML comment; long lines wrap."""
-    rows = [row for line in lines for row in _wrapped(line, "  ")]
+def xml_comment(lines: list[str]) -> str:
+    """Text of one XML comment that holds the lines; long lines wrap."""
+    rows = [row for line in lines for row in _wrap_comment(line, "  ")]
     return "<!--\n" + "".join(f"{row}\n" for row in rows) + "-->\n"
 
 

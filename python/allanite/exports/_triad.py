@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.recording.axis_names import axis_letter
+from allanite.recording.axis_names import letter_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,13 +17,13 @@ PLACES = ("x", "y", "z")
 def in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
-    """Pair: numbers of x, y and z in this order, and remarks on axes without a model of their own.
+    """Pair: list of the numbers (tuples) of x, y and z in this order, and list of remarks on axes without an own model.
 
-    The letter in its name assigns an axis; three axes without letters are taken in their order. An
-    axis without a model gets the largest of each number, because the density and Allan variance of
-    a Gauss-Markov process rise with its strength and correlation time.
+    The letter in its name assigns an axis; three axes without letters are taken in their order. An axis without a model
+    gets the largest of each number, because the density and Allan variance of a Gauss-Markov process rise with its
+    strength and correlation time. All three get the largest numbers if a letter is unknown or repeated.
     """
-    letters = [axis_letter(axis.name) for axis in axes]
+    letters = [letter_of(axis.name) for axis in axes]
     if len(axes) == 3 and None in letters:
         letters = list(PLACES)
     known = None not in letters and len(set(letters)) == len(letters)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.exports._head import head
-from allanite.exports._lines import chosen
+from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a C header with arrays of N and K in SI units, in the order of the given axes."""
-    pairs = chosen(axes, overbound=overbound)
+    pairs = choose_all(axes, overbound=overbound)
     convention = (
         "N and K are continuous-time, two-sided, in SI. With the sampling interval dt, the standard deviation per sample",
         "is N/sqrt(dt), and that of a bias step from sample to sample is K*sqrt(dt).",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Stochastic
 from allanite.exports._axis import rate_of, split
-from allanite.exports._choice import LIMIT, choose, covering
+from allanite.exports._choice import LIMIT, choose, smallest_covering_walk
 from allanite.exports._head import head
 from allanite.exports._target import Target
 from allanite.exports._text import comments
@@ -77,7 +77,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _fitted_numbers(axis: Axis) -> Choice:
-    """`Choice`: fitted N, B and K, or their upper limits; K is larger if other slow processes must be covered."""
+    """`Choice` with the fitted N, B and K, or their upper limits if not detected; K also covers other slow processes."""
     first = choose(axis, simulator=True) if axis.as_fitted else _white_numbers(axis)
     values = {"B": 0.0, "K": 0.0}
     remarks = {"N": first.remark("N")}
@@ -87,7 +87,11 @@ def _fitted_numbers(axis: Axis) -> Choice:
         values[name] = float(estimate.interval[1] if limit and estimate.interval else estimate)
         remarks[name] = LIMIT if limit else ""
     choice = replace(first, B=values["B"], K=0.0)
-    needed = covering(axis, choice.model) if _has_others(axis) and not axis.as_fitted else 0.0
+    needed = (
+        smallest_covering_walk(axis, choice.model)
+        if _has_others(axis) and not axis.as_fitted
+        else 0.0
+    )
     if needed > values["K"]:
         values["K"] = needed
         remarks["K"] = (

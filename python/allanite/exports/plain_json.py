@@ -26,7 +26,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
-    """JSON object of one axis."""
+    """Dict for JSON of one axis: names, units, coefficients and effects; with `overbound`, also the covering N and K."""
     out: dict[str, object] = {
         "name": axis.name,
         "kind": axis.kind,

@@ -105,7 +105,7 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
 
 
 def _power_between(term: Term, w: NDArray[np.float64]) -> float:
-    """Integrated spectrum of a term, U², between the first and the last of these frequencies (rad per sample)."""
+    """Integrated spectrum of a term, U², from the first to the last of the ascending frequencies `w` (rad per sample)."""
     return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
 
 

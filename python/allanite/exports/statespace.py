@@ -54,7 +54,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _reduced_state_space(model: Model, rate: float, duration: float) -> StateSpace:
-    """State space with at most `STATES` states if the model can be reduced, otherwise with all its states."""
+    """`StateSpace` with at most `STATES` states if the model can be reduced, otherwise with all its states."""
     try:
         return state_space(model, rate, states=STATES, duration=duration)
     except InputError:

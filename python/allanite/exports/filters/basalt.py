@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of, split
 from allanite.exports._head import head
-from allanite.exports._lines import chosen, needs_both
+from allanite.exports._lines import check_both_sensors, choose_all
 from allanite.exports._target import Target
 from allanite.exports._triad import in_xyz
 
@@ -26,8 +26,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     (basalt/calibration/calibration.hpp, basalt/linearization/imu_block.hpp).
     """
     update = rate_of(axes, rate, "basalt")
-    needs_both(axes, "basalt")
-    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    check_both_sensors(axes, "basalt")
+    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
     convention = (
         f"Basalt: continuous-time, two-sided densities of x, y, z. Basalt multiplies N by sqrt({update:g} Hz) itself.",
         "Copy these lines into value0 of your calibration file, which also holds the cameras.",

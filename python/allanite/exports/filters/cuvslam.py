@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of
-from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     cuvslam.h refers to Kalibr's noise model for the units.
     """
-    needs_both(axes, "cuvslam")
+    check_both_sensors(axes, "cuvslam")
     fs = rate_of(axes, rate, "cuvslam")
     convention = (
         "cuVSLAM (isaac_ros_visual_slam): Kalibr's noise model with continuous-time, two-sided densities.",

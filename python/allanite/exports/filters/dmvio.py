@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     GTSAM's preintegration squares N. The bias changes by K·√Δt between frames (IMUUtils.cpp, fcc306b).
     """
-    needs_both(axes, "dmvio")
+    check_both_sensors(axes, "dmvio")
     convention = (
         "DM-VIO: continuous-time, two-sided densities. Copy these lines into the settings file.",
         "The example files of DM-VIO have larger numbers: they also cover vibration, which a record at rest does not show.",

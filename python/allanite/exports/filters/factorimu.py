@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of, split
 from allanite.exports._head import head
-from allanite.exports._lines import chosen, needs_both
+from allanite.exports._lines import check_both_sensors, choose_all
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 from allanite.exports._triad import in_xyz
@@ -26,8 +26,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     The factor multiplies N² by the rate for a sample, and K² by the time between nodes.
     """
     fs = rate_of(axes, rate, "factorimu")
-    needs_both(axes, "factorimu")
-    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    check_both_sensors(axes, "factorimu")
+    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
     convention = [
         "factorIMUParameters: continuous-time, two-sided covariances N^2 and K^2, despite the units in its documentation.",
         "The factor multiplies N^2 by SampleRate for a sample, and K^2 by the time between two nodes.",

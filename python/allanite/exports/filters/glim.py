@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import split
 from allanite.exports._head import head
-from allanite.exports._lines import chosen, largest, needs_both, shared
+from allanite.exports._lines import check_both_sensors, choose_all, largest, with_shared_numbers
 from allanite.exports._target import Target
 
 if TYPE_CHECKING:
@@ -27,9 +27,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both sensors.
     """
-    needs_both(axes, "glim")
+    check_both_sensors(axes, "glim")
     scans = rate or SCAN_RATE
-    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
     convention = (
         "GLIM: imu_acc_noise and imu_gyro_noise are continuous-time, two-sided densities. imu_bias_noise is the standard",
         f"deviation of a bias step from scan to scan, K/sqrt(scan rate), here for {scans:g} scans per second. GLIM uses",
@@ -41,7 +41,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "imu_int_noise": 1e-8,
         "imu_bias_noise": max(largest(own, "K")[0] for own in (gyro, accel)) / math.sqrt(scans),
     }
-    whole = {"_comment": head([*shared(gyro), *shared(accel)], convention), "sensors": values}
+    whole = {
+        "_comment": head([*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention),
+        "sensors": values,
+    }
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import split
 from allanite.exports._head import head
-from allanite.exports._initial import initial_bias, unknown
-from allanite.exports._lines import chosen, largest, shared
+from allanite.exports._initial import initial_bias, unknown_bias_text
+from allanite.exports._lines import choose_all, largest, with_shared_numbers
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 
@@ -22,12 +22,12 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     The covariance of the integration itself must be set: GTSAM's default, the identity, would alone give 1 m after 1 s.
     """
-    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
     convention = (
         "GTSAM: continuous-time, two-sided covariances N^2 and K^2. They do not depend on the sampling rate.",
     )
     lines = [
-        comments(head([*shared(gyro), *shared(accel)], convention)),
+        comments(head([*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention)),
         "import gtsam\nimport numpy as np\n\n",
         "# For a frame whose z axis points up. Use MakeSharedD if the z axis points down.\n",
         "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",
@@ -69,7 +69,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{known[0]:.6e}] * 3 + [{known[1]:.6e}] * 3))\n"
         )
     else:
-        sentences = [unknown(own[0][0]) for own in (accel, gyro) if own]
+        sentences = [unknown_bias_text(own[0][0]) for own in (accel, gyro) if own]
         lines.append(comments([f"Prior on the first bias: {one}" for one in sentences]))
     return "".join(lines)
 

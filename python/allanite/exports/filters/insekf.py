@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of, split
 from allanite.exports._head import head
-from allanite.exports._initial import initial_bias, unknown
-from allanite.exports._lines import chosen
+from allanite.exports._initial import initial_bias, unknown_bias_text
+from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 from allanite.exports._triad import in_xyz
@@ -27,7 +27,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample.
     """
     fs = rate_of(axes, rate, "insekf")
-    sensors = [chosen(own, overbound=overbound) for own in split(axes)]
+    sensors = [choose_all(own, overbound=overbound) for own in split(axes)]
     convention = [
         "insEKF: AdditiveProcessNoise is a continuous-time density, K^2 for a bias. A prediction over dt adds dt times",
         f"this density. Measurement noise is the variance of a sample at {fs:g} Hz, N^2*rate. Orientation, velocity and",
@@ -57,7 +57,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 "  % standard deviation at switch-on, largest of the axes\n"
             )
         else:
-            body.append(comments([unknown(own[0])], "%"))
+            body.append(comments([unknown_bias_text(own[0])], "%"))
     made = "".join(
         f"{member} = ins{name};\n"
         for (name, _), member in zip(SENSORS, ("gyroscope", "accelerometer"), strict=True)

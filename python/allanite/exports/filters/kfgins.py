@@ -9,9 +9,9 @@ import numpy as np
 
 from allanite.exports._axis import split
 from allanite.exports._choice import choose_lag
-from allanite.exports._follow import shared_lag
+from allanite.exports._follow import shared_correlation_time
 from allanite.exports._head import head
-from allanite.exports._lines import needs_both
+from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 from allanite.exports._triad import in_xyz
@@ -30,23 +30,23 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h.
     """
     gyro, accel = split(axes)
-    needs_both(axes, "kfgins")
+    check_both_sensors(axes, "kfgins")
     axes = [*gyro, *accel]
     if overbound:
         # All axes get the geometric mean of their best correlation times.
         own = [choose_lag(axis, overbound=True).correlation_time for axis in axes]
         time = float(np.exp(np.mean(np.log(own))))
     else:
-        time = shared_lag(axes)
-    chosen = [(axis, choose_lag(axis, time, overbound=overbound)) for axis in axes]
+        time = shared_correlation_time(axes)
+    choose_all = [(axis, choose_lag(axis, time, overbound=overbound)) for axis in axes]
     convention = [
         "KF-GINS, OB_GINS: arw and vrw are continuous-time, two-sided densities. gbstd and abstd are the standard",
         "deviation sigma (not the density) of Gauss-Markov biases. Set the scale factors gsstd and asstd yourself.",
     ]
     rows = []
     for sensor, pairs in (
-        ("gyroscope", chosen[: len(gyro)]),
-        ("accelerometer", chosen[len(gyro) :]),
+        ("gyroscope", choose_all[: len(gyro)]),
+        ("accelerometer", choose_all[len(gyro) :]),
     ):
         places, axis_remarks = in_xyz([a for a, _ in pairs], [(c.N, c.sigma) for _, c in pairs])
         convention += [f"{sensor} {line}" for line in axis_remarks]
@@ -56,7 +56,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         """Text ``[x, y, z]`` of the number at index `number` of each axis, divided by `unit`."""
         return "[" + ", ".join(f"{place[number] / unit:.6e}" for place in places) + "]"
 
-    return comments(head(chosen, convention)) + (
+    return comments(head(choose_all, convention)) + (
         "imunoise:\n"
         f"  arw: {row(rows[0], 0, DEGREE / 60)}  # deg/sqrt(hr)\n"
         f"  vrw: {row(rows[1], 0, 1 / 60)}  # m/s/sqrt(hr)\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of
-from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
 from allanite.exports.filters.kalibr import ROWS
 
@@ -24,7 +24,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     and no parameter changes this.
     """
     update = rate_of(axes, rate, "kimera")
-    needs_both(axes, "kimera")
+    check_both_sensors(axes, "kimera")
     convention = (
         "Kimera-VIO: continuous-time, two-sided densities. The program squares them for GTSAM's preintegration.",
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from allanite.exports._axis import split
 from allanite.exports._choice import choose_lag
 from allanite.exports._head import head
-from allanite.exports._lines import needs_both
+from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 from allanite.exports._triad import in_xyz
@@ -24,7 +24,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ins_gnss.m squares arw, vrw, gb_psd and ab_psd for the continuous Q; F_update.m has -1/corr for the biases (017fd29).
     The lines must come after `imu_si_errors`, which computes gb_psd without the factor √2 of a Gauss-Markov process.
     """
-    needs_both(axes, "navego")
+    check_both_sensors(axes, "navego")
     convention = [
         "NaveGo: continuous-time, two-sided densities in SI. Put these lines after the call of imu_si_errors.",
     ]

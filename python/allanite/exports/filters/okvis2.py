@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.exports._initial import initial_lines
-from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     OKVIS2 adds dt·sigma² in each step of length dt (okvis_ceres/src/ImuError.cpp, 0f18f34).
     """
-    needs_both(axes, "okvis2")
+    check_both_sensors(axes, "okvis2")
     convention = (
         "OKVIS2 (OKVIS): continuous-time, two-sided densities. Each step of length dt adds sigma^2*dt.",
         "Copy these lines into the node imu_parameters. Set a_max, g_max, g and T_BS yourself.",

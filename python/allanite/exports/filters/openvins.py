@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of
-from allanite.exports._lines import needs_both, value_lines
+from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
 from allanite.exports.filters.kalibr import ROWS
 
@@ -33,7 +33,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ov_msckf/core/VioManagerOptions.h). The file sets them to the identity.
     """
     update = rate_of(axes, rate, "openvins")
-    needs_both(axes, "openvins")
+    check_both_sensors(axes, "openvins")
     convention = (
         "OpenVINS: continuous-time, two-sided densities. The program applies sqrt(dt) itself.",
         "The matrices are the identity: replace them by your calibration.",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.exports._axis import split
 from allanite.exports._choice import choose_lag
 from allanite.exports._head import head
-from allanite.exports._lines import needs_both
+from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 from allanite.exports._triad import in_xyz
@@ -31,7 +31,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     `imuerrset` of PSINS uses these units.
     """
-    needs_both(axes, "psins")
+    check_both_sensors(axes, "psins")
     pairs = []
     convention = [
         "PSINS: web and wdb are continuous-time, two-sided densities. sqrtR0G and sqrtR0A are sigma of Gauss-Markov",

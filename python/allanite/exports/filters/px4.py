@@ -45,7 +45,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text for QGroundControl: system, component, name, value and type of each parameter, separated by tabs."""
+    """Text for QGroundControl, one line per parameter: system, component, name, value and type, separated by tabs."""
     form = f"{{note}}\n1\t1\t{{key}}\t{{value:.9g}}\t{REAL32}"
     return _file(axes, rate, form, overbound=overbound)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import split
 from allanite.exports._head import head
-from allanite.exports._initial import initial_bias, unknown
+from allanite.exports._initial import initial_bias, unknown_bias_text
 from allanite.exports._process_noise import CONVENTION, STATES, process_noise
 from allanite.exports._target import Target
 from allanite.exports._text import comments
@@ -59,7 +59,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             initial |= dict.fromkeys(states, max(found) ** 2)
             known.append(sensor)
         elif own:
-            lines.append(comments([unknown(own[0])], "    #"))
+            lines.append(comments([unknown_bias_text(own[0])], "    #"))
     if known:
         lines.append(
             f"    # Initial variance for {', '.join(known)}: variance of the bias at switch-on, largest of the axes.\n"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import split
 from allanite.exports._head import head
-from allanite.exports._lines import chosen, largest, shared
+from allanite.exports._lines import choose_all, largest, with_shared_numbers
 from allanite.exports._target import Target
 
 if TYPE_CHECKING:
@@ -29,12 +29,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     Its ``VelocityRandomWalk`` is in mg (per √Hz), ``AngularRandomWalk`` in °/√h.
     """
-    gyro, accel = (chosen(own, overbound=overbound, simulator=True) for own in split(axes))
+    gyro, accel = (choose_all(own, overbound=overbound, simulator=True) for own in split(axes))
     convention = (
         "AirSim: continuous-time, two-sided densities; AirSim divides by sqrt(dt) itself. K = BiasStability/sqrt(Tau).",
     )
     sensor: dict[str, object] = {"SensorType": 2, "Enabled": True}
-    notes = head([*shared(gyro), *shared(accel)], convention, simulator=True)
+    notes = head(
+        [*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention, simulator=True
+    )
     degree = math.pi / 180.0
     for own, keys, n_unit, k_unit in (
         (gyro, ("AngularRandomWalk", "GyroBiasStabilityTau", "GyroBiasStability"), degree / 60.0, degree / 3600.0),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of, split
 from allanite.exports._head import head
-from allanite.exports._lines import chosen
+from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
 from allanite.exports._text import comments
 from allanite.exports._triad import in_xyz
@@ -33,7 +33,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     for own, sensor in zip(split(axes), ("gyro", "accel"), strict=True):
         if not own:
             continue
-        numbers = chosen(own, overbound=overbound, simulator=True)
+        numbers = choose_all(own, overbound=overbound, simulator=True)
         pairs += numbers
         places, axis_remarks = in_xyz(own, [(c.N,) for _, c in numbers])
         convention += [f"{sensor} {line}" for line in axis_remarks]

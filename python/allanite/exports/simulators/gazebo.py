@@ -9,7 +9,7 @@ from allanite.exports._axis import rate_of, split
 from allanite.exports._choice import choose_lag
 from allanite.exports._head import head
 from allanite.exports._target import Target
-from allanite.exports._text import block
+from allanite.exports._text import xml_comment
 from allanite.exports._triad import in_xyz
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             )
         body.append(f"  </{tag}>\n")
     notes = head(pairs, convention, simulator=True)
-    return block(notes) + "<imu>\n" + "".join(body) + "</imu>\n"
+    return xml_comment(notes) + "<imu>\n" + "".join(body) + "</imu>\n"
 
 
 TARGETS = (Target("gazebo", "Gazebo", "gazebo.sdf", render, whole_record=True),)
