@@ -63,7 +63,10 @@ def seen_by_several(common: Common) -> list[str]:
 
 def at_work(found: Characterization) -> list[str]:
     """List of texts: sentences on what the working log adds to the noise of each column."""
-    return [with_readable_numbers(f"{name}: {'; '.join(w.reasons)}") for name, w in found.working.items()]
+    return [
+        with_readable_numbers(f"{name}: {'; '.join(w.reasons)}")
+        for name, w in found.working.items()
+    ]
 
 
 def turn_on_sentences(found: Characterization) -> list[str]:

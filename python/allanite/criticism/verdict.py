@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import tidy, time_scale
+from allanite.common.numbers import time_scale, with_readable_numbers
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
@@ -119,7 +119,7 @@ class Where:
                 f" {peak['ratio']:.3g} × that of the rest of the record (z = {peak['z']:+.1f})"
             )
             out.append(("time", self.worst_time, words))
-        return [(view, place, tidy(words)) for view, place, words in out]
+        return [(view, place, with_readable_numbers(words)) for view, place, words in out]
 
 
 def _ratio_text(factor: float) -> str:

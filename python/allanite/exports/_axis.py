@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.documents import as_expected
+from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
@@ -275,7 +275,7 @@ def axes_of(
             for axis in axes_of(one, unit, name, rate=rate, record_length=record_length)
         ]
     own = str(source) if isinstance(source, (str, Path)) else name
-    with as_expected(f"{own}: not a model as allanite writes it"):
+    with invalid_as_input_error(f"{own}: not a model as allanite writes it"):
         return [
             _axis_of_document(d, unit, own) for d in documents_of(source, unit, rate, record_length)
         ]
@@ -382,7 +382,7 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
     overbound : bool
         Whether every effect gets its upper limit.
     """
-    with as_expected("the intervals do not have the format of a fit"):
+    with invalid_as_input_error("the intervals do not have the format of a fit"):
         entries = document.get("effects") or [{}] * len(model)
         pairs = [
             _expected_and_upper(e, entry) for e, entry in zip(model.effects, entries, strict=True)

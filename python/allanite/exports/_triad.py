@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.recording.axis_names import letter_of
+from allanite.recording.axis_names import axis_letter
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +23,7 @@ def in_xyz(
     gets the largest of each number, because the density and Allan variance of a Gauss-Markov process rise with its
     strength and correlation time. All three get the largest numbers if a letter is unknown or repeated.
     """
-    letters = [letter_of(axis.name) for axis in axes]
+    letters = [axis_letter(axis.name) for axis in axes]
     if len(axes) == 3 and None in letters:
         letters = list(PLACES)
     known = None not in letters and len(set(letters)) == len(letters)

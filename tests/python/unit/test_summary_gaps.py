@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import allanite as al
 import generators as g
 from allanite.summary import level, reading, summary
-from allanite.summary.gaps import MAX_DRAWN_RUN, mended
+from allanite.summary.gaps import MAX_DRAWN_RUN, fill_missing
 
 RATE, LENGTH = 100.0, 300_000
 
@@ -93,12 +93,12 @@ def test_what_is_there_stays_and_what_is_filled_is_finite(seed, runs):
     seen = np.isfinite(x)
     if not seen.any():
         with pytest.raises(al.TooShortError):
-            mended(x)
+            fill_missing(x)
         return
-    out = mended(x)
+    out = fill_missing(x)
     assert np.array_equal(out[seen], x[seen])
     assert np.isfinite(out).all()
-    assert np.array_equal(out, mended(x.copy()))
+    assert np.array_equal(out, fill_missing(x.copy()))
 
 
 @pytest.mark.parametrize("size", [1, 3, MAX_DRAWN_RUN, 40, 1000])
@@ -110,7 +110,7 @@ def test_white_noise_stays_white(size):
         x = rng.standard_normal(20_000)
         for start in range(2 * size, x.size - 2 * size, 5 * size):
             x[start : start + size] = np.nan
-        power = np.abs(np.fft.rfft(mended(x)))[1:] ** 2 / x.size
+        power = np.abs(np.fft.rfft(fill_missing(x)))[1:] ** 2 / x.size
         ratio.append([part.mean() for part in np.array_split(power, 3)])
     # 20 × 3333 ordinates of χ²₂ scatter by 0.4 %, those of a draw that shares its images by half as much again; the
     # autocovariance at 64 lags is known to 0.8 %.
@@ -125,5 +125,5 @@ def test_a_walk_is_bridged():
     at = np.arange(50, x.size - 50, 50)
     x[at] = np.nan
     # The middle of three points of a walk, known from both: variance ½ for the truth and as much for the draw.
-    error = mended(x)[at] - walk[at]
+    error = fill_missing(x)[at] - walk[at]
     assert np.mean(error**2) == pytest.approx(1.0, rel=0.25)

@@ -29,7 +29,7 @@ from allanite.fit.summarized.maps import (
     redistributed,
 )
 from allanite.spectrum import bins_of, bridge_gaps
-from allanite.summary.gaps import mended
+from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 from allanite.summary.level import BANDS, FINE
 
@@ -258,7 +258,7 @@ def of_summary(summary: Summary) -> Data:
     """
     reading = summary.reading()
     factor, depth = reading.factor, len(reading.octaves)
-    samples = mended(reading.samples)
+    samples = fill_missing(reading.samples)
     if float(np.ptp(samples)) == 0.0:
         raise TooShortError(
             f"column {summary.columns[0]!r} is constant ({samples[0]:g}); there is no noise to fit"
