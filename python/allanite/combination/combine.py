@@ -78,6 +78,7 @@ class Combination:
     >>> found.state_space().R.shape, found.to_dict()["schema"]
     ((1, 1), 'allanite/combine/1')
     >>> figure = found.plot("combined.svg")
+    >>> found.save("combined.json")
     """
 
     labels: tuple[str, ...]
