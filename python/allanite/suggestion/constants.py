@@ -40,7 +40,7 @@ MIN_DISTURBANCE_DELTA_LOGL = 14.0
 
 # Used by several screens and moves.
 
-#: Unit: fraction. A cause accounts for a change if at least this part of the change, of the evidence or of the cost is its.
+#: Unit: fraction. A cause accounts for a change if at least this part of the change or of the evidence is its.
 #: A suggestion of an earlier check must keep this part of its ΔlogL, and each side band this part of the limit of both.
 #: Basis: definition; the larger part. Ablation: no change.
 MAIN_SHARE = 0.5

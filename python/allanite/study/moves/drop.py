@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.effects import Deterministic, Model
-from allanite.fit import refitted, removes
+from allanite.effects import Deterministic
+from allanite.fit import refitted
 from allanite.fit.engine import solve
-from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL, is_detected, is_removable
-from allanite.fit.rivals.evidence import bic_cost, evidence_gain
+from allanite.fit.models import without_effect
+from allanite.fit.rivals.alternatives import (
+    MAX_POLISH_DELTA_LOGL,
+    is_detected,
+    is_removable,
+)
+from allanite.fit.rivals.evidence import evidence_gain
 from allanite.study.judgement import is_as_good, no_error_rises
-from allanite.suggestion.constants import MAIN_SHARE, MIN_SCORE_GAIN
+from allanite.suggestion.constants import MIN_SCORE_GAIN
 from allanite.suggestion.ranking import prior
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
+    from allanite.effects import Model
     from allanite.fit.result import Fit
+    from allanite.fit.solution import Solution
     from allanite.study.state import State
 
 
@@ -35,58 +42,69 @@ def without_needless(before: State, after: State, needed: Collection[str]) -> St
 
 
 def without_needless_effects(before: State, after: State, needed: Collection[str]) -> State:
-    """State without the effects whose loss of logL is below their limit, the last ones first.
+    """State without the effects that are needless by `gain_without`, the last ones first.
 
-    An effect of the user's model is removed if it explains nothing, an added one if it explains less than part of its
-    cost. The interval of a function of time depends on the slow noise of the user's model, which therefore stays.
+    An effect of the user's model is needless only if it was detected before and now explains nothing. The interval of a
+    function of time depends on the slow noise of the user's model, which therefore stays.
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)
     for number in reversed(after.numbers[:-1]):
         place = state.numbers.index(number)
-        effect = state.fit.model.effects[place]
-        if not is_removable(effect) or effect.kind in needed:
+        given = state.is_given(place)
+        if given and (slow or not is_detected(before.fit, before.numbers.index(number))):
             continue
-        least = MAIN_SHARE * effect.numbers * bic_cost(state.fit.solution)
-        if state.is_given(place):
-            if slow or not is_detected(before.fit, before.numbers.index(number)):
-                continue
-            least = MIN_SCORE_GAIN
-        without = _without(state.fit, place, least)
-        if without is not None:
-            state = state.after(without, (place,))
+        if _may_leave(state.fit, place, needed):
+            without = _without(state.fit, place, given)
+            if without is not None:
+                state = state.after(without, (place,))
     return state
-
-
-def _without(fit: Fit, place: int, least: float) -> Fit | None:
-    """Fit without an effect, if that loses less than `least` of logL; else None."""
-    effects = fit.model.effects
-    less = Model(effects[:place] + effects[place + 1 :])
-    if effects[place].screened not in {"spectral", "slow", "line"} and is_detected(fit, place):
-        return None  # the evidence of events in time is not in the mean spectrum
-    # With fixed shapes the loss is an upper bound. If it is far above the limit, the full fit is not needed.
-    rough = (
-        solve(fit.data, less, like=fit.solution, polish=False)
-        if not removes(effects[place])
-        else None
-    )
-    if (
-        rough is not None
-        and fit.solution.log_likelihood - rough.log_likelihood > least + MAX_POLISH_DELTA_LOGL
-    ):
-        return None
-    found = refitted(fit, less)
-    lost = fit.solution.log_likelihood - found.solution.log_likelihood
-    return found if lost < least else None
 
 
 def drops(state: State, needed: Collection[str]) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Models without one added effect: promised gain, place that leaves, model. Kinds in `needed` stay."""
     fit = state.fit
     for place in state.added:
-        effect = fit.model.effects[place]
-        shown = effect.screened in {"spectral", "slow", "line"}
-        if shown and is_removable(effect) and effect.kind not in needed:
-            less = Model(tuple(e for p, e in enumerate(fit.model) if p != place))
+        if _may_leave(fit, place, needed):
+            less = without_effect(fit.model, place)
             rough = solve(fit.data, less, like=fit.solution, polish=False)
-            yield evidence_gain(rough, fit.solution, fit.data) - prior(effect), (place,), less
+            yield gain_without(fit, place, rough), (place,), less
+
+
+def gain_without(fit: Fit, place: int, less: Solution) -> float:
+    """Log evidence, nats, of a solution without the effect at index `place`, minus that of the fit.
+
+    The prior of a usual cause decides between causes. It does not keep an effect that costs more than it explains.
+    """
+    return evidence_gain(less, fit.solution, fit.data) - min(prior(fit.model.effects[place]), 0.0)
+
+
+def _may_leave(fit: Fit, place: int, needed: Collection[str]) -> bool:
+    """True if a search may remove the effect at index `place`, its kind is not `needed`, and a spectrum can judge it.
+
+    The evidence of events in time is not in the mean spectrum, so that an event leaves only if it is not detected.
+    """
+    effect = fit.model.effects[place]
+    judged = effect.screened in {"spectral", "slow", "line"} or not is_detected(fit, place)
+    return judged and is_removable(effect) and effect.kind not in needed
+
+
+def _without(fit: Fit, place: int, given: bool) -> Fit | None:
+    """Fit without an effect that is needless; None if the effect is needed.
+
+    An added effect is needless if the score rises without it, a given one if logL falls by less than `MIN_SCORE_GAIN`.
+    """
+
+    def gains(less: Solution) -> float:
+        """Rise of the score, or of logL, without the effect, above its limit."""
+        if given:
+            return less.log_likelihood - fit.solution.log_likelihood + MIN_SCORE_GAIN
+        return gain_without(fit, place, less) - MIN_SCORE_GAIN
+
+    less = without_effect(fit.model, place)
+    # With fixed shapes the gain is a lower bound. If it is far below the limit, the full fit is not needed.
+    rough = solve(fit.data, less, like=fit.solution, polish=False)
+    if gains(rough) < -MAX_POLISH_DELTA_LOGL:
+        return None
+    found = refitted(fit, less)
+    return found if gains(found.solution) > 0.0 else None
