@@ -13,6 +13,7 @@ import argparse
 import sys
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from time import process_time
 
@@ -99,7 +100,7 @@ VARIANTS = {
     "float32": lambda log: al.improve(_again(log, log.samples.astype(np.float32)), "N"),
     "second column": lambda log: _beside(log, True),
     "first column": lambda log: _beside(log, False),
-    **{f"start {start}": (lambda log, start=start: al.improve(log, start)) for start in STARTS},
+    **{f"start {start}": partial(al.improve, model=start) for start in STARTS},
 }  # fmt: skip
 
 

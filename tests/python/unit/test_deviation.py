@@ -138,7 +138,9 @@ def test_sum_over_nodes_is_the_sum_over_lags(alpha, m, count, monkeypatch):
     from allanite.deviation import confidence
 
     quick = degrees_of_freedom(alpha, m, count)
-    monkeypatch.setattr(confidence, "_lag_nodes", lambda m, count, order: np.arange(count, dtype=float))
+    monkeypatch.setattr(
+        confidence, "_lag_nodes", lambda m, count, order: np.arange(count, dtype=float)
+    )
     assert quick == pytest.approx(degrees_of_freedom(alpha, m, count), rel=3e-3)
 
 

@@ -51,7 +51,9 @@ def test_halving_keeps_low_frequencies_and_refuses_high_ones():
     for frequency in (0.03, 0.13):
         y = lapped.halved(np.cos(2 * np.pi * frequency * (t + 0.5)))
         at = 2 * (np.arange(y.size) + lapped.REACH // 2) + 1.0
-        expected = lapped.low_pass_gain(np.array([frequency]), 1) * np.cos(2 * np.pi * frequency * at)
+        expected = lapped.low_pass_gain(np.array([frequency]), 1) * np.cos(
+            2 * np.pi * frequency * at
+        )
         assert y == pytest.approx(expected, abs=1e-12)
 
 
