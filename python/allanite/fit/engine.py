@@ -45,9 +45,6 @@ MAX_KEPT_CHANGE_TRIED = 0.1
 #: Maximum amplitude of a tried function, in standard errors, up to which it is removed only at the ordinates of its
 #: regression. The part of such a line or step at other ordinates is worth about 0.03 of logL.
 MAX_FAINT_AMPLITUDE = 12.0
-#: Change of logL in a round below which the alternation between spectrum and regression ends. Scores differ by more than
-#: 0.5, and the next rounds add about a tenth of this change each.
-MAX_SETTLED_DELTA_LOGL = 0.01
 #: Design and regression of a model without functions of time.
 NO_DESIGN = Design(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), ())
 NO_REGRESSION = Regression(np.zeros(0), np.zeros((0, 0)), np.zeros(0), 0.0)
@@ -136,9 +133,7 @@ def _fit(
             whole = RandomPart(data, data.bins.power(ordinates), free)
             part = functions.without_leverage(whole)
         total = whole.log_likelihood_of(best) + ordinates_delta_logl(model, data, ordinates, free)
-        is_settled = turn > 0 and (
-            abs(total - previous) < MAX_SETTLED_DELTA_LOGL or ordinates is before
-        )
+        is_settled = turn > 0 and (abs(total - previous) < 1e-3 or ordinates is before)
         if is_settled or not model.deterministic:
             break
         previous = total

@@ -14,8 +14,10 @@ from allanite.fit import refitted, removes
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.study.judgement import (
+    allan_error_rises,
     changed_bins,
     delta_logl,
+    discrepancy_rises,
     gain,
     is_doubtful_event,
     leaves_others_unchanged,
@@ -232,11 +234,14 @@ def _merged_or_added(
         risen = delta_logl(fit, after.fit) or risen
     if isinstance(effect, Modifier) and effect.passing:
         return after, risen, (suggestion,)  # the Allan curve does not show when a sensor is loud
-    if no_error_rises(fit, after.fit):
+    falls = no_error_rises(fit, after.fit)
+    # An effect that the excluded samples had hidden is added in the same step.
+    hidden = removes(effect) and allan_error_rises(fit, after.fit)
+    if falls and not hidden and not discrepancy_rises(fit, after.fit):
         return after, risen, (suggestion,)
-    pair = with_second_effect(before, after, check)
+    pair = with_second_effect(before, after, check, falls)
     if pair is None:
-        return None
+        return (after, risen, (suggestion,)) if falls else None
     both, second = pair
     risen += second.delta_log_likelihood if second.gives_way else delta_logl(after.fit, both.fit)
     # Excluded samples say nothing about the sensor, so an effect is named before them.

@@ -243,32 +243,21 @@ def polish_line(
             ([m], np.flatnonzero(np.isin(j, own)))
             for m, own in zip(multiples, windows, strict=True)
         ]
-
-    def gains_at(tried: NDArray[np.float64]) -> NDArray[np.float64]:
-        """ΔlogL at each frequency."""
-        total = np.zeros(tried.size)
-        for some, own in parts:
-            total += comb_gains(tried, some, j[own], values[own], variance[own], data)
-        return total
-
-    def peak(center: float, spacing: float) -> tuple[float, float, float]:
-        """ΔlogL at a frequency, and position and ΔlogL of the maximum within `spacing`; the center without a maximum."""
-        low, middle, high = map(float, gains_at(center + spacing * np.arange(-1.0, 2.0)))
-        bend, slope = 2.0 * middle - low - high, 0.5 * (high - low)
-        if bend <= 0.0 or abs(slope) > bend:
-            return middle, center, middle
-        return middle, center + spacing * slope / bend, middle + 0.5 * slope**2 / bend
-
     # The highest harmonic determines the step.
     fine = step / (8.0 * max(multiples))
-    before, center, gain = peak(start, fine / 8.0)
-    if center == start:
-        grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
-        inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
+    grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
+    inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
+    center = start
+    for finer in (1.0, 1.0 / 8.0, 1.0 / 64.0, 1.0 / 512.0):
+        if finer < 1.0:
+            grid = center + finer * fine * np.arange(-8.0, 9.0)
+            inside = np.ones(grid.size, dtype=bool)
         tried = np.append(grid[inside], start)
-        _, center, _ = peak(float(tried[int(np.argmax(gains_at(tried)))]), fine)
-        _, center, gain = peak(center, fine / 8.0)
-    return start if gain - before < MIN_SHAPE_DELTA_LOGL else center
+        gains = np.zeros(tried.size)
+        for some, own in parts:
+            gains += comb_gains(tried, some, j[own], values[own], variance[own], data)
+        center = float(tried[int(np.argmax(gains))])
+    return start if gains.max() - gains[-1] < MIN_SHAPE_DELTA_LOGL else center
 
 
 def _spanned(

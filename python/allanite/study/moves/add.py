@@ -9,6 +9,7 @@ from allanite.fit import refitted, removes
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.study.judgement import (
     allan_error_rises,
+    discrepancy_rises,
     gain,
     no_error_rises,
     predicts_as_well,
@@ -75,14 +76,22 @@ def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
 
 
 def with_second_effect(
-    before: State, after: State, check: Check
+    before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
     """Pair (state with a second effect, its suggestion), if the first addition alone raises an error; else None.
 
     The second effect is one that `check` found missing. If none of those helps, the model with the addition is checked.
-    Its suggestions are added, or take the place of the addition.
+    Its suggestions are added, or take the place of the addition. If only the discrepancy rises, within its interval
+    (`falls`), the second effect must clearly gain and lower the discrepancy.
     """
     new = after.fit.model.effects[-1].kind
+    if falls:
+        # A suggestion that replaces the addition gets a step of its own.
+        beside = [s for s in check_fit(after.fit).significant if not s.gives_way]
+        pair = _first_tolerable_pair(before, after, beside)
+        if pair is None or discrepancy_rises(before.fit, pair[0].fit):
+            return None
+        return pair if gain(after.fit, pair[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
     first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
     if first is not None and not allan_error_rises(before.fit, first[0].fit):
         return first
