@@ -10,6 +10,10 @@ from allanite.effects._base import Parameter as Parameter
 from allanite.effects._base import Stochastic as Stochastic
 from allanite.effects._base import StraightLine as StraightLine
 from allanite.effects._event import Away as Away
+from allanite.effects._follower import Follower as Follower
+from allanite.effects._follower import LaggedColumn as LaggedColumn
+from allanite.effects._follower import offered as offered
+from allanite.effects._follower import weighted_sum as weighted_sum
 from allanite.effects._known import Deterministic as Deterministic
 from allanite.effects._known import Periodic as Periodic
 from allanite.effects._level import Level as Level

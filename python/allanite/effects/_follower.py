@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -15,6 +15,8 @@ from allanite.effects._known import Deterministic
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
+
+Array = NDArray[np.float64]
 
 #: Declaration of the parameter with the name of the followed column.
 COLUMN = Parameter("column", "text", "name of the column", "choice")
@@ -45,8 +47,51 @@ def offered(
 
 
 @dataclass(frozen=True)
+class LaggedColumn:
+    """A logged column minus its mean, after a first-order lag, raised to a power.
+
+    Attributes
+    ----------
+    column : str
+    lag : float
+        Time constant, s; 0 for none.
+    power : int
+        Powers above 1 have their mean subtracted.
+    starts : tuple of int
+        First sample of each further run in a record of several joined logs; the lag restarts there.
+    """
+
+    column: str
+    lag: float = 0.0
+    power: int = 1
+    starts: tuple[int, ...] = ()
+
+    def series(self, time: Array, covariates: Mapping[str, Array]) -> Array:
+        """Values at the times, s, shape (n,)."""
+        values = covariates[self.column] - np.mean(covariates[self.column])
+        samples = self.lag / float(time[1] - time[0])
+        if samples > 0.0:
+            runs = np.split(values, self.starts) if self.starts else [values]
+            values = np.concatenate([lagged(run, samples) for run in runs])
+        if self.power == 1:
+            return values
+        first = values
+        for _ in range(self.power - 1):
+            values = values * first
+        values -= values.mean()
+        return values
+
+
+@dataclass(frozen=True)
 class Follower(Deterministic):
-    """Base class of functions of a logged column."""
+    """Base class of functions of a logged column.
+
+    Examples
+    --------
+    >>> first, second = al.effects.TwoLags(column="temp", fast_lag=1.0, slow_lag=9.0).sums_of_lagged()
+    >>> print(second)
+    ((1.0, LaggedColumn(column='temp', lag=9.0, power=1, starts=())),)
+    """
 
     column: str | None = None
 
@@ -73,6 +118,29 @@ class Follower(Deterministic):
     def follows(self) -> str | None:
         """Name of the column."""
         return self.column
+
+    def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
+        """Each regressor as a weighted sum: pairs of a weight and a `LaggedColumn`; empty if a regressor is no such sum."""
+        return ()
+
+    def regressors(self, time: Array, covariates: Mapping[str, Array]) -> Array:
+        """The sums of `sums_of_lagged`, shape (n, regressors).
+
+        Raises
+        ------
+        InputError
+            The recording has no such column.
+        """
+        offered(self, covariates)
+        rows = [
+            weighted_sum([(weight, part.series(time, covariates)) for weight, part in parts])
+            for parts in self.sums_of_lagged()
+        ]
+        return np.array(rows).T
+
+    def _lagged(self, lag: float | None, power: int = 1) -> LaggedColumn:
+        """The column of this effect after a lag, s, raised to a power."""
+        return LaggedColumn(str(self.column), lag or 0.0, power, self.starts)
 
     def _followed(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
@@ -111,6 +179,13 @@ class Proportional(Follower):
     def amplitudes(self) -> NDArray[np.float64]:
         """The coefficient, shape (1,)."""
         return np.array([self.coefficient or 0.0])
+
+
+def weighted_sum(parts: Sequence[tuple[float, Array]]) -> Array:
+    """Sum of the arrays times their weights; a single array of weight 1 is returned itself."""
+    if len(parts) == 1 and parts[0][0] == 1.0:
+        return parts[0][1]
+    return np.sum([weight * values for weight, values in parts], axis=0)
 
 
 def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:

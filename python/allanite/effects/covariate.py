@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN, Follower, lagged
+from allanite.effects._follower import COLUMN, Follower, LaggedColumn
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -98,14 +98,9 @@ class Covariate(Follower):
         """Array: no lag, and lags up to 1/10 of the record."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """The lagged column, and its square and cube if they are in the model, shape (n, coefficients)."""
-        values, rate = self._followed(time, covariates)
-        values = self._by_run(values, lambda run: lagged(run, (self.lag or 0.0) * rate))
-        powers = [values ** _POWERS[name] for name in self._fitted()]
-        return np.column_stack([x - x.mean() if i else x for i, x in enumerate(powers)])
+    def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
+        """The lagged column, and its square and cube if they are in the model."""
+        return tuple(((1.0, self._lagged(self.lag, _POWERS[name])),) for name in self._fitted())
 
     def _fitted(self) -> tuple[str, ...]:
         """Tuple of texts: names of the coefficients in the model."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN, Proportional, lagged
+from allanite.effects._follower import COLUMN, LaggedColumn, Proportional
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,16 @@ class RateOfChange(Proportional):
         """Array: lags from 1/1000 to 1/20 of the record; with a longer lag the effect resembles the column itself."""
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """Rate of change of the lagged column, shape (n, 1)."""
-        values, rate = self._followed(time, covariates)
-        lag = self.lag or 1.0 / rate
-        return ((values - self._by_run(values, lambda run: lagged(run, lag * rate))) / lag)[:, None]
+    def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
+        """One regressor: the rate of change of the lagged column.
+
+        Raises
+        ------
+        InputError
+            The lag has no value.
+        """
+        if not self.lag:
+            raise InputError(
+                "rate_of_change: lag has no value; write DOT(column=NAME, lag=SECONDS)"
+            )
+        return (((1.0 / self.lag, self._lagged(0.0)), (-1.0 / self.lag, self._lagged(self.lag))),)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN, Follower, lagged
+from allanite.effects._follower import COLUMN, Follower, LaggedColumn
 
 
 @dataclass(frozen=True)
@@ -72,14 +70,9 @@ class TwoLags(Follower):
             return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate
         return np.geomspace(n / 80.0, n / 5.0, 6) / rate
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """The column after the short and after the long lag, shape (n, 2)."""
-        values, rate = self._followed(time, covariates)
-        lags = (self.fast_lag or 0.0, self.slow_lag or 0.0)
-        parts = [self._by_run(values, partial(lagged, samples=lag * rate)) for lag in lags]
-        return np.column_stack(parts)
+    def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
+        """The column after the short lag, and the column after the long lag."""
+        return tuple(((1.0, self._lagged(lag)),) for lag in (self.fast_lag, self.slow_lag))
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """A copy with the two coefficients set to the amplitudes."""

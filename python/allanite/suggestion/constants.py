@@ -16,10 +16,13 @@ import numpy as np
 #: Unit: probability. False-alarm probability of all suggestions of one check together.
 #: Basis: definition; 0.75–1 % of the null records of the statistical tests raise an alarm.
 FALSE_ALARM_PROBABILITY = 0.01
-#: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search. A candidate is refitted only if this multiple
-#: could be significant.
-#: Basis: judgment. Ablation: no change.
-MAX_REFIT_GAIN_RATIO = 1.5
+#: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search of a tone burst or a narrow band. A candidate is
+#: refitted only if this multiple could be significant.
+#: Basis: simulation of 50 records; at most 1.09 in 51 of 53 refits, and up to 1.23 where ΔlogL was above 100.
+MAX_REFIT_GAIN_RATIO = 1.1
+#: Unit: 1. The same ratio for a drifting line, whose rate of drift is optimized in the refit.
+#: Basis: simulation of 50 records; at most 1.37 in 33 of 35 refits, and 1.8 and 1.9 in two.
+MAX_DRIFT_REFIT_RATIO = 1.5
 
 # Order of the suggestions.
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
-    MAX_REFIT_GAIN_RATIO,
 )
 from allanite.suggestion.known_frequencies import known_bands
 
@@ -75,13 +74,12 @@ def log_chi2_tail(gain: float, count: int) -> float:
     return min(0.0, (a - 1.0) * float(np.log(gain)) - gain - float(gammaln(a)) - beyond)
 
 
-def may_become_significant(family: Family, promised: float) -> bool:
-    """True if a candidate could be significant after its refit, given the ΔlogL of its search.
+def may_become_significant(family: Family, max_gain: float) -> bool:
+    """True if a candidate could be significant, given the largest ΔlogL that its refit can find.
 
-    This holds for lines and narrow bands. For a slow function the refit may gain more, because the noise was estimated with
-    it.
+    For a slow function no such limit is known, because the noise was estimated with the function in the record.
     """
-    return log_p_value(family, MAX_REFIT_GAIN_RATIO * promised) < np.log(FALSE_ALARM_PROBABILITY)
+    return log_p_value(family, max_gain) < np.log(FALSE_ALARM_PROBABILITY)
 
 
 def min_excess(count: float) -> float:

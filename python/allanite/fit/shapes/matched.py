@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Deterministic, Model
+from allanite.effects import (
+    CATALOGUE,
+    Deterministic,
+    Follower,
+    LaggedColumn,
+    Model,
+    offered,
+    weighted_sum,
+)
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -42,14 +50,25 @@ def regressor_ordinates(
 def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
     """The first `CACHED_ORDINATES` ordinates of every regressor of an effect; cached."""
 
-    def made() -> NDArray[np.float64]:
+    def of_effect() -> NDArray[np.float64]:
         """Ordinates of the regressors, computed because the cache does not contain them."""
-        series = effect.regressors(data.time, data.covariates).T
-        if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
-            return np.array([_ordinates_of_means(s, data)[:CACHED_ORDINATES] for s in series])
-        return np.array([data.transform(s)[:CACHED_ORDINATES] for s in series])
+        rows = effect.regressors(data.time, data.covariates).T
+        return np.array([lowest(row) for row in rows])
 
-    return data.lowest.get(effect.seen_alike, made)
+    def of_lagged(part: LaggedColumn) -> NDArray[np.float64]:
+        """Ordinates of a lagged column, shared by all effects that follow it; cached."""
+        return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
+
+    def lowest(series: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The first `CACHED_ORDINATES` ordinates of a series."""
+        if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
+            return _ordinates_of_means(series, data)
+        return data.transform(series)[:CACHED_ORDINATES]
+
+    if isinstance(effect, Follower) and (sums := effect.sums_of_lagged()):
+        offered(effect, data.covariates)
+        return np.array([weighted_sum([(w, of_lagged(part)) for w, part in s]) for s in sums])
+    return data.lowest.get(effect.seen_alike, of_effect)
 
 
 def _ordinates_of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:

@@ -24,6 +24,7 @@ from allanite.fit.shapes.drifting import (
 )
 from allanite.suggestion.constants import (
     MAIN_SHARE,
+    MAX_DRIFT_REFIT_RATIO,
     MAX_ORDINATE_POWER,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_SCREEN_GAIN,
@@ -168,7 +169,7 @@ def _best_candidate(
     frequency = (middle - drift * (0.5 + data.start / T)) / T
     # Conservative: as if every frequency had been searched at every rate of drift.
     family = Family("line", width=line_trials(data.n) * band.trials)
-    if frequency <= 0.0 or not may_become_significant(family, hope):
+    if frequency <= 0.0 or not may_become_significant(family, MAX_DRIFT_REFIT_RATIO * hope):
         return None
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
     effect = polish_drifting(effect, solution.ordinates, noise, data)

@@ -18,7 +18,11 @@ from allanite.fit.shapes.tones import (
     search_burst,
     steady_line_gain,
 )
-from allanite.suggestion.constants import MIN_DELTA_LOGL_OVER_SIMPLER, MIN_PERIODS
+from allanite.suggestion.constants import (
+    MAX_REFIT_GAIN_RATIO,
+    MIN_DELTA_LOGL_OVER_SIMPLER,
+    MIN_PERIODS,
+)
 from allanite.suggestion.p_values import Family, line_trials, log_p_value, may_become_significant
 from allanite.suggestion.screens.drifting_lines import blanks_of_screen, solved_with
 from allanite.suggestion.screens.spectral import Candidate
@@ -59,7 +63,9 @@ def _best_candidate(
     there = [c.gain for c in lasting if _is_near(c, frequency, 1.0 / ((last - first) * T))]
     least = max([*there, steady_line_gain(band, middle) / loud]) + MIN_DELTA_LOGL_OVER_SIMPLER
     family = Family("line", width=line_trials(data.n) * effective_trials(band))
-    if hope < least or frequency <= 0.0 or not may_become_significant(family, hope):
+    if hope < least or frequency <= 0.0:
+        return None
+    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * hope):
         return None
     if middle * (last - first) < MIN_PERIODS or _is_on_course(frequency, solution):
         return None
