@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensor:
-    """Axes of one gyroscope, accelerometer or clock.
+    """Axes of one gyroscope, accelerometer, magnetometer or clock.
 
     Attributes
     ----------
     name : str
-        ``gyroscope``, ``accelerometer`` or ``clock``.
+        ``gyroscope``, ``accelerometer``, ``magnetometer`` or ``clock``.
     columns : tuple of str
     form : Form or None
         Model form that holds for all axes; None if there is none, or only one axis.

@@ -9,7 +9,7 @@ from allanite.axes.forms import labels_of
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed, relative_unit, table_unit
-from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
+from allanite.common.units import ACCELERATION, parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -106,7 +106,7 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
     units = [table_unit(unit, power, parameter.sheet)]
     if (label, kind) in FURTHER_UNITS:
         units.append(FURTHER_UNITS[label, kind])
-    if kind != FREQUENCY:
+    if kind in SI:
         units.append(relative_unit(SI[kind], power))
     out = []
     for i, target in enumerate(dict.fromkeys(units)):

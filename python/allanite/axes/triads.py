@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, MAGNETIC_FIELD
 from allanite.readers import kind_of_sensor
 from allanite.recording.axis_names import AXIS
 
@@ -14,7 +14,12 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 #: Name of the sensor for each kind of unit.
-NAMES = {ANGULAR_RATE: "gyroscope", ACCELERATION: "accelerometer", FREQUENCY: "clock"}
+NAMES = {
+    ANGULAR_RATE: "gyroscope",
+    ACCELERATION: "accelerometer",
+    FREQUENCY: "clock",
+    MAGNETIC_FIELD: "magnetometer",
+}
 
 
 def columns_by_sensor(columns: Iterable[Recording]) -> list[tuple[str, ...]]:

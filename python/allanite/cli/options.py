@@ -152,7 +152,7 @@ _LOG_OPTIONS = (
     click.option(
         "--unit",
         metavar="UNIT",
-        help="Unit of the samples, if the log does not state it: rad/s deg/s deg/h m/s^2 g mg ug, or 1 for none."
+        help="Unit of the samples, if the log does not state it: rad/s deg/s deg/h m/s^2 g mg ug uT, or 1 for none."
         " For gyroscopes and accelerometers together: deg/s,m/s^2. Phase of a clock: s, ms, us, ns.",
     ),
     click.option(

@@ -191,4 +191,4 @@ def printed(unit: str, column: str = "") -> str:
     out = re.sub(r"sqrt\((\w+)\)", r"√\1", out)
     out = re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_DIGITS), out).replace("*", "·")
     out = re.sub(r"\bmdeg\b", "m°", re.sub(r"\bdeg\b", "°", out))
-    return re.sub(r"\bu(?=(g|rad)\b)", "µ", out)
+    return re.sub(r"\bu(?=(g|rad|T)\b)", "µ", out)

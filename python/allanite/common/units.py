@@ -1,8 +1,9 @@
 """Parse and convert the units of samples and of coefficients.
 
 A unit expression is a product of symbols with powers (``deg/s``, ``µg/√Hz``, ``deg/h^1.5``, ``m/s/sqrt(h)``). The parser
-reduces it to a scale and the powers of angle, length and time. A coefficient can only be converted to a unit of the same
-dimension. Therefore a noise density in deg/s/√Hz is never taken for an angle random walk in deg/√h (a factor of 60).
+reduces it to a scale and the powers of angle, length, time and magnetic field. A coefficient can only be converted to a
+unit of the same dimension. Therefore a noise density in deg/s/√Hz is never taken for an angle random walk in deg/√h (a
+factor of 60).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ STANDARD_GRAVITY = 9.80665  # m/s², CODATA
 ANGULAR_RATE = "angular rate"
 ACCELERATION = "acceleration"
 FREQUENCY = "fractional frequency"
+MAGNETIC_FIELD = "magnetic field"
 
 # symbol: (scale to SI, powers of angle, length, time)
 _DEGREE = math.pi / 180
@@ -39,27 +41,35 @@ _SYMBOLS: dict[str, tuple[float, int, int, int]] = {
     "kHz": (1e3, 0, 0, -1), "MHz": (1e6, 0, 0, -1), "GHz": (1e9, 0, 0, -1), "ppm": (1e-6, 0, 0, 0),
     "ppb": (1e-9, 0, 0, 0),
 }  # fmt: skip
+# symbol: scale to tesla. A single G (gauss) is missing, since it is also written for standard gravity.
+_FIELDS = {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "pT": 1e-12, "gauss": 1e-4, "mgauss": 1e-7}
 _ALIASES = {
     "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "sec": "s", "second": "s",
     "seconds": "s", "hr": "h", "hour": "h", "hours": "h", "hz": "Hz", "asec": "arcsec",
     "mGal": "mgal", "gn": "g", "g0": "g", "g_0": "g", "turn": "rev", "day": "d", "minute": "min",
     "as": "arcsec", "degps": "dps", "metre": "m", "meter": "m",
-    "foot": "ft", "feet": "ft",
+    "foot": "ft", "feet": "ft", "tesla": "T", "microtesla": "uT", "nanotesla": "nT",
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-·")
-_KINDS = {(1, 0, -1): ANGULAR_RATE, (0, 1, -2): ACCELERATION, (0, 0, 0): FREQUENCY}
+_KINDS = {
+    (1, 0, -1, 0): ANGULAR_RATE,
+    (0, 1, -2, 0): ACCELERATION,
+    (0, 0, 0, 0): FREQUENCY,
+    (0, 0, 0, 1): MAGNETIC_FIELD,
+}
 # Powers of the integrals of these quantities over time → noun for messages.
 _INTEGRALS: dict[tuple[float, ...], str] = {
-    (1, 0, 0): "an angle",
-    (0, 1, -1): "a velocity",
-    (0, 0, 1): "a time",
+    (1, 0, 0, 0): "an angle",
+    (0, 1, -1, 0): "a velocity",
+    (0, 0, 1, 0): "a time",
 }
 # Canonical names of usual units of samples. Any other unit keeps its own spelling.
 _CANONICAL = (
     "rad/s", "mrad/s", "urad/s", "deg/s", "mdeg/s", "deg/min", "deg/h", "arcsec/s", "rpm",
     "m/s^2", "mm/s^2", "g", "mg", "ug", "mgal", "1", "ppm", "ppb",
+    "T", "mT", "uT", "nT", "pT",
 )  # fmt: skip
-SAMPLE_UNITS = "rad/s deg/s deg/h m/s^2 g mg ug 1"
+SAMPLE_UNITS = "rad/s deg/s deg/h m/s^2 g mg ug uT 1"
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<sqrt>sqrt\b|√)"
@@ -79,9 +89,9 @@ class Unit:
     name : str
         Canonical spelling, e.g. ``"deg/s"``.
     kind : str
-        ``"angular rate"``, ``"acceleration"`` or ``"fractional frequency"``.
+        ``"angular rate"``, ``"acceleration"``, ``"fractional frequency"`` or ``"magnetic field"``.
     scale : float
-        SI units (rad/s, m/s², 1) in one of this unit.
+        SI units (rad/s, m/s², 1, T) in one of this unit.
     """
 
     name: str
@@ -91,17 +101,18 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class _Quantity:
-    """A unit expression reduced to its scale to SI and its powers of angle, length and time."""
+    """A unit expression reduced to its scale to SI and its powers of angle, length, time and magnetic field."""
 
     scale: float
     angle: Fraction = Fraction(0)
     length: Fraction = Fraction(0)
     time: Fraction = Fraction(0)
+    field: Fraction = Fraction(0)
 
     @property
-    def powers(self) -> tuple[Fraction, Fraction, Fraction]:
-        """(angle, length, time): powers of the dimensions."""
-        return (self.angle, self.length, self.time)
+    def powers(self) -> tuple[Fraction, Fraction, Fraction, Fraction]:
+        """(angle, length, time, magnetic field): powers of the dimensions."""
+        return (self.angle, self.length, self.time, self.field)
 
     def times(self, other: _Quantity, power: int = 1) -> _Quantity:
         """`_Quantity`: product of this quantity and `other` ** `power`."""
@@ -110,13 +121,13 @@ class _Quantity:
             self.angle + power * other.angle,
             self.length + power * other.length,
             self.time + power * other.time,
+            self.field + power * other.field,
         )
 
     def to_power(self, power: Fraction) -> _Quantity:
         """`_Quantity`: this quantity raised to a power."""
-        return _Quantity(
-            self.scale ** float(power), self.angle * power, self.length * power, self.time * power
-        )
+        powers = (one * power for one in self.powers)
+        return _Quantity(self.scale ** float(power), *powers)
 
 
 _ROOT = re.compile(r"(?<![A-Za-z])(?:square[\s-]*)?(?:rt|root)[\s-]*(?=[(A-Za-z])")
@@ -244,6 +255,10 @@ class _Parser:
 
 def _quantity_of_symbol(name: str) -> _Quantity:
     """`_Quantity` of a unit symbol or one of its aliases. Raises `ValueError` for an unknown symbol."""
+    field = _ALIASES.get(name.lower(), name)
+    field = field.lower() if field.lower().endswith("gauss") else field
+    if field in _FIELDS:
+        return _Quantity(_FIELDS[field], field=Fraction(1))
     for key in (name, _ALIASES.get(name, ""), name.lower(), _ALIASES.get(name.lower(), "")):
         # Prefixed symbols are case-sensitive: "Mg" is not a milli-g.
         if key in _SYMBOLS and (key != name.lower() or key == name or len(name) > 2 or key == "g"):
@@ -282,7 +297,8 @@ def parse_unit(text: str) -> Unit:
     Raises
     ------
     InputError
-        The text is no unit, or the unit is not that of an angular rate, acceleration or fractional frequency.
+        The text is no unit, or the unit is not that of an angular rate, acceleration, fractional frequency or magnetic
+        field.
     """
     quantity = _quantity(text)
     kind = _KINDS.get(tuple(int(p) if p.denominator == 1 else p for p in quantity.powers))  # type: ignore[arg-type]
@@ -295,8 +311,8 @@ def parse_unit(text: str) -> Unit:
                 remedy="; if the samples are integrals of the rate, add {quantity:angle} or {quantity:increment}",
             )
         raise InputError(
-            f"unit {text!r} is none of an angular rate, an acceleration or a fractional frequency (for a counter in Hz"
-            f" write Hz/10MHz); use one of {SAMPLE_UNITS} (1: no unit)"
+            f"unit {text!r} is none of an angular rate, an acceleration, a magnetic field or a fractional frequency (for"
+            f" a counter in Hz write Hz/10MHz); use one of {SAMPLE_UNITS} (1: no unit)"
         )
     for name in _CANONICAL:
         known = _quantity(name)
@@ -403,9 +419,9 @@ def _without_sides(text: str) -> tuple[str, float]:
 
 def _dimension_text(quantity: _Quantity) -> str:
     """Text of a dimension for messages: ``angular rate × s^1/2``; ``angle^2 length^0 time^0`` for no sensor."""
-    angle, length, time = quantity.powers
-    for (a, l, t), kind in _KINDS.items():
-        if angle == a and length == l:
+    angle, length, time, field = quantity.powers
+    for (a, l, t, b), kind in _KINDS.items():
+        if angle == a and length == l and field == b:
             power = time - t
             return kind if power == 0 else f"{kind} × s^{power}"
-    return f"angle^{angle} length^{length} time^{time}"
+    return f"angle^{angle} length^{length} time^{time}" + (f" field^{field}" if field else "")

@@ -13,7 +13,13 @@ import numpy as np
 from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
+from allanite.common.units import (
+    ACCELERATION,
+    ANGULAR_RATE,
+    MAGNETIC_FIELD,
+    coefficient_unit,
+    parse_unit,
+)
 from allanite.common.validation import positive, positive_rate
 from allanite.effects._base import Stochastic
 from allanite.effects._modifier import Modifier
@@ -30,7 +36,12 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Parameter
     from allanite.sources import Source
 
-SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
+SI = {
+    ANGULAR_RATE: "rad/s",
+    ACCELERATION: "m/s^2",
+    "fractional frequency": "1",
+    MAGNETIC_FIELD: "T",
+}
 #: Longest τ in s and sampling rate in Hz of a model without a recording. Chosen by judgment; not measured.
 UNTIL, RATE = 1000.0, 100.0
 #: Default horizon of a filter: longest time without aiding, s.

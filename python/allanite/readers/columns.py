@@ -13,6 +13,7 @@ from allanite.common.units import (
     ACCELERATION,
     ANGULAR_RATE,
     FREQUENCY,
+    MAGNETIC_FIELD,
     is_frequency,
     parse_unit,
     rate_unit,
@@ -58,7 +59,12 @@ MIN_STAMPS = 100
 MJD_2000, YEAR = 51_544.5, 365.25
 #: Modified Julian Date of the first GPS week: 6 January 1980.
 GPS_EPOCH = 44_244
-ARTICLES = {ANGULAR_RATE: "a gyroscope", ACCELERATION: "an accelerometer", FREQUENCY: "a clock"}
+ARTICLES = {
+    ANGULAR_RATE: "a gyroscope",
+    ACCELERATION: "an accelerometer",
+    FREQUENCY: "a clock",
+    MAGNETIC_FIELD: "a magnetometer",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -652,7 +658,7 @@ def _is_inertial(name: str, unit: str | None) -> bool:
     if sensor_kind(name) is not None:
         return True
     try:
-        return unit is not None and parse_unit(unit).kind != FREQUENCY
+        return unit is not None and parse_unit(unit).kind in (ANGULAR_RATE, ACCELERATION)
     except InputError:
         return False
 

@@ -7,7 +7,7 @@ import re
 from allanite.common.errors import InputError
 from allanite.common.units import conversion, parse_unit, rate_unit
 
-#: An angular rate, an acceleration or a fractional frequency.
+#: An angular rate, an acceleration, a magnetic field or a fractional frequency.
 RATE = "rate"
 #: An angle or a velocity: the integral of a rate.
 INTEGRAL = "integral"

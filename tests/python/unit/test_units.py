@@ -3,11 +3,13 @@
 import math
 import time
 
+import numpy as np
 import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import allanite as al
 from allanite.common.errors import InputError
 from allanite.common.units import coefficient_unit, conversion, parse_unit, rate_unit
 
@@ -210,3 +212,31 @@ def test_what_is_an_integral_says_so(text, what):
 @pytest.mark.parametrize("text", ["dps", "deg/sec", "degps", "°/s", "deg s^-1", "deg s-1"])
 def test_a_rate_as_headers_write_it(text):
     assert parse_unit(text).name == "deg/s"
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "tesla"),
+    [("uT", "uT", 1e-6), ("µT", "uT", 1e-6), ("nT", "nT", 1e-9), ("mgauss", "mgauss", 1e-7)],
+)
+def test_units_of_magnetometers(text, name, tesla):
+    unit = parse_unit(text)
+    assert (unit.name, unit.kind) == (name, "magnetic field")
+    assert unit.scale == pytest.approx(tesla, rel=1e-12)
+
+
+def test_a_magnetic_field_is_no_acceleration():
+    assert parse_unit("G").kind == "acceleration"  # written for standard gravity, never for gauss
+    assert conversion("nT/sqrt(Hz)", "uT/sqrt(Hz)") == pytest.approx(1e-3)
+    with pytest.raises(InputError, match="different quantities"):
+        conversion("uT", "g")
+
+
+def test_a_magnetometer_is_fitted():
+    """A column of a magnetometer in µT has noise coefficients in µT."""
+    x = 0.1 * np.random.default_rng(1).standard_normal((2000, 2))
+    log = al.Recording(x, rate=10.0, unit="µT", columns=["mag_x", "mag_y"])
+    text = str(al.characterize(log, "N"))
+    assert "magnetometer" in text
+    assert "µT/√Hz" in text
+    fit = al.fit_model(log["mag_x"], "N")
+    assert fit["N"].value == pytest.approx(0.1 / np.sqrt(10.0), rel=0.1)
