@@ -25,6 +25,10 @@ MIN_EDF = 10.0
 #: Minimum |z| at which the Allan curve contradicts the model. The largest |z| of a true model exceeds it in about 0.2 % of
 #: records, since neighboring τ share most samples.
 MIN_FAILING_SCORE = 4.0
+#: Maximum Allan error, in expected scatters, of a model that the Allan curve does not contradict. None of 3200 fits of the
+#: true models N, N+B, N+K and N+B+K (2000 and 10 000 samples) exceeds it; neighboring τ may all miss a model by less than
+#: `MIN_FAILING_SCORE`.
+MAX_ADEQUATE_ERROR_SCATTERS = 3.0
 
 
 @align_when_unpickled
@@ -88,6 +92,21 @@ class Curve:
         if not keep.any():
             return None
         return float(100.0 * np.expm1(np.sqrt(np.mean(0.5 / self.edf[keep]))))
+
+    @property
+    def contradicts_model(self) -> bool:
+        """True if one deviation, or the Allan error over all τ, is further from the model than chance explains.
+
+        The false-alarm probability is about 0.2 %.
+        """
+        if float(np.nanmax(np.abs(self.z))) >= MIN_FAILING_SCORE:
+            return True
+        error, scatter = self.rms_percent, self.chance_percent
+        return (
+            error is not None
+            and scatter is not None
+            and error > MAX_ADEQUATE_ERROR_SCATTERS * scatter
+        )
 
     def risen(self, before: Curve, chance: float) -> float:
         """Increase of the mean square of ln(model/measured) over that of the curve `before`, over τ with edf ≥ 10.

@@ -168,10 +168,9 @@ class Fit:
 
         χ² is tested at 0.1 % on either side, the Allan curve at 0.2 %. Missing effects are not searched; see `check`.
         """
-        beyond = np.nanmax(np.abs(self.curve.z)) >= _curve.MIN_FAILING_SCORE
         misfit = self.misfit
         agrees = misfit.p_value >= MIN_ADEQUATE_P and not misfit.is_too_small
-        return agrees and not self.solution.discrepancy and not beyond
+        return agrees and not self.solution.discrepancy and not self.curve.contradicts_model
 
     @property
     def limited_by_quantization(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from allanite.common.errors import InputError
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, MAGNETIC_FIELD, parse_unit
 from allanite.readers.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
 
 Role = str  # "sensor", "time", "temperature", "other"
@@ -106,7 +106,7 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
         return "other", reason
     if _TEMPERATURE.search(key) or _TEMPERATURE.search(words):
         return "temperature", ""
-    if kind == RATE and _MAGNETIC.search(words) and sensor_kind(name) is None:
+    if kind == RATE and _is_magnetometer(name, words, unit):
         return "other", "a magnetometer"
     if kind == TIME_ONLY:
         return "time", ""
@@ -123,6 +123,14 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
     if _OTHER.search(key) or _OTHER.search(words):
         return "other", "its name is not that of an inertial sensor"
     return "sensor", ""
+
+
+def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
+    """True if the name or the unit of a rate is that of a magnetometer, and the name is not that of an inertial sensor."""
+    if sensor_kind(name) is not None:
+        return False
+    magnetic = unit is not None and parse_unit(unit).kind == MAGNETIC_FIELD
+    return magnetic or _MAGNETIC.search(words) is not None
 
 
 def _no_axis(name: str, words: str) -> str:

@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 import allanite as al
+import generators as g
 
 
 def slow_rise():
@@ -82,3 +83,16 @@ def test_a_spectrum_smoother_than_noise_is_not_adequate(n):
     assert fit.misfit.is_too_small
     assert not fit.adequate
     assert "not adequate (χ² is smaller than that of noise)" in str(fit)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_model_that_is_too_high_at_all_long_times_is_not_adequate(seed):
+    """A bias that stops walking after 300 s, fitted by a random walk: no single τ fails, but all long ones are too high."""
+    rng, n = np.random.default_rng([seed, 5]), 20_000
+    x = g.white(rng, n, 1.0, 0.7) + g.gauss_markov(rng, n, 1.0, 8e-3, 300.0)
+    fit = al.fit_model(al.Recording(x, rate=1.0, unit="deg/s"), "N+K")
+    assert fit.misfit.p_value > 0.001
+    assert np.abs(fit.curve.z).max() < 4.0
+    assert fit.curve.rms_percent > 3.0 * fit.curve.chance_percent
+    assert not fit.adequate
+    assert al.fit_model(fit.recording, "N+GM").adequate
