@@ -12,7 +12,7 @@ The numbers for a simulator only follow the Allan deviation, from one sample on,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
@@ -57,6 +57,8 @@ MIN_RATIO, MAX_RATIO, RATIOS_PER_DECADE = 1e-3, 1e5, 5
 MIN_LAG, MAX_LAG, LAG_COUNT = 0.1, 30.0, 11
 #: Number of averaging times per decade.
 TAUS_PER_DECADE = 8
+#: Explanation of the value of a coefficient that was not detected, for remarks.
+EXPECTED_SIZE = "its expected size (0.64 of its 95 % limit)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +94,10 @@ class Quality:
 
 @dataclass(frozen=True)
 class _Target:
-    """Model of an axis that the numbers must follow, and its broad and slow part, in units of `scale` SI units."""
+    """Model of an axis that the numbers must follow, and its broad and slow part, in units of `scale` SI units.
+
+    `undetected` names the standard coefficients, such as K, that were not detected and have their expected size.
+    """
 
     model: Model
     slow: Model
@@ -100,6 +105,7 @@ class _Target:
     horizon: float
     scale: float
     simulator: bool
+    undetected: tuple[str, ...]
 
     @cached_property
     def tau(self) -> Array:
@@ -261,7 +267,13 @@ def quality(axis: Axis, choice: Choice) -> Quality:
 def _target(axis: Axis, simulator: bool) -> _Target:
     """`_Target` of an axis: its expected model, white and slow noise, rate and horizon."""
     return _Target(
-        axis.expected_steady, axis.slow, axis.sampling, axis.horizon, axis.scale, simulator
+        axis.expected_steady,
+        axis.slow,
+        axis.sampling,
+        axis.horizon,
+        axis.scale,
+        simulator,
+        tuple(name for name, found in axis.coefficients.items() if not found.detected),
     )
 
 
@@ -337,7 +349,8 @@ def _fitted_walk(target: _Target, K: float) -> Choice | None:
     if not _is_consistent(target, choice):
         return None
     if little <= K:
-        return choice
+        words = f"K was not detected: {EXPECTED_SIZE}"
+        return replace(choice, remarks=(("K", words),)) if "K" in target.undetected else choice
     last = target.horizon
     words = f"the model needs none: this K adds {SMALL_WALK_SHARE:.0%} to the Allan variance at {last:.3g} s"
     return Choice(N, little, remarks=(("K", words),))
@@ -368,7 +381,7 @@ def _remarks(
     """Tuple of pairs (name, remark) on N and the slow coefficient called `name`.
 
     The slow coefficient always has a remark. N has one if the model has no white noise or N is over 0.5 % larger than
-    the fitted N.
+    N of the model.
     """
     last = f"{target.horizon:.4g} s"
     words = {}
@@ -377,12 +390,19 @@ def _remarks(
             f"the model has no white noise: N and the bias together cover the model up to {last}"
         )
     elif N / target.white > 1.005:
-        words["N"] = f"{N / target.white:.3g} times the fitted N, to cover the model up to {last}"
+        words["N"] = f"{_times(target, 'N', N / target.white)}, to cover the model up to {last}"
     if fitted > 0.0:
-        words[name] = f"{value / fitted:.3g} times the fitted K, to cover the model up to {last}"
+        words[name] = f"{_times(target, 'K', value / fitted)}, to cover the model up to {last}"
     else:
         words[name] = f"together with N, covers the slow noise of the model up to {last}"
     return tuple(words.items())
+
+
+def _times(target: _Target, name: str, ratio: float) -> str:
+    """Text that a number of a file is `ratio` times the fitted coefficient, or its expected size if not detected."""
+    if name in target.undetected:
+        return f"{name} was not detected: {ratio:.3g} times {EXPECTED_SIZE}"
+    return f"{ratio:.3g} times the fitted {name}"
 
 
 @lru_cache(maxsize=256)

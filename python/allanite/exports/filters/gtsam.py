@@ -69,7 +69,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{known[0]:.6e}] * 3 + [{known[1]:.6e}] * 3))\n"
         )
     else:
-        sentences = [unknown_bias_text(own[0][0]) for own in (accel, gyro) if own]
+        sentences = [
+            f"{own[0][0].kind}, largest axis: standard deviation at switch-on from several logs {value:.3g}"
+            f" {own[0][0].unit}"
+            if value
+            else unknown_bias_text(own[0][0])
+            for own, value in zip((accel, gyro), known, strict=True)
+            if own
+        ]
         lines.append(comments([f"Prior on the first bias: {one}" for one in sentences]))
     return "".join(lines)
 
