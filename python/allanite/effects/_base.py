@@ -29,11 +29,14 @@ class AsModel:
     """Methods that an effect, alone, has in common with a model."""
 
     def _model(self) -> Model:
-        """The model, or a model with this effect only."""
+        """The model itself, or a model that contains only this effect."""
         raise NotImplementedError
 
     def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
-        """Fit to one column; for `method` see `allanite.fit_model`."""
+        """`Fit` of the model to a recording with one column, or to a summary.
+
+        For the parameters see `allanite.fit_model`.
+        """
         import allanite as al
 
         return al.fit_model(recording, self._model(), method)
@@ -50,7 +53,7 @@ class AsModel:
         axis: int = 0,
         replicate: int = 0,
     ) -> Recording:
-        """Simulated samples.
+        """`Recording` of simulated samples of the model.
 
         Parameters
         ----------
@@ -103,7 +106,10 @@ class AsModel:
         axis: int = 0,
         replicate: int = 0,
     ) -> Iterator[Recording]:
-        """The samples of `simulate` in segments of `size` samples; for the parameters see `allanite.simulate.simulate`."""
+        """Iterator over the samples of `simulate`, in recordings of `size` samples; the last one may be shorter.
+
+        For the other parameters see `allanite.simulate.simulate`.
+        """
         import allanite as al
 
         return al.simulate.simulate_chunks(
@@ -233,7 +239,7 @@ class Effect(AsModel):
             self._check_limits()
 
     def _check_limits(self) -> None:
-        """Normalize `limits`; raise InputError for invalid limits or a held value beyond its limits."""
+        """Replace `limits` by checked `Limits`; raise InputError for invalid limits or a held value beyond its limits."""
         limits = limits_of(self.kind, self.parameters, self.limits)
         object.__setattr__(self, "limits", limits)
         for name in limits.keys() & set(self.hold):
@@ -246,38 +252,41 @@ class Effect(AsModel):
 
     @property
     def held(self) -> frozenset[str]:
-        """Set of texts: names of parameters that a fit must not change: held by the user, or at a limit."""
+        """Frozenset of the names of parameters that a fit must not change: held by the user, or at a limit."""
         return frozenset((*self.hold, *self.at_limit))
 
     def kept(self, name: str) -> str:
-        """Why the parameter `name` is not fitted: ``held``, ``at its limit``, or empty if it is fitted."""
+        """Reason why a fit keeps the parameter `name`: ``"held"`` or ``"at its limit"``.
+
+        Empty text if a fit may change it.
+        """
         return "held" if name in self.hold else "at its limit" if name in self.at_limit else ""
 
     @property
     def values(self) -> dict[str, Any]:
-        """Parameter values by JSON name, including derived ones; None if unknown."""
+        """Dict of the parameter values by JSON name, including derived parameters; None for unknown values."""
         return {p.name: getattr(self, p.name) for p in self.parameters}
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """Tuple of texts: names of shape parameters that a fit may change."""
+        """Tuple of the names of shape parameters that a fit may change, in declared order."""
         return tuple(
             p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
         )
 
     @classmethod
     def may_be(cls, other: Effect | type[Effect]) -> bool:
-        """True if a short record may confuse this effect with an `other` one: the same kind, or declared rivals."""
+        """True if a short record may confuse this effect with `other`: equal kinds, or one is in the other's `rivals`."""
         return cls.kind == other.kind or cls.kind in other.rivals or other.kind in cls.rivals
 
     @classmethod
     def parameter(cls, name: str) -> Parameter:
-        """Declaration of the parameter with this JSON `name`."""
+        """Declaration of the parameter with this JSON `name`; StopIteration if the effect has no such parameter."""
         return next(p for p in cls.parameters if p.name == name)
 
     @classmethod
     def shown(cls) -> tuple[str, ...]:
-        """Tuple of texts: names of the parameters that a legend shows, the most informative first."""
+        """Tuple of the names of the parameters that a legend shows: `legend`, or by default all coefficients and shapes."""
         ours = (p.name for p in cls.parameters if p.role in {"coefficient", "shape"})
         return cls.legend or tuple(ours)
 
@@ -285,33 +294,36 @@ class Effect(AsModel):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Effects of this kind that a check tries to add to a fitted `model`.
+        """Tuple of effects of this kind that a check tries to add to a fitted `model`.
 
-        By default one effect without values; none if the effect is `single` and the model has it. `columns` are the logged
-        columns of the recording by name, shape (n,) each.
+        By default it contains one effect without values, and is empty if the effect is `single` and the model has it.
+        `columns` are the logged columns of the recording by name, shape (n,) each.
         """
         return () if cls.single and any(e.kind == cls.kind for e in model) else (cls(),)
 
     def variants(self) -> tuple[Self, ...]:
-        """Tuple of forms of this effect to try, e.g. filter designs, with the values that are set; by default itself."""
+        """Tuple of forms of this effect to try, e.g. filter designs, each with the values that are set.
+
+        By default only the effect.
+        """
         return (self,)
 
     def extended(self) -> tuple[Effect, ...]:
-        """Tuple: richer forms to try, starting from the fitted values, if a discrepancy remains; by default none."""
+        """Tuple of richer forms to try, from the fitted values on, if a misfit remains; by default empty."""
         return ()
 
     def equal_forms(self) -> tuple[Effect, ...]:
-        """Tuple of `Effect`: other forms of the effect with the same number of parameters; by default none.
+        """Tuple of other forms of the effect with the same number of parameters; by default empty.
 
         A search tries each form, starting from the fitted values.
         """
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Grid of values of the shape `name` that a fit tries for n samples at `rate` Hz.
+        """Array of values of the shape `name`, ascending, that a fit tries for n samples at `rate` Hz.
 
         By default times run from two samples to half the record, and frequencies from 4/T to
-        Nyquist, 8 per decade.
+        Nyquist, 8 per decade, at least 4 values.
         """
         if self.parameter(name).unit == "s":
             low, high = 2.0 / rate, n / rate / 2.0
@@ -320,7 +332,10 @@ class Effect(AsModel):
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def searched(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Grid of values of the shape `name` within its limits, for n samples at `rate` Hz; includes the limits."""
+        """Array of the values of `grid` that lie within the limits of the shape `name`, plus the limits near the grid.
+
+        `n` is the number of samples, `rate` the sampling rate in Hz. Without limits it is the whole grid.
+        """
         grid = self.grid(name, n, rate)
         if name not in self.limits:
             return grid
@@ -332,7 +347,7 @@ class Effect(AsModel):
         return np.unique([*ends, *inside]) if ends or inside.size else grid.clip(low, high)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Lowest and highest value of the shape `name` that a fit of n samples at `rate` Hz may reach.
+        """Pair (lowest, highest) value of the shape `name` that a fit of n samples at `rate` Hz may reach.
 
         They are half of the lowest and twice the highest grid value. Frequencies are at most the
         Nyquist frequency.
@@ -343,34 +358,38 @@ class Effect(AsModel):
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
-        """Tuple: effects of this kind that single ordinates suggest, to be tried in addition to the grid; by default none.
+        """Tuple of effects of this kind, with values, read from single ordinates and tried in addition to the grid.
 
-        `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the
+        By default empty. `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the
         model, shape (n,).
         """
         return ()
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors, by name, of values that the spectrum does not determine, at `rate` Hz; by default none."""
+        """Dict of standard errors by name, for values that are not fitted to the spectrum (times, factors).
+
+        By default empty. `rate` is the sampling rate, Hz.
+        """
         return {}
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of the shape `name` if its likelihood is not smooth; by default None: Fisher information is used.
+        """Standard error of the shape `name`, in its unit, if its likelihood is not smooth.
 
-        `variance` is the variance of the first amplitude, `duration` the duration of the record, s.
+        By default None: Fisher information is used. `variance` is the variance of the first amplitude, `duration` the
+        duration of the record, s.
         """
         return None
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from its rivals.
 
-        The record has a `duration` in s and a sampling `rate` in Hz.
+        By default True. The record has a `duration` in s and a sampling `rate` in Hz.
         """
         return True
 
     @property
     def numbers(self) -> int:
-        """Number of parameters that the effect adds to a model."""
+        """Number of parameters that the effect adds to a model: coefficients, shapes and times that have a value."""
         return sum(
             p.role in {"coefficient", "shape", "time"} and self.values[p.name] is not None
             for p in self.parameters
@@ -378,12 +397,18 @@ class Effect(AsModel):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Lowest and highest frequency of a band, a gap, or a line (equal values), Hz; by default None."""
+        """Pair (low, high) in Hz of a band or a gap, with equal values for a line.
+
+        None for other effects or without values.
+        """
         return None
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Frequency ranges (low, high) of the main band and then of its companions, Hz; by default only the main one."""
+        """Tuple of frequency ranges (low, high), Hz: the main band, then its sidebands.
+
+        By default only `occupies`, if not None.
+        """
         return () if self.occupies is None else (self.occupies,)
 
     @property
@@ -393,11 +418,11 @@ class Effect(AsModel):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: first and last time of a one-time event, s; by default None."""
+        """Pair (first, last) time of a one-time event, s from the first sample; by default None."""
         return None
 
     def with_values(self, **values: Any) -> Self:
-        """A copy with some `values` changed, by JSON name."""
+        """A copy with some `values` changed, by JSON name; InputError for an invalid value, as in the constructor."""
         own, made, names = vars(self), object.__new__(type(self)), names_of(type(self))
         if not values.keys() <= names:
             return replace(self, **values)
@@ -407,7 +432,7 @@ class Effect(AsModel):
         return made
 
     def name_for(self, kind: str = "") -> str:
-        """Display name for a `kind` of sensor: an accelerometer's N is its velocity random walk."""
+        """Display name for a `kind` of sensor, e.g. "velocity random walk" for N of "acceleration"; by default `title`."""
         return self.titles.get(kind, self.title)
 
     def __add__(self, other: Effect | Model) -> Model:
@@ -473,11 +498,14 @@ class Stochastic(Effect):
     companions: ClassVar[tuple[str, ...]] = ()
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Primitive spectral terms (see `effects.terms`) at this shape and `rate` (Hz), with coefficient 1."""
+        """Tuple of primitive spectral terms (`effects.terms`) at the present shape and `rate` (Hz), with coefficient 1."""
         raise NotImplementedError
 
     def terms(self, rate: float) -> tuple[Term, ...]:
-        """Primitive spectral terms at this shape, coefficient and `rate` (Hz)."""
+        """Tuple of primitive spectral terms at the present shape and coefficient and at `rate` (Hz).
+
+        InputError without a coefficient.
+        """
         value = getattr(self, self.coefficient)
         if value is None:
             raise InputError(
@@ -496,7 +524,7 @@ class Stochastic(Effect):
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Tuple: narrow components that together can describe any spectrum, for an effect of free form; by default none.
+        """Tuple of narrow components whose sum can describe any spectrum, for an effect of free form; by default empty.
 
         A fit chooses among them for n samples at `rate` Hz, and `joined` builds one effect from the
         chosen ones.
@@ -505,18 +533,24 @@ class Stochastic(Effect):
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect built from the components `pieces`, each with its squared coefficient in `variances`."""
+        """One effect built from several components (`pieces`), each with its squared coefficient in `variances`."""
         raise NotImplementedError
 
     def banded(self, low: float, high: float) -> Self | None:
-        """The effect with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""
+        """A copy with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""
         return None
 
     @classmethod
     def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """The modulated form of a `band`: with sidebands at ±`rate` Hz of relative power (depth/2)²; by default None."""
+        """Effect with a `band` and sidebands at ±`rate` Hz of relative power (depth/2)².
+
+        None if the kind cannot (default).
+        """
         return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
-        """Generator of non-normal samples at `rate` Hz in the compiled core; by default None: terms are simulated."""
+        """Pair (name, parameters) of the core's generator of non-normal samples at `rate` Hz.
+
+        By default None: terms are simulated.
+        """
         return None

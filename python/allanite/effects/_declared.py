@@ -73,7 +73,7 @@ class Parameter:
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def accepted(self, value: Any, several: bool) -> Any:
-        """A given value, checked: a number within the bounds, a tuple of finite numbers if `several`, or a text.
+        """The given `value`, checked and converted: float within the bounds, tuple of floats if `several`, or text.
 
         Raises
         ------
@@ -93,7 +93,7 @@ class Parameter:
         return self._number(value, *self.bounds)
 
     def _number(self, value: Any, low: float, high: float) -> float:
-        """A given value as a number between `low` and `high`; raises InputError otherwise."""
+        """The given `value` as a float; InputError if it is not a number between `low` and `high`."""
         try:
             # Texts are rejected, although float() would parse them.
             number = math.nan if isinstance(value, (str, bytes)) else float(value)
@@ -109,29 +109,29 @@ class Parameter:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Pair: finite lowest and highest admissible value."""
+        """Pair (lowest, highest) admissible value; infinite bounds become ∓ the largest admissible number."""
         return max(self.low, -MAX_NUMBER), min(self.high, MAX_NUMBER)
 
 
 def has_several(cls: type, name: str) -> bool:
-    """True if the parameter `name` of an effect class is a tuple of numbers."""
+    """True if the parameter `name` of an effect class is annotated as a tuple of numbers."""
     return any("tuple" in str(_annotations_of(base).get(name)) for base in cls.__mro__)
 
 
 @lru_cache(maxsize=256)
 def _annotations_of(cls: type) -> Mapping[str, Any]:
-    """Dict: annotations of a class itself, cached because every parameter of every effect needs them."""
+    """Mapping from names to annotations of a class without its base classes; cached for speed."""
     return get_annotations(cls)
 
 
 def _value_text(value: Any) -> str:
-    """Text of a value, at most 60 characters, for messages."""
+    """`repr` of a value, cut to 60 characters, for messages."""
     return repr(value)[:60]
 
 
 @dataclass(frozen=True, slots=True)
 class StraightLine:
-    """Straight line by which IEEE 952-1997 reads a coefficient from the Allan deviation.
+    """Straight line from which IEEE 952-1997 reads a coefficient of the Allan deviation.
 
     Attributes
     ----------
@@ -154,11 +154,12 @@ class StraightLine:
     scatter: str
 
 
+#: Cache of `names_of`: field names by dataclass.
 _NAMES: dict[type, frozenset[str]] = {}
 
 
 def names_of(cls: Any) -> frozenset[str]:
-    """Set of texts: field names of a dataclass, cached because every copy needs them."""
+    """Frozenset of the field names of a dataclass; cached, because every copy of an effect needs them."""
     if cls not in _NAMES:
         _NAMES[cls] = frozenset(f.name for f in fields(cls))
     return _NAMES[cls]

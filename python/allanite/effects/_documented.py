@@ -30,7 +30,7 @@ UNITS_BY_POWER = {0.5: "U·s^½", -0.5: "U/s^½", 1.0: "U·s", -1.0: "U/s", 0.0:
 
 
 def document(cls: type) -> None:
-    """Add parameter sections to the docstrings of an effect class and references to those of its overriding methods."""
+    """Extend the docstrings of an effect class in place: parameter sections, and references to the overridden methods."""
     own = vars(cls)
     declared: Sequence[Parameter] = getattr(cls, "parameters", ())
     if own.get("__doc__") and declared and "Parameters\n" not in own["__doc__"]:
@@ -47,14 +47,14 @@ def document(cls: type) -> None:
 
 
 def unit_of(parameter: Parameter) -> str:
-    """Printed unit of a parameter, e.g. ``U·s^½``."""
+    """Printed unit of a parameter: its text, or for an exponent p the unit U·s^p, e.g. ``U·s^½``."""
     if isinstance(parameter.unit, str):
         return parameter.unit
     return UNITS_BY_POWER.get(parameter.unit, f"U·s^{parameter.unit:g}")
 
 
 def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
-    """The docstring `doc` with `text` inserted before the first of the sections `before` that it has, or at its end."""
+    """Docstring `doc` with `text` inserted before the first of the sections `before` that it has, otherwise appended."""
     doc = cleandoc(doc)
     places = (doc.find(f"\n\n{section}-") for section in before)
     at = min((place for place in places if place >= 0), default=len(doc))
@@ -62,7 +62,7 @@ def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
 
 
 def _sections(declared: Sequence[Parameter]) -> str:
-    """Numpydoc sections of parameters, attributes (derived parameters) and errors."""
+    """Text of the numpydoc sections on parameters, derived attributes (if any) and errors."""
     derived = [p for p in declared if p.role == "derived"]
     given = "\n".join(
         [*(_entry(p) for p in declared if p not in derived), HOLD_ENTRY, LIMITS_ENTRY]
@@ -74,7 +74,7 @@ def _sections(declared: Sequence[Parameter]) -> str:
 
 
 def _entry(p: Parameter) -> str:
-    """Numpydoc entry of a parameter."""
+    """Two-line numpydoc entry of a parameter: name with unit and role, then description with range."""
     unit = "" if p.unit == "text" else unit_of(p)
     role_text = {"choice": "a choice", "derived": "derived"}.get(p.role, "")
     kind = ", ".join(filter(None, (unit, role_text, "optional" if p.optional else "")))

@@ -11,37 +11,38 @@ from numpy.typing import NDArray
 
 from allanite.effects._known import Deterministic
 
-#: Ordinates per block in the computation of sines by blocks: the square root of the 4096 ordinates of a search.
+#: Number of ordinates per block in `_waves`: the square root of the 4096 ordinates of a search.
 BLOCK_ORDINATES = 64
-#: Minimum number of sines that are computed by blocks; fewer are computed one by one. Chosen by judgment; not measured.
+#: Minimum number of sines (times × ordinates) that are computed by blocks; fewer are computed one by one. Chosen by
+#: judgment; not measured.
 MIN_BLOCKED_SINES = 2048
 
 
 @dataclass(frozen=True)
 class Event(Deterministic):
-    """A one-time change of the bias with a fitted height."""
+    """Base class of one-time changes of the bias with one fitted `height`, U."""
 
     happens_once: ClassVar[bool] = True
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → signal of samples first … last − 1; each depends only on its own time."""
+        """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
         return self._pointwise(rate, covariates)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with the height set to the amplitude."""
+        """A copy with `height` set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(height=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The height, shape (1,)."""
+        """Array of shape (1,) with the height, U; 0 if the height is None."""
         return np.array([self.values["height"] or 0.0])
 
     def _edge_error(self, density: float) -> float:
-        """Standard error of the time of an edge, s, in noise of density S.
+        """Standard error of the time of an edge, s, in noise of two-sided density S (`density`, U²/Hz): 5.6 S/height².
 
-        A jump h is located to ±11 S/h² with 95 % probability. The limit distribution of a change point (Yao 1987) is not
-        normal; the value returned is this half-width divided by 1.96.
+        A jump h is located to ±11 S/h² with 95 % probability. The limit distribution of a change point (Yao 1987) is
+        not normal; the value returned is this half-width divided by 1.96.
         """
         return 5.6 * density / max((self.values["height"] or 0.0) ** 2, 1e-300)
 
@@ -62,17 +63,17 @@ class Away(Event):
 
     @property
     def singly(self) -> tuple[Away, ...]:
-        """Tuple of `Away`: each departure as a separate effect, in order of time."""
+        """Tuple of effects with one departure from the level each, in order of time; by default the effect itself."""
         return (self,)
 
     @classmethod
     def together(cls, events: Sequence[Away]) -> Self | None:
-        """One effect that combines several `events`; by default None: a single event cannot."""
+        """One effect that combines several `events`; None if this kind can hold only one event (default)."""
         return None
 
 
 def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """sin(πjk/n) for all k and ordinates j, shape (k, j).
+    """Array of sin(πjk/n) for all k and ordinates j, shape (k.size, j.size).
 
     For consecutive ordinates the sines are computed by blocks with sin(a + b), since a search needs millions of them.
     """
@@ -80,14 +81,14 @@ def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.fl
 
 
 def cosines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """cos(πjk/n) for all k and ordinates j, shape (k, j); see `sines`."""
+    """Array of cos(πjk/n) for all k and ordinates j, shape (k.size, j.size); see `sines`."""
     return _waves(k, j, n, 0.5 * np.pi)
 
 
 def _waves(
     k: NDArray[np.float64], j: NDArray[np.int64], n: int, phase: float
 ) -> NDArray[np.float64]:
-    """sin(πjk/n + phase) for all k and ordinates j, shape (k, j)."""
+    """Array of sin(πjk/n + phase) for all k and ordinates j, shape (k.size, j.size)."""
     if k.size * j.size < MIN_BLOCKED_SINES or j[-1] - j[0] + 1 != j.size:
         return np.asarray(np.sin(np.pi * j * k[:, None] / n + phase))
     turn = np.pi / n * k[:, None]

@@ -3,7 +3,7 @@
 H(z) has as many zeros as poles, and all poles lie within the unit circle. With G(z) = H(z)H(1/z) the autocovariance after
 the filter is the sum of the residues of S(z)G(z)z^{h−1}. Every pole φ of the spectrum S of a term remains, multiplied by
 G(φ). Every pole p of the filter adds an exponential S(p)·(residue of G at p). Flicker and power laws have a branch cut
-instead of poles; they are represented by a bank of lags, two per decade.
+instead of poles; they are represented by a sum of first-order low-passes (a bank), two per decade.
 """
 
 from __future__ import annotations
@@ -32,22 +32,24 @@ from allanite.effects.terms import (
 
 Array = NDArray[np.float64]
 
-#: Ratio of the slowest time constant of the filter to that from which the bank of lags starts. Chosen by judgment; not
+#: Ratio of the longest time constant of a bank of low-passes to that of the slowest filter pole. Chosen by judgment; not
 #: measured.
 BANK_TIME_RATIO = 300.0
-#: Minimum distance of a pole of a term from a pole of the filter, relative to the filter pole's distance from 1, so that
-#: residues keep their digits. Chosen by judgment; not measured.
+#: Minimum distance between a pole of a term and a pole of the filter, relative to the filter pole's distance from 1.
+#: Residues of closer poles would lose their digits. Chosen by judgment; not measured.
 MIN_POLE_DISTANCE = 1e-3
 #: Maximum number of exponentials that pass the filter one by one (cached); more are computed together.
 #: Chosen by judgment; not measured.
 MAX_SINGLE_EXPONENTIALS = 4
-#: Maximum inverse power |p|⁻ᵏ of a filter pole by which an exponential is extracted. Chosen by judgment; not measured.
+#: Maximum |p|⁻ᴸ (pole p, last lag L of a finite autocovariance) with which a filter pole's exponential is extracted; a
+#: larger one overflows. Chosen by judgment; not measured.
 MAX_INVERSE_POWER = 1e6
-#: e-foldings after which the covariance of a filter pole is negligible (2·10⁻⁹). Chosen by judgment; not measured.
+#: Length, in time constants, after which the covariance of a filter pole is cut (2·10⁻⁹). Chosen by judgment; not measured.
 COVARIANCE_E_FOLDINGS = 20.0
-#: e-foldings after which the start of a simulation is forgotten (10⁻⁷). Chosen by judgment; not measured.
+#: Length, in time constants of the slowest pole, of the start of a simulation that is discarded (10⁻⁷ remains). Chosen by
+#: judgment; not measured.
 SETTLING_E_FOLDINGS = 16.0
-#: Power gain at frequency zero below which the filter counts as blocking it. Chosen by judgment; not measured.
+#: Power gain at frequency zero up to which it counts as 0. Chosen by judgment; not measured.
 MIN_GAIN_AT_ZERO = 1e-12
 
 
@@ -68,42 +70,46 @@ class Response:
 
     @property
     def b(self) -> Array:
-        """Coefficients of the numerator in powers of 1/z, shape (order + 1,)."""
+        """Array of the numerator coefficients in powers of 1/z, gain included, shape (order + 1,)."""
         return np.real(self.gain * np.poly(self.zeros))
 
     @property
     def a(self) -> Array:
-        """Coefficients of the denominator in powers of 1/z, shape (order + 1,); the first is 1."""
+        """Array of the denominator coefficients in powers of 1/z, shape (order + 1,); the first is 1."""
         return np.real(np.poly(self.poles))
 
     @property
     def settling(self) -> int:
-        """Number of samples after which a simulation no longer depends on its start."""
+        """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole."""
         slowest = max(abs(p) for p in self.poles)
         return int(np.ceil(SETTLING_E_FOLDINGS / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
 
     def power(self, z: complex) -> complex:
-        """Power gain G(z) = H(z)H(1/z)."""
+        """Complex power gain G(z) = H(z)H(1/z); on the unit circle it is |H|²."""
         top = prod((z - q) * (1.0 - q * z) for q in self.zeros)
         bottom = prod((z - p) * (1.0 - p * z) for p in self.poles)
         return complex(self.gain**2 * top / bottom)
 
     @cached_property
     def at_zero(self) -> float:
-        """Power gain at frequency zero."""
+        """Power gain |H|² at frequency zero; gains up to 10⁻¹² become 0."""
         found = self.power(1.0).real
         return found if found > MIN_GAIN_AT_ZERO else 0.0
 
     @cached_property
     def lag_zero(self) -> float:
-        """Variance at lag 0 that filtered white noise has in addition to its exponentials, G(0)."""
+        """Part of the variance of filtered white noise of variance 1 that exists only at lag 0, G(z = 0).
+
+        `modes` have the rest.
+        """
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
     @cached_property
     def modes(self) -> tuple[tuple[complex, complex], ...]:
-        """Exponentials of filtered white noise of variance 1: each pole and the residue of G(z)/z there.
+        """Tuple of (pole p, weight w): filtered white noise of variance 1 has the autocovariance Σ Re(w p^h) at lags h > 0.
 
-        A conjugate pair is represented by one pole with twice its residue.
+        The weight is the residue of G(z)/z at the pole. A conjugate pair is represented by one pole with twice its
+        residue.
         """
         out = []
         for p in self.poles:
@@ -132,17 +138,17 @@ class Filter(Modifier):
         return self
 
     def response(self, rate: float) -> Response:
-        """Digital response of the filter at sampling rate `rate`, Hz."""
+        """`Response` (gain, zeros, poles) of the digital filter at sampling rate `rate`, Hz."""
         raise NotImplementedError
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Tuple of `Term`: terms of white noise after the filter."""
+        """Tuple of the terms of white noise of variance `white` after the filter; `span` is not used."""
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """Spectral terms after the filter, from the `terms` of an effect at `rate` Hz."""
+        """Tuple of the spectral terms of a process after the filter, from its `terms` before it; `rate` in Hz."""
         response = _cached_response(self, rate)
         # A moving band has dozens of exponentials; together they add one exponential for each pole of the filter.
         waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]
@@ -156,12 +162,12 @@ class Filter(Modifier):
 @cleared_by_free_buffers
 @lru_cache(maxsize=64)
 def _cached_response(passing: Filter, rate: float) -> Response:
-    """Digital response of a filter; cached for all effects of a model."""
+    """`Response` of the filter `passing` at `rate` Hz; cached for all effects of a model."""
     return passing.response(rate)
 
 
 def _merged(terms: list[Term]) -> tuple[Term, ...]:
-    """Tuple: terms with exponentials of equal poles, white noises, and finite autocovariances each merged into one."""
+    """Tuple of terms with the same sum; exponentials of equal poles, white noises and finite autocovariances are merged."""
     lags: dict[complex, complex] = {}
     rest: list[Term] = []
     white, finite = 0.0, np.zeros(0)
@@ -185,7 +191,7 @@ def _merged(terms: list[Term]) -> tuple[Term, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
-    """Tuple of `Term`: terms of one term after a filter; cached."""
+    """Tuple of the terms of one process after a filter; cached."""
     if isinstance(term, Blue):
         term = Lags((2.0 * term.variance, -term.variance))
     if isinstance(term, Lags):
@@ -198,7 +204,7 @@ def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
 
 
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
-    """Terms of a sum of rational terms after the filter, minus the unfiltered terms multiplied by `less`."""
+    """List of the terms of a sum of rational terms (`pieces`) after the filter, minus `less` times the unfiltered sum."""
     out: list[Term] = []
     # Spectra at the few poles of the filter; arrays would be slower than loops.
     spectra = [0.0j] * len(response.modes)
@@ -230,7 +236,7 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
-    """The pole `phi` of a spectrum; moved slightly if the filter has (nearly) the same pole."""
+    """The pole `phi` of a spectrum, moved by a small distance if the filter has (nearly) the same pole."""
     for p in response.poles:
         near = MIN_POLE_DISTANCE * abs(1.0 - p)
         if abs(phi - p) < near:
@@ -239,7 +245,10 @@ def _separated_pole(phi: complex, response: Response) -> complex:
 
 
 def _bank(term: Term, response: Response) -> list[Term]:
-    """A power law as a bank of lags (and differences or sums of lags), from far below the filter's slowest pole on."""
+    """List of white noise, exponentials and random walks whose sum approximates a power law or flicker term.
+
+    They reach from the sampling rate to 300 times the slowest time constant of the filter.
+    """
     exponent, level = (
         (term.exponent, term.level) if isinstance(term, PowerLaw) else (-1.0, term.numbers[0])
     )
@@ -269,14 +278,14 @@ def _bank(term: Term, response: Response) -> list[Term]:
 
 
 def _difference_of_white(covariance: Array) -> list[Term]:
-    """A difference of white noise (autocovariance at lags 0 and 1) as white noise plus a lag with little memory."""
+    """List of two terms with the given autocovariance at lags 0 and 1: a fast exponential plus white noise."""
     phi = 1e-4
     a = float(covariance[1]) / phi
     return [Exponential(a, phi), White(float(covariance[0]) - a)]
 
 
 def _filtered_lags(covariance: Array, response: Response) -> list[Term]:
-    """List: terms of a process with finite autocovariance after the filter: exponentials and a finite autocovariance."""
+    """List of the terms of a process with finite autocovariance after the filter: exponentials and one `Lags`."""
     last = covariance.size - 1
     both = np.concatenate([covariance[:0:-1], covariance])
     out: list[Term] = []

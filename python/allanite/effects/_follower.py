@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 COLUMN = Parameter("column", "text", "name of the column", "choice")
 
 
-def offered(
+def followed_column(
     effect: Effect, columns: Mapping[str, NDArray[np.float64]] | None
 ) -> NDArray[np.float64]:
     """Values of the logged column that an effect follows, shape (n,).
@@ -67,7 +67,7 @@ class LaggedColumn:
     starts: tuple[int, ...] = ()
 
     def series(self, time: Array, covariates: Mapping[str, Array]) -> Array:
-        """Values at the times, s, shape (n,)."""
+        """Array of the values at each `time` (s), shape (n,), from the logged columns `covariates`."""
         values = covariates[self.column] - np.mean(covariates[self.column])
         samples = self.lag / float(time[1] - time[0])
         if samples > 0.0:
@@ -84,7 +84,7 @@ class LaggedColumn:
 
 @dataclass(frozen=True)
 class Follower(Deterministic):
-    """Base class of functions of a logged column.
+    """Base class of known functions of a logged column.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class Follower(Deterministic):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One effect for each non-constant column that no effect of the kinds `one_of` follows yet."""
+        """Tuple with one effect for each non-constant column that no effect of the kinds `one_of` follows yet."""
         used = {e.follows for e in model if e.kind in cls.one_of}
         return tuple(
             cls(column=name)
@@ -116,22 +116,25 @@ class Follower(Deterministic):
 
     @property
     def follows(self) -> str | None:
-        """Name of the column."""
+        """Name of the followed column; None if not given."""
         return self.column
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Each regressor as a weighted sum: pairs of a weight and a `LaggedColumn`; empty if a regressor is no such sum."""
+        """Tuple with a weighted sum for each regressor, as pairs (weight, `LaggedColumn`).
+
+        Empty if a regressor is no such sum.
+        """
         return ()
 
     def regressors(self, time: Array, covariates: Mapping[str, Array]) -> Array:
-        """The sums of `sums_of_lagged`, shape (n, regressors).
+        """Array of the weighted sums of `sums_of_lagged`, shape (n, regressors).
 
         Raises
         ------
         InputError
             The recording has no such column.
         """
-        offered(self, covariates)
+        followed_column(self, covariates)
         rows = [
             weighted_sum([(weight, part.series(time, covariates)) for weight, part in parts])
             for parts in self.sums_of_lagged()
@@ -139,20 +142,20 @@ class Follower(Deterministic):
         return np.array(rows).T
 
     def _lagged(self, lag: float | None, power: int = 1) -> LaggedColumn:
-        """The column of this effect after a lag, s, raised to a power."""
+        """`LaggedColumn` of the column of this effect after a `lag` (s; None is 0), raised to `power`."""
         return LaggedColumn(str(self.column), lag or 0.0, power, self.starts)
 
     def _followed(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> tuple[NDArray[np.float64], float]:
-        """The column minus its mean, shape (n,), and the sampling rate, Hz.
+        """Pair: the followed column minus its mean, shape (n,), and the sampling rate from the first two times, Hz.
 
         Raises
         ------
         InputError
             The recording has no such column.
         """
-        values = offered(self, covariates)
+        values = followed_column(self, covariates)
         return values - values.mean(), float(1.0 / (time[1] - time[0]))
 
     def _by_run(
@@ -160,7 +163,7 @@ class Follower(Deterministic):
         values: NDArray[np.float64],
         function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """A function with memory applied to `values` separately in each run, shape (n,)."""
+        """Array of shape (n,): `function`, which has memory, applied to each run of `values` separately."""
         if not self.starts:
             return function(values)
         return np.concatenate([function(run) for run in np.split(values, self.starts)])
@@ -173,25 +176,25 @@ class Proportional(Follower):
     coefficient: float | None = None
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with the coefficient set to the amplitude."""
+        """A copy with `coefficient` set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(coefficient=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The coefficient, shape (1,)."""
+        """Array of shape (1,) with the coefficient; 0 if it is None."""
         return np.array([self.coefficient or 0.0])
 
 
 def weighted_sum(parts: Sequence[tuple[float, Array]]) -> Array:
-    """Sum of the arrays times their weights; a single array of weight 1 is returned itself."""
+    """Array of the sum of weight · values over pairs (weight, values); one array of weight 1 is returned without a copy."""
     if len(parts) == 1 and parts[0][0] == 1.0:
         return parts[0][1]
     return np.sum([weight * values for weight, values in parts], axis=0)
 
 
 def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
-    """Array: values after a first-order lag, started in equilibrium with the first value.
+    """`values` after a first-order low-pass of gain 1, shape (n,), started in equilibrium with the first value.
 
-    `samples` is the time constant in samples; 0 leaves the values unchanged.
+    `samples` is the time constant in samples; 0 returns the values unchanged.
     """
     from scipy.signal import lfilter
 

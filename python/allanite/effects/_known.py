@@ -51,14 +51,14 @@ class Deterministic(Effect):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Functions whose k amplitudes are fitted, at the present shape, shape (n, k).
+        """Array of the k functions whose amplitudes are fitted, at the present shape, shape (n, k).
 
         `time` is in s from 0; `covariates` are the logged columns by name, shape (n,) each.
         """
         raise NotImplementedError
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
-        """Pair: lowest and highest frequency of the function between two times, Hz.
+        """Pair (lowest, highest) frequency of the function between two times, Hz.
 
         `start` and `end` are in s from the first sample. None for functions whose power is in the lowest ordinates
         (`low`), and for `Periodic` functions, which have constant frequencies.
@@ -67,21 +67,21 @@ class Deterministic(Effect):
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Cache key of the regressors: the class and all values except amplitudes. Equal keys have equal regressors."""
+        """Tuple that is equal for effects with equal regressors (a cache key): the class and all non-amplitude values."""
         fitted = {p.name: p.role == "coefficient" for p in self.parameters}
         return type(self), *(v is None if fitted[name] else v for name, v in self.values.items())
 
     @property
     def amplitudes_held(self) -> bool:
-        """True if one of the amplitudes is held; then none is fitted."""
+        """True if at least one amplitude is held; then a fit changes none of them."""
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with k fitted `amplitudes`."""
+        """A copy with the k fitted `amplitudes`, shape (k,)."""
         raise NotImplementedError
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The k amplitudes of the present values, shape (k,)."""
+        """Array of the k amplitudes of the present values, shape (k,); 0 for None."""
         raise NotImplementedError
 
     def signal(
@@ -106,7 +106,7 @@ class Deterministic(Effect):
     def _pointwise(
         self, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A `sampler` for signals whose samples depend only on their own time."""
+        """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
         return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
 
     @classmethod
@@ -129,7 +129,9 @@ class Deterministic(Effect):
         n: int,
         rate: float,
     ) -> tuple[tuple[Deterministic, float], ...]:
-        """Effects that act between two times, such as an excursion, at their best times; by default none.
+        """Tuple of (effect, angle) for effects between two times, such as an excursion, at their best times.
+
+        By default empty.
 
         Parameters
         ----------
@@ -147,13 +149,13 @@ class Deterministic(Effect):
         Returns
         -------
         tuple of (Deterministic, float)
-            Effect, and the angle by which its whitened direction turns over all times; it measures the number of
-            independent trials.
+            Effect, and the angle (rad) by which its whitened direction turns as one edge moves over all times; the angle
+            measures the number of independent trials.
         """
         return ()
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Allan variance of the signal at averaging factors m of samples at `rate` Hz, U²; by default 0.
+        """Array of the Allan variance of the signal, U², at averaging factors m of samples at `rate` Hz; by default zeros.
 
         Only effects whose Allan variance does not depend on the record override this method.
         """
@@ -180,7 +182,7 @@ class Periodic(Deterministic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
-        """The effect with a line at `frequency` (Hz) and lines at `multiples` of it (including 1).
+        """The effect with a line at `frequency` (Hz) and lines at `multiples` of it (including 1), without amplitudes.
 
         None if the effect has fixed frequencies and none of them fits.
         """
@@ -189,34 +191,34 @@ class Periodic(Deterministic):
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → signal of the lines at samples first … last − 1."""
+        """A function (first, last) → sum of the lines at samples first … last − 1, U, which computes only these samples."""
         lines = self._turning()
         return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """(multiple of the frequency, amplitude, phase) of each line: amplitude · sin(2π·multiple·f·t + phase)."""
+        """Tuple of (multiple, amplitude, phase) of each line: amplitude · sin(2π·multiple·frequency·t + phase)."""
         raise NotImplementedError
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair: frequency of the first line, as both ends, Hz."""
+        """Pair with the frequency of the first line, Hz, as both ends; None without a frequency."""
         return None if self.frequency is None else (self.frequency, self.frequency)
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Tuple: cache key of the regressors: class, frequency and multiples. Equal keys have equal regressors."""
+        """Tuple that is equal for effects with equal regressors (a cache key): class, frequency and multiples."""
         return type(self), self.frequency, *(m for m, _, _ in self.lines)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Sine and cosine of each line, shape (n, 2·lines)."""
+        """Array of sine and cosine of each line in turn, shape (n, 2·lines)."""
         f = self.frequency or 0.0
         return np.concatenate([waves(m * f, time) for m, _, _ in self.lines]).T
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """Amplitudes (A cos φ, A sin φ) of each line, shape (2·lines,)."""
+        """Array of (A cos φ, A sin φ) of each line in turn, U, shape (2·lines,)."""
         return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
 
     def signal(
@@ -226,12 +228,12 @@ class Periodic(Deterministic):
         return sines(self._turning(), time)
 
     def _turning(self) -> list[tuple[float, float, float]]:
-        """(angular frequency in rad/s, amplitude, phase in rad) of each line."""
+        """List of (angular frequency in rad/s, amplitude, phase in rad) of each line."""
         turn = 2.0 * np.pi * (self.frequency or 0.0)
         return [(turn * m, amplitude, phase) for m, amplitude, phase in self.lines]
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Allan variance Σ A² sin⁴(πfτ)/(m sin(πfτ0))² of the sampled lines, U²."""
+        """Array of the Allan variance Σ A² sin⁴(πfτ)/(m sin(πfτ0))² of the sampled lines, U², shape of m."""
         total = np.zeros(np.shape(m))
         for multiple, amplitude, _ in self.lines if self.frequency else ():
             f = multiple * (self.frequency or 0.0)

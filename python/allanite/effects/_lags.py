@@ -11,13 +11,13 @@ from allanite.common.memory import cleared_by_free_buffers
 
 Array = NDArray[np.float64]
 
-#: Maximum averaging factor for which sums over lags are computed term by term. Above, closed forms lose no digits.
+#: Maximum averaging factor m for which the Allan variance is a sum over lags. Above it, closed forms lose no digits.
 #: Chosen by judgment; not measured.
 MAX_DIRECT_FACTOR = 256
 
 
 def allan_of_lags(covariance: Array, m: int) -> float:
-    """Allan variance at factor m of a process with a short autocovariance r(0), r(1), ….
+    """Allan variance at averaging factor m of a process with autocovariance r(0), r(1), …, and 0 beyond the given lags.
 
     It is (4V(m) − V(2m))/(2m²) with V(m) = Σ_{|h|<m} (m−|h|) r(h).
     """
@@ -32,11 +32,11 @@ def allan_of_lags(covariance: Array, m: int) -> float:
 
 
 def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
-    """Allan variance of a process with autocovariance r(h) = Re(a φ^h), shape of m.
+    """Array of the Allan variance at averaging factors m of a process with autocovariance r(h) = Re(a φ^h), shape of m.
 
     Small m use exact sums over lags, large m the closed form
-    σ² = s²[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²(1−φ²)]. It loses all digits for m(1−φ) → 0; there the process is a random
-    walk of step variance 2 Re(a(1−φ)).
+    σ² = s²[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²(1−φ²)]. The closed form loses all digits for m(1−φ) → 0; there the
+    process is a random walk of step variance 2 Re(a(1−φ)).
     """
     out = np.empty(np.shape(m))
     m = np.asarray(m)
@@ -70,10 +70,10 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_lags(exponent: float, count: int) -> Array:
-    """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^a at lags h = 0…count−1, shape (count,).
+    """Array of the variogram r(0) − r(h) of the spectrum (2 sin(w/2))^exponent at lags h = 0 … count−1, shape (count,).
 
-    Fractional noise of order d = −a/2 (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The formula is
-    continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1).
+    Fractional noise of order d = −a/2 with exponent a (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The
+    formula is continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1).
     """
     h = np.arange(count)
     if abs(exponent + 1.0) < 1e-6:
@@ -90,7 +90,7 @@ def power_law_lags(exponent: float, count: int) -> Array:
 
 
 def power_law_allan(exponent: float, m: Array) -> Array:
-    """Allan variance of noise with the spectrum (2 sin(w/2))^exponent at averaging factors m, shape of m.
+    """Array of the Allan variance of noise with the spectrum (2 sin(w/2))^exponent at averaging factors m, shape of m.
 
     The variance is exact up to 4·`MAX_DIRECT_FACTOR`. Above, it consists of the two leading powers of m.
     """
@@ -101,7 +101,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     s0, s1 = np.cumsum(g), np.cumsum(h * g)
 
     def exact(k: NDArray[np.int64]) -> Array:
-        """Array: exact Allan variance at integer factors."""
+        """Exact Allan variance at integer averaging factors k, shape of k."""
         return np.asarray(
             (2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1]))
             / (2.0 * k**2)
@@ -116,7 +116,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     scaled_top = exact(top) * top ** (1.0 + exponent)
 
     def bent(k: Array) -> Array:
-        """Array: second term of the Allan variance at large factors: a power of m, or its logarithm."""
+        """Factor of the second term of the Allan variance at large averaging factors k: a power of k, or ln k."""
         # If both powers are equal, the second one gets a logarithm (flicker PM).
         return np.log(k) if second == 0.0 else k**second
 
@@ -131,9 +131,10 @@ def power_law_allan(exponent: float, m: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
-    """Ratio E c_j²/s(w_j) of a power law at the ordinates j = 1…64 of n samples, which differs from 1 by leakage.
+    """Tuple of E c_j²/s(w_j) of a power law at the ordinates j = 1 … 64 of n samples: expected square over spectrum.
 
-    For large n the ratio depends only on j; 2048 samples give it with an error of 1e-4.
+    The ratios differ from 1 by leakage. For large n they depend only on j; 2048 samples give them with an error of
+    1e-4.
     """
     n = min(n, 2048)
     j = np.arange(1, min(n, 65))
@@ -144,7 +145,7 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _cosine_weights(n: int) -> Array:
-    """Weights of the lags 1 … n − 1 in the expected squares of the ordinates 1 … 64 of n samples, shape (64, n − 1)."""
+    """Array of the weights of lags 1 … n − 1 in the expected squares of ordinates 1 … 64 of n samples, shape (64, n−1)."""
     h = np.arange(1, n)
     angle = np.pi * np.arange(1, min(n, 65))[:, None] / n
     return np.asarray((n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle))

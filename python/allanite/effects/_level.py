@@ -23,9 +23,10 @@ INTERVAL = (
 def interval_power(
     start: ArrayLike, end: ArrayLike, when: tuple[float, float] | None, factor: float | None
 ) -> NDArray[np.float64]:
-    """Mean noise power of time segments relative to the power outside the interval `when`.
+    """Array of the mean noise power of time segments relative to the power outside the interval `when`.
 
-    It is 1 + (factor² − 1) times the fraction of the segment inside the interval. Segments run from `start` to `end`, s.
+    It is 1 + (factor² − 1) times the fraction of the segment inside the interval, and 1 if `when` or `factor` is None.
+    Segments run from `start` to `end`, s.
     """
     low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     if when is None or factor is None:
@@ -37,14 +38,15 @@ def interval_power(
 def interval_errors(
     when: tuple[float, float] | None, factor: float | None, rate: float
 ) -> dict[str, float]:
-    """Standard errors of start, end and factor of an interval, for `rate` independent samples per second.
+    """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor`` of an interval with another noise level.
 
-    A level from n samples has a relative standard error of 1/√(2n). It is widened by √(7.81/3.84), because the
-    boundaries are estimated too (joint 95 % region of three values instead of one). The error of a boundary is that of
-    the highest point of two random walks of logL that fall to both sides. For a small change, 95 % of the errors are
-    within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15). One sample contributes four times D = −ln ∫√(pq), with p
-    and q the distributions of a sample on both sides. For a large change the walk on the louder side has rare long steps,
-    and D still determines the error: 5.5/4D samples, plus the sample that contains the boundary.
+    `rate` is the number of independent samples per second. A level from n samples has a relative standard error of
+    1/√(2n). It is widened by √(7.81/3.84), because the boundaries are estimated too (joint 95 % region of three values
+    instead of one). The error of a boundary is that of the highest point of two random walks of logL that fall to both
+    sides. For a small change, 95 % of the errors are within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15).
+    One sample contributes four times D = −ln ∫√(pq), with p and q the distributions of a sample on both sides. For a
+    large change the walk on the louder side has rare long steps, and D still determines the error: 5.5/4D samples, plus
+    the sample that contains the boundary.
     """
     ratio, (start, end) = (factor or 1.0) ** 2, when or (0.0, 0.0)
     samples = max(1.0, (end - start) * rate)
@@ -81,31 +83,43 @@ class Level(Modifier):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """White noise with the mean power over the record; `span` is its first and last time, s."""
+        """Tuple with one term: white noise of variance `white` times the mean power over `span` (first, last time, s).
+
+        Without `span` the variance is unchanged.
+        """
         return (White(white if span is None else white * float(self.mean_power(*span))),)
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self | None:
-        """The effect for level changes at `times` (s) to `factors` times the level at the start; by default None."""
+        """Effect with level changes at `times` (s) to `factors` times the level at the start.
+
+        None if the kind cannot (default).
+        """
         return None
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self | None:
-        """The effect for a level times `factor` in the first `share` of each `period` from `start` on (s).
+        """Effect with a level times `factor` in the first `share` of each `period` (s) from `start` (s) on.
 
-        By default None.
+        None if the kind cannot (default).
         """
         return None
 
     def following(self, values: NDArray[np.float64], coefficient: float) -> Self | None:
-        """The effect for a ln level linear in a column's `values` with slope `coefficient`; by default None."""
+        """A copy whose ln level is linear in a column's `values` with slope `coefficient`.
+
+        None if the kind cannot (default).
+        """
         return None
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Pair: times of the level changes, s, and the factors after each change; by default none."""
+        """Pair: tuple of the times of the level changes, s, and tuple of the factors after each.
+
+        By default both are empty.
+        """
         return (), ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """A copy with level changes at other `times`, s, and other `factors` after each change."""
+        """A copy with level changes at other `times`, s, and other `factors` after each; by default the effect itself."""
         return self

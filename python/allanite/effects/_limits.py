@@ -11,7 +11,8 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from allanite.effects._declared import Parameter
 
-#: Maximum relative distance at which a value counts as being at its limit; it covers the rounding of logarithms.
+#: Maximum distance between a value and its limit, relative to the limit, at which the value counts as at the limit. It
+#: covers the rounding of logarithms.
 LIMIT_TOLERANCE = 1e-9
 
 
@@ -45,26 +46,26 @@ class Limits(Mapping[str, tuple[float, float]]):
         return repr(self._ends)
 
     def reached(self, name: str, value: float) -> float | None:
-        """The limit of parameter `name` that a value has reached or exceeded; None if the value is between the limits."""
+        """The limit of parameter `name` that `value` has reached or exceeded; None if the value is between the limits."""
         low, high = self._ends.get(name, (-math.inf, math.inf))
         if value <= low + LIMIT_TOLERANCE * abs(low):
             return low
         return high if value >= high - LIMIT_TOLERANCE * abs(high) else None
 
     def clipped(self, name: str, value: float) -> float:
-        """The value clipped to the limits of parameter `name`."""
+        """`value` clipped to the limits of parameter `name`; unchanged without limits."""
         low, high = self._ends.get(name, (-math.inf, math.inf))
         return min(max(value, low), high)
 
     def shown(self, name: str) -> str:
-        """Limits of parameter `name` as in model strings, ``[10,100]``; empty without limits."""
+        """Text of the limits of parameter `name` as in model strings, ``[10,100]``; empty without limits."""
         if name not in self._ends:
             return ""
         low, high = (f"{end:.6g}" if math.isfinite(end) else "" for end in self._ends[name])
         return f"[{low},{high}]"
 
     def to_dict(self) -> dict[str, list[float | None]]:
-        """JSON form: [lower, upper] by parameter name; null for an open end."""
+        """Dict (JSON form) from parameter names to [lower, upper]; None for an open end."""
         return {
             name: [end if math.isfinite(end) else None for end in ends]
             for name, ends in self._ends.items()
@@ -81,7 +82,7 @@ def limitable(parameter: Parameter) -> bool:
 
 
 def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
-    """Checked limits from user input; ends outside a parameter's range are dropped.
+    """Checked `Limits` from user input (pairs by parameter name); ends outside a parameter's range become ∓∞.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
 
 
 def _checked_ends(kind: str, name: str, pair: Any) -> tuple[float, float]:
-    """Lower and upper limit from a pair of numbers or None; None becomes ∓∞."""
+    """Pair (lower, upper) limit as floats, with ∓∞ for None; InputError if `pair` is not two numbers or None."""
     try:
         low, high = pair
         ends = (-math.inf if low is None else float(low), math.inf if high is None else float(high))

@@ -26,5 +26,5 @@ class LowPass(Filter):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
 
     def response(self, rate: float) -> Response:
-        """Digital response of the low-pass at sampling rate `rate`."""
+        """`Response` of the recursive low-pass `design` at sampling rate `rate`, Hz."""
         return lowpass.response(self.design, self.order, self.cutoff / rate)

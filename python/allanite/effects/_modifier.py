@@ -50,29 +50,35 @@ class Modifier(Effect):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Effects of this kind to try; none if the `model` has no white noise."""
+        """Tuple with one effect without values; empty if the `model` has no white noise, or a `single` effect exists."""
         return super().candidates(model, columns) if model.white is not None else ()
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self | None:
-        """The effect that excludes single outlying samples at `times`, s; by default None."""
+        """Effect that excludes the single samples at `times`, s; None if the kind cannot (default)."""
         return None
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self | None:
-        """The effect that multiplies the white-noise level by `factor` from `start` to `end` (s); by default None."""
+        """Effect that multiplies the white-noise level by `factor` from `start` to `end` (s).
+
+        None if the kind cannot (default).
+        """
         return None
 
     @classmethod
     def changing(
         cls, band: tuple[float, float], when: tuple[float, float], factor: float
     ) -> Self | None:
-        """The effect that multiplies the noise in a `band` (Hz) by `factor` in the interval `when` (s); by default None."""
+        """Effect that multiplies the noise in a `band` (Hz) by `factor` in the interval `when` (s).
+
+        None if the kind cannot (default).
+        """
         return None
 
     @property
     def band(self) -> tuple[float, float] | None:
-        """Pair: lowest and highest frequency, Hz, of the noise whose power changes over time; by default None."""
+        """Pair (lowest, highest) frequency, Hz, of the noise whose power changes over time; by default None."""
         return None
 
     def swells(self, effect: Effect) -> bool:
@@ -87,42 +93,46 @@ class Modifier(Effect):
         end: NDArray[np.float64] | float,
         span: tuple[float, float],
     ) -> NDArray[np.float64]:
-        """Mean power of the `band` from each `start` to each `end` relative to that over the `span`, times in s."""
+        """Array of the mean power of the `band` from each `start` to each `end`, relative to that over `span`.
+
+        By default ones. All times are in s from the first sample.
+        """
         return np.ones(np.shape(start))
 
     @property
     def whole(self) -> Modifier | None:
-        """`Modifier`: filter that acts on all random processes; by default None: only the white noise is changed."""
+        """Filter that acts on all random processes; by default None: only the white noise is changed."""
         return None
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Tuple of floats: times of the samples that the effect excludes or marks, s; by default none."""
+        """Tuple of the times of the samples that the effect excludes or marks, s; by default empty."""
         return ()
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms of white noise of variance `white` per sample after the effect acts on it; by default unchanged.
+        """Tuple of the terms of white noise of variance `white` per sample after the effect.
 
-        `rate` is in Hz; `span` is the first and last time of the record, s.
+        By default unchanged white noise. `rate` is in Hz; `span` is the first and last time of the record, s.
         """
         return (White(white),)
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]] | None:
-        """Generators, in the compiled core, of white noise of variance `white` at `rate` Hz after the effect acts on it.
+        """List of (name, parameters): the core's generators of the changed white noise.
 
-        By default None: the terms are simulated.
+        By default None: its terms are simulated. `white` is the variance per sample before the effect, `rate` the
+        sampling rate, Hz.
         """
         return None
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """Factor on the white-noise samples at each `time` (s), shape (n,).
+        """Array of the factor on the white-noise samples at each `time` (s), shape (n,); by default ones.
 
-        The factor is 1 at all times unless the effect changes the noise level (`passing`). `columns` are the
-        logged columns of the recording at these times.
+        Effects that change the noise level over time (`passing`) override it. `columns` are the logged columns of the
+        recording at these times.
         """
         return np.ones(time.shape)
 
@@ -132,9 +142,12 @@ class Modifier(Effect):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Mean of the squared `gain` from each `start` to each `end`, s; `columns` are means of logged columns there."""
+        """Array of the mean squared `gain` from each `start` to each `end`, s; by default ones.
+
+        `columns` are the means of the logged columns in these segments.
+        """
         return np.ones(np.shape(start))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Mask of n samples at `rate` Hz: True for samples that the effect excludes."""
+        """Boolean mask of n samples at `rate` Hz: True for samples that the effect excludes; by default all False."""
         return np.zeros(n, dtype=bool)

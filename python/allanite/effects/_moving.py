@@ -30,27 +30,30 @@ class Moving(Stochastic):
 
     @property
     def stretches(self) -> tuple[Stochastic, ...]:
-        """Tuple of `Stochastic`: process in each segment of the record, in order."""
+        """Tuple of the process in each of the equal segments of the record, in order."""
         raise NotImplementedError
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Tuple of floats: center frequency of the band in each segment of the record, in order, Hz."""
+        """Tuple of the center frequency of the band in each of the equal segments of the record, in order, Hz."""
         raise NotImplementedError
 
     @classmethod
     def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
-        """The moving form of a `band` whose center has the frequencies `course` (Hz) in equal segments; by default None."""
+        """Effect with a `band` whose center takes the frequencies `course` (Hz) in equal segments.
+
+        None if the kind cannot (default).
+        """
         return None
 
 
 def weights(
     time: NDArray[np.float64], span: tuple[float, float], parts: int
 ) -> NDArray[np.float64]:
-    """Weights of the segments of a record at some times, shape (parts, times); the weights at a time sum to 1.
+    """Array of the weights of equal segments of a record at given times, shape (parts, times).
 
-    A segment has weight 1 at its middle; the weights change linearly from one middle to the next. `span` is the first and
-    last time of the record, s.
+    They sum to 1 over the segments. A segment has weight 1 at its middle. The weights change linearly from one middle
+    to the next. `span` is the first and last time of the record, s; `parts` is the number of segments.
     """
     start, end = span
     at = np.clip((time - start) / (end - start) * parts - 0.5, 0.0, parts - 1.0)

@@ -24,33 +24,33 @@ class Tone(Deterministic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair: frequency at the first sample, as both ends, Hz."""
+        """Pair with the frequency at the first sample, Hz, as both ends; None without a frequency."""
         f = self.values["frequency"]
         return None if f is None else (f, f)
 
     def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array: phase angle of the line at each time without φ, rad."""
+        """Array of the phase angle 2πft of the line at each `time` (s), without φ, rad."""
         return np.asarray(2.0 * np.pi * (self.values["frequency"] or 0.0) * time)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Sine and cosine of the angle, shape (n, 2)."""
+        """Array of sine and cosine of the angle, shape (n, 2)."""
         angle = self._angle(time)
         return np.column_stack([np.sin(angle), np.cos(angle)])
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → signal of the line at samples first … last − 1."""
+        """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
         return self._pointwise(rate, covariates)
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """Amplitudes (A cos φ, A sin φ), shape (2,)."""
+        """Array (A cos φ, A sin φ), U, shape (2,); 0 for values that are None."""
         size, phase = self.values["amplitude"] or 0.0, self.values["phase"] or 0.0
         return np.array([size * np.cos(phase), size * np.sin(phase)])
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with the amplitude and phase of a sin + b cos."""
+        """A copy with the amplitude and phase of a·sin + b·cos, where `amplitudes` = (a, b)."""
         a, b = map(float, amplitudes)
         return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

@@ -8,24 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-#: Minimum number of times for which sines are computed block by block. Chosen by judgment; not measured.
+#: Minimum number of times for which sines are computed by blocks; fewer are computed one by one. Chosen by judgment; not
+#: measured.
 MIN_BLOCKED_TIMES = 1 << 14
 #: Number of times in a block. Chosen by judgment; not measured.
 BLOCK_TIMES = 1 << 10
 #: Number of times tested at once for even spacing; they fit into the processor cache. Chosen by judgment; not measured.
 CACHED_TIMES = 1 << 13
-#: Maximum deviation of a time from even spacing, as a fraction of the step. Chosen by judgment; not measured.
+#: Maximum deviation of a time from even spacing for the computation by blocks, as a fraction of the step. Chosen by
+#: judgment; not measured.
 MAX_UNEVENNESS = 1e-7
 
 
 def waves(frequency: float, time: Array) -> Array:
-    """Sine and cosine of 2πft at each time, shape (2, n)."""
+    """Array of sine and cosine of 2πft at each time (s), shape (2, n)."""
     turn = 2.0 * np.pi * frequency
     return np.array([sines([(turn, 1.0, phase)], time) for phase in (0.0, 0.5 * np.pi)])
 
 
 def sines(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
-    """Sum of A sin(ωt + φ) over lines (ω in rad/s, A, φ), shape (n,).
+    """Array of the sum of A sin(ωt + φ) over `lines` (ω in rad/s, A, φ in rad) at each time, shape (n,).
 
     For evenly spaced times the sines are computed by blocks with sin(a + b): a at the start of a block, b within it.
     """
@@ -42,7 +44,7 @@ def sines(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
 
 
 def sines_pointwise(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
-    """Sum of A sin(ωt + φ) over lines, computed for each time separately, shape (n,)."""
+    """Array of the sum of A sin(ωt + φ) over `lines` (ω in rad/s, A, φ in rad), computed time by time, shape (n,)."""
     total = np.zeros(time.size)
     for turn, amplitude, phase in lines:
         part = turn * time
@@ -54,7 +56,7 @@ def sines_pointwise(lines: Sequence[tuple[float, float, float]], time: Array) ->
 
 
 def _is_even(time: Array) -> bool:
-    """True if the times increase in equal steps."""
+    """True if the times increase in equal steps, to 10⁻⁷ of a step."""
     step = (time[-1] - time[0]) / (time.size - 1)
     if not step > 0.0:
         return False

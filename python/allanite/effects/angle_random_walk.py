@@ -63,5 +63,5 @@ class AngleRandomWalk(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: white noise with variance 1/τ0 per sample."""
+        """Tuple with one term: white noise with variance 1/τ0 = `rate` per sample."""
         return (White(rate),)

@@ -72,17 +72,17 @@ class BandLevelChange(Modifier):
 
     @classmethod
     def changing(cls, band: tuple[float, float], when: tuple[float, float], factor: float) -> Self:
-        """The effect for a `band` (Hz) with a `factor` in an interval (s)."""
+        """The effect whose noise in a `band` (low, high; Hz) changes by `factor` in the interval `when` (start, end; s)."""
         return cls(low=band[0], high=band[1], start=when[0], end=when[1], factor=factor)
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: start and end of the interval, s."""
+        """Pair (start, end) of the interval, s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @property
     def band(self) -> tuple[float, float] | None:
-        """Pair: lower and upper end of the band, Hz."""
+        """Pair (low, high) of the band, Hz; None without values."""
         return None if self.low is None or self.high is None else (self.low, self.high)
 
     def power_between(
@@ -91,12 +91,18 @@ class BandLevelChange(Modifier):
         end: NDArray[np.float64] | float,
         span: tuple[float, float],
     ) -> NDArray[np.float64]:
-        """Array: mean power of the band in each time segment relative to the mean of the record."""
+        """Array of the mean power of the band from each `start` to each `end`, relative to the mean over `span`.
+
+        Times in s.
+        """
         whole = interval_power(*span, self.when, self.factor)
         return np.asarray(interval_power(start, end, self.when, self.factor) / whole)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Dict: standard errors of start, end and factor; a band has two independent samples per second and Hz."""
+        """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor``.
+
+        A band has two independent samples per second and Hz of its width, so `rate` is not used.
+        """
         return interval_errors(
             self.when, self.factor, 2.0 * ((self.high or 0.0) - (self.low or 0.0))
         )

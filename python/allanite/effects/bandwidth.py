@@ -18,12 +18,13 @@ from allanite.effects.terms import White
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
-#: Minimum ratio of the record's length to the length of a mean. Chosen by judgment; not measured.
+#: Minimum ratio of the record's length to the length of a moving average. Chosen by judgment; not measured.
 MIN_RECORD_PER_MEAN = 10.0
-#: Minimum length of a mean that is read from the zeros of the spectrum, samples. Chosen by judgment; not measured.
+#: Minimum length of a moving average that is read from the zeros of the spectrum, samples. Chosen by judgment; not
+#: measured.
 MIN_MEAN_SAMPLES = 8
-#: Minimum depth of the cepstrum at the lag of a mean, in standard deviations. For records of up to 10⁸ samples the
-#: probability that noise reaches it at any lag is below 0.1 %.
+#: Minimum depth of the cepstrum at the length of a moving average, in standard deviations of noise. For records of up to
+#: 10⁸ samples the probability that noise reaches this depth at any lag is below 0.1 %.
 MIN_CEPSTRUM_SCORE = 6.5
 #: Start value of the floor in a fit, relative to N. Chosen by judgment; not measured.
 START_FLOOR = 0.1
@@ -128,24 +129,28 @@ class Bandwidth(Modifier):
 
     @property
     def _orders(self) -> tuple[int, ...]:
-        """Tuple of integers: orders of all designs, sorted."""
+        """Tuple of the orders that any design has, sorted."""
         return tuple(sorted({o for orders in lowpass.DESIGNS.values() for o in orders}))
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """Tuple of texts: cutoff, and the floor if it has a value."""
+        """Tuple of the names of the fitted shapes: ``cutoff``, and ``floor`` if it has a value, unless they are held."""
         return tuple(n for n in super().free_shapes if n != "floor" or self.floor is not None)
 
     def extended(self) -> tuple[Bandwidth, ...]:
-        """Tuple of `Bandwidth`: filter with white noise added after it."""
+        """Tuple with one copy to which white noise after the filter (`floor`) is added.
+
+        Empty if there is or must be no floor: it has a value, is held, or the filter acts on all noise.
+        """
         if self.floor is not None or "floor" in self.held or self.acts_on == "all":
             return ()
         return (self.with_values(floor=START_FLOOR),)
 
     def equal_forms(self) -> tuple[Bandwidth, ...]:
-        """Tuple of `Bandwidth`: filter that acts on all random processes instead of the white noise only.
+        """Tuple of filters that act on all random processes instead of the white noise only.
 
-        It has the same design, or the two simplest designs for a design without poles.
+        They have the same design, or the two simplest recursive designs if this design is not recursive. Empty if
+        `acts_on` or `floor` is given, or the design is held.
         """
         if self.acts_on is not None or self.floor is not None or "design" in self.held:
             return ()
@@ -157,7 +162,7 @@ class Bandwidth(Modifier):
         )
 
     def variants(self) -> tuple[Bandwidth, ...]:
-        """Tuple of `Bandwidth`: filters of all designs and orders to try that agree with the given values."""
+        """Tuple of filters to try: one for each pair of design and order that agrees with the given values."""
         # A given order is tried with every design that has it; otherwise only a few typical designs are tried.
         tried = (
             lowpass.TRIED_DESIGNS
@@ -172,10 +177,10 @@ class Bandwidth(Modifier):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: values to try for a parameter.
+        """Array of values to try for a parameter.
 
-        For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate up to the highest cutoff with a visible roll-off. For
-        ``floor``: the two ends of its range, relative to N.
+        For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate up to the highest cutoff with a visible roll-off.
+        For ``floor``: the two ends of its range, relative to N.
         """
         if name == "floor":
             return np.array(FLOOR_RANGE)
@@ -186,7 +191,7 @@ class Bandwidth(Modifier):
         return rate * np.geomspace(low, lowpass.MAX_CUTOFF[design], 24)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Pair: lowest and highest cutoff of a fit; means may be as long as a tenth of the record."""
+        """Pair (lowest, highest) value of a fit; a moving average may be as long as a tenth of the record."""
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":
             low = min(
@@ -201,10 +206,10 @@ class Bandwidth(Modifier):
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Bandwidth, ...]:
-        """Tuple of moving averages whose length, 8 samples to a tenth of the record, is read from zeros of the spectrum.
+        """Tuple of moving averages of 1, 2 and 3 stages with the length read from zeros of the spectrum; empty if unclear.
 
-        ln sin²(πfL) is −Σ 2 cos(2πfkL)/k: the cepstrum of the mean of L samples has −2 at lag L, in noise of variance
-        π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
+        The length is 8 samples to a tenth of the record. ln sin²(πfL) is −Σ 2 cos(2πfkL)/k: the cepstrum of the mean of
+        L samples has −2 at lag L, in noise of variance π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
         """
         n = power.size
         lags = np.arange(MIN_MEAN_SAMPLES, int(n / MIN_RECORD_PER_MEAN) + 1)
@@ -227,7 +232,7 @@ class Bandwidth(Modifier):
 
     @property
     def whole(self) -> LowPass | None:
-        """`LowPass`: filter if it acts on all random processes, else None."""
+        """`LowPass` filter if it acts on all random processes, else None; its cutoff is in Hz."""
         return LowPass(*self._design_values(1.0)) if self.acts_on == "all" else None
 
     def modify(
@@ -236,19 +241,19 @@ class Bandwidth(Modifier):
         rate: float,
         span: tuple[float, float] | None = None,
     ) -> tuple[Term, ...]:
-        """Terms of the filtered white noise with density `white` at frequency zero."""
+        """Tuple of the terms of the filtered white noise and of the floor, with total density `white` at frequency zero."""
         after = (self.floor or 0.0) ** 2 * white
         filtered = tuple(t.scaled(white - after) for t in lowpass.terms(*self._design_values(rate)))
         return (*filtered, White(after)) if after else filtered
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]]:
-        """Generators of the filtered noise and of the noise added after the filter."""
+        """List of (name, parameters): the core's generators of the filtered white noise and of the floor."""
         after = (self.floor or 0.0) ** 2 * white
         filtered = lowpass.generators(*self._design_values(rate), white - after)
         return [*filtered, ("white", [float(np.sqrt(after))])] if after else filtered
 
     def _design_values(self, rate: float) -> tuple[str, int, float]:
-        """Design, order, and cutoff in cycles per sample at sampling rate `rate`."""
+        """Tuple (design, order, cutoff in cycles per sample) at sampling rate `rate`, with defaults for missing values."""
         design = self.design or "sampled"
         order = int(self.order or lowpass.DESIGNS[design][0])
         return design, order, (self.cutoff or rate) / rate

@@ -61,5 +61,5 @@ class BiasInstability(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "power_law", "rate_random_walk")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Flicker noise with B = 1: half-order fractional sum of white noise (Kasdin 1995)."""
+        """Tuple with one term: flicker noise with B = 1, a half-order fractional sum of white noise (Kasdin 1995)."""
         return (Flicker(1.0),)

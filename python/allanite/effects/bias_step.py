@@ -13,9 +13,10 @@ from allanite import _kernels
 from allanite.effects._base import Parameter
 from allanite.effects._event import Event, sines
 
-#: Minimum squared norm of a difference of two steps, relative to a step; smaller differences are rounding.
+#: Minimum squared norm of the difference of two steps, relative to that of the largest step. Smaller differences are
+#: rounding errors.
 MIN_RELATIVE_NORM = 1e-9
-#: Number of times between which a transition is searched; its begin and end are optimized later. Chosen by judgment; not
+#: Number of times from which begin and end of a transition are taken; both are optimized later. Chosen by judgment; not
 #: measured.
 TRANSITION_TIMES = 512
 
@@ -67,14 +68,11 @@ class BiasStep(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: time of the jump, as both ends, s."""
+        """Pair with the time of the jump, s, as both ends; None without a time."""
         return None if self.time is None else (self.time, self.time)
 
     def extended(self) -> tuple[Event, ...]:
-        """Tuple of `Event`: richer form of a step: a transient, which jumps at the time of the step and then decays back.
-
-        Empty if the time of the step is not known.
-        """
+        """Tuple with one transient, which jumps at the time of the step and then decays back; empty without a time."""
         from allanite.effects.transient import Transient
 
         return () if self.time is None else (Transient(time=self.time),)
@@ -88,7 +86,7 @@ class BiasStep(Event):
         n: int,
         rate: float,
     ) -> tuple[tuple[Event, float], ...]:
-        """(effect, angle) of the best excursion (two opposite steps) and of the best transition (a ramp to a new level).
+        """Tuple of two (effect, angle): best excursion (two opposite steps) and best transition (a ramp to a new level).
 
         The angle is that of `Deterministic.best_spans`.
         """
@@ -98,7 +96,7 @@ class BiasStep(Event):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: about a thousand times over the record."""
+        """Array of 1024 equally spaced times within the record, s."""
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
@@ -112,14 +110,14 @@ class BiasStep(Event):
         time: NDArray[np.float64],
         covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """0 before the step and 1 after it, shape (n, 1)."""
+        """Array with 0 before the step and 1 from the step on, shape (n, 1)."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, shape (points, ordinates)."""
+        """Array of −√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, shape (points, ordinates)."""
         times = np.array([p.time or 0.0 for p in points])
         k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)
         found = sines(k, j, n)
@@ -134,7 +132,7 @@ def best_excursion(
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
-    """The excursion with the largest ½z² − ln(length), and the angle by which its direction turns as one edge moves.
+    """Pair: the excursion with the largest ½z² − ln(length), and the angle by which its direction turns as one edge moves.
 
     For the angle, see `Deterministic.best_spans`. Start and end are taken from as many times as
     there are ordinates. Every octave of lengths has the same prior probability, so that the shorter

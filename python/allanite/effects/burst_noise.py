@@ -67,16 +67,19 @@ class BurstNoise(Stochastic):
 
     @classmethod
     def like(cls, other: Effect) -> Self | None:
-        """Burst noise with the spectrum of a Gauss-Markov process: levels ±σ, mean dwell time 2T."""
+        """Burst noise with the spectrum of a Gauss-Markov process: levels ±σ, mean dwell time 2T.
+
+        None for other effects.
+        """
         if not isinstance(other, GaussMarkov):
             return None
         return cls(amplitude=other.sigma, dwell_time=2.0 * (other.correlation_time or 0.0))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: one exponential with variance 1."""
+        """Tuple with one term: an exponential with variance 1 and time constant D/2."""
         return (Exponential(1.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0))))),)
 
     def generator(self, rate: float) -> tuple[str, list[float]]:
-        """Telegraph generator: amplitude, and probability ½(1 − e^{−2/(rate·D)}) of a switch per sample."""
+        """Pair ("telegraph", [amplitude, probability ½(1 − e^{−2/(rate·D)}) of a switch per sample])."""
         stay = float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0))))
         return "telegraph", [self.amplitude or 0.0, 0.5 * (1.0 - stay)]

@@ -15,7 +15,7 @@ from allanite.effects._follower import COLUMN, Follower, LaggedColumn
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Power of the column by coefficient.
+#: Exponent of the column by the name of the coefficient.
 _POWERS = {"coefficient": 1, "quadratic": 2, "cubic": 3}
 
 
@@ -85,7 +85,7 @@ class Covariate(Follower):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple of effects: linear, quadratic and cubic forms for each column."""
+        """Tuple of the linear, quadratic and cubic form for each non-constant column that the model does not follow yet."""
         plain = super().candidates(model, columns)
         forms: tuple[dict[str, float], ...] = (
             {},
@@ -95,21 +95,21 @@ class Covariate(Follower):
         return tuple(e.with_values(**form) for e in plain for form in forms)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: no lag, and lags up to 1/10 of the record."""
+        """Array of 13 lags, s: 0, then from two samples or 1/2000 of the record to 1/10 of it."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """The lagged column, and its square and cube if they are in the model."""
+        """Tuple of one-term sums: the lagged column, and its square and cube if they are in the model."""
         return tuple(((1.0, self._lagged(self.lag, _POWERS[name])),) for name in self._fitted())
 
     def _fitted(self) -> tuple[str, ...]:
-        """Tuple of texts: names of the coefficients in the model."""
+        """Tuple of the names of the coefficients in the model: ``coefficient``, and others that have a value."""
         return tuple(n for n in _POWERS if n == "coefficient" or self.values[n] is not None)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with the coefficients set to the amplitudes."""
+        """A copy with the coefficients in the model set to the `amplitudes`, in order of the power."""
         return self.with_values(**dict(zip(self._fitted(), map(float, amplitudes), strict=True)))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The coefficients (c,), (c, d) or (c, d, e)."""
+        """Array of the coefficients (c,), (c, d) or (c, d, e) in the model; 0 for None."""
         return np.array([self.values[name] or 0.0 for name in self._fitted()])

@@ -63,26 +63,26 @@ class Disturbance(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple: one disturbance without values, for every model, even without white noise or with other disturbances."""
+        """Tuple with one disturbance without values, for every model (without white noise, with other disturbances)."""
         return (cls(),)
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """A disturbance in an interval, s; `factor` is not used."""
+        """A disturbance from `start` to `end`, s; `factor` is not used."""
         return cls(start=start, end=end)
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: start and end of the segment, s."""
+        """Pair (start, end) of the segment, s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Tuple of floats: start and end of the segment, s, as moments; empty without values."""
+        """Pair (start, end) of the segment, s; empty without values."""
         return self.when or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Mask of n samples: True within the segment, both ends included."""
+        """Boolean mask of n samples: True within the segment, both ends included; all False without values."""
         mask = np.zeros(n, dtype=bool)
         if self.when is not None:
             first, last = (round(min(max(t * rate, 0.0), n - 1.0)) for t in self.when)

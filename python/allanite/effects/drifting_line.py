@@ -62,18 +62,21 @@ class DriftingLine(Tone):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "resonance")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: drifts from 1 to 256 cycles per record duration to both sides of 0; frequencies as for all lines."""
+        """Array of 18 drifts, Hz/s, from 1 to 256 cycles per record duration to both sides of 0.
+
+        Frequencies as for all lines.
+        """
         if name == "drift":
             cycles = np.geomspace(1.0, 256.0, 9)
             return np.concatenate([-cycles[::-1], cycles]) * (rate / n) ** 2
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
-        """Pair: lowest and highest frequency between two times, Hz."""
+        """Pair (lowest, highest) frequency between two times (`start`, `end`, s), Hz."""
         f, d = self.frequency or 0.0, self.drift or 0.0
         ends = (f + d * start, f + d * end)
         return min(ends), max(ends)
 
     def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array: phase angle of the line at each time without φ, rad."""
+        """Array of the phase angle 2π(ft + ½dt²) of the line at each `time` (s), without φ, rad."""
         return 2.0 * np.pi * time * ((self.frequency or 0.0) + 0.5 * (self.drift or 0.0) * time)

@@ -82,7 +82,7 @@ class DriftingResonance(Moving):
 
     @classmethod
     def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
-        """The drifting form of a resonance `band` along a `course`, Hz; None for other effects."""
+        """Drifting form of a resonance `band` with the frequencies `course`, Hz; None if `band` is another effect."""
         if type(band) is not Resonance:
             return None
         return cls(course=tuple(course), damping=band.damping, rms=band.rms)
@@ -91,19 +91,19 @@ class DriftingResonance(Moving):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple of effects: no candidates: a check tests for each resonance of a model whether it moves."""
+        """Empty tuple: a check tests for each resonance of a model whether it moves."""
         return ()
 
     @property
     def stretches(self) -> tuple[Resonance, ...]:
-        """Tuple of `Resonance`: resonance in each segment of the record."""
+        """Tuple of the resonance in each of the equal segments of the record; empty without a course."""
         return tuple(
             Resonance(frequency=f, damping=self.damping, rms=self.rms) for f in self.course or ()
         )
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Tuple of floats: center frequency in each segment of the record, Hz."""
+        """Tuple of the natural frequency in each of the equal segments of the record, Hz; empty without a course."""
         return self.course or ()
 
     @property
@@ -118,21 +118,24 @@ class DriftingResonance(Moving):
 
     @property
     def numbers(self) -> int:
-        """Number of parameters: frequencies, damping and strength."""
+        """Number of parameters: one for each frequency of the course, one for damping and one for rms."""
         return len(self.course or ()) + 2
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: grid of dampings from a narrow line to a broad band."""
+        """Array of six dampings from 0.001 (a narrow line) to 0.35 (a broad band)."""
         return np.array([1e-3, 3e-3, 0.01, 0.03, 0.1, 0.35])
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair: range from a half-width below the lowest to a half-width above the highest frequency, Hz."""
+        """Pair (low, high), Hz: from a half-width below the lowest to a half-width above the highest frequency.
+
+        None without values.
+        """
         if not self.course or self.damping is None:
             return None
         return min(self.course) * (1.0 - self.damping), max(self.course) * (1.0 + self.damping)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Terms of one resonance for each frequency in `course`, with equal shares of a total variance of 1."""
+        """Tuple of one exponential for each frequency of `course`, with equal shares of a total variance of 1."""
         course = self.course or (1.0,)
         return oscillations(course, self.damping or 0.1, rate, 1.0 / len(course))

@@ -60,18 +60,21 @@ class Excursion(Away):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: start and end, s."""
+        """Pair (start, end), s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     @classmethod
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """No candidates: a search for bias steps also searches excursions (`BiasStep.best_spans`)."""
+        """Empty tuple: a search for bias steps also searches excursions (`BiasStep.best_spans`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: about a thousand times over the record; starts before a known end, ends after a known start."""
+        """Array of at most 1024 equally spaced times within the record, s.
+
+        Starts lie before a known end, ends after a known start.
+        """
         whole = n / rate
         times = np.linspace(0.0, whole, 1026)[1:-1]
         if name == "start" and self.end is not None:
@@ -81,7 +84,7 @@ class Excursion(Away):
         return times if times.size > 1 else np.array([0.0, whole])
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
-        """Standard error of start or end, s, as for the time of a bias step."""
+        """Standard error of start or end, s, from the variance of the height, as for the time of a bias step."""
         assert self.start is not None
         assert self.end is not None
         length = min(max(self.end - self.start, 1e-3 * duration), 0.999 * duration)
@@ -91,7 +94,7 @@ class Excursion(Away):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """1 inside the interval and 0 outside, shape (n, 1)."""
+        """Array with 1 for start ≤ t < end and 0 outside, shape (n, 1)."""
         inside = (time >= (self.start or 0.0)) & (time < (self.end or 0.0))
         return inside.astype(float)[:, None]
 
@@ -99,7 +102,7 @@ class Excursion(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """√(2/n) (sin(πjl/n) − sin(πjk/n))/(2 sin(πj/2n)) for samples k … l − 1, shape (points, ordinates)."""
+        """Array of √(2/n) (sin(πjl/n) − sin(πjk/n))/(2 sin(πj/2n)) for samples k … l − 1, shape (points, ordinates)."""
         edges = np.array([(p.start or 0.0, p.end or 0.0) for p in points])
         k = np.clip(np.ceil((edges - start) * rate - 1e-9), 0, n)
         # Many points share an edge.

@@ -19,8 +19,8 @@ from allanite.effects.excursion import Excursion
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Minimum net height of a combined excursion, relative to the largest height of the excursions that overlap; with a smaller
-#: one the bias counts as back. Chosen by judgment; not measured.
+#: Minimum net height where excursions overlap, relative to the largest height of these excursions. With a smaller net
+#: height the bias counts as back at its level. Chosen by judgment; not measured.
 MIN_NET_HEIGHT = 0.25
 
 
@@ -88,12 +88,12 @@ class Excursions(Away):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple of effects: no candidates: excursions are searched one by one and combined afterwards."""
+        """Empty tuple: excursions are searched one by one and combined afterwards."""
         return ()
 
     @property
     def singly(self) -> tuple[Excursion, ...]:
-        """Tuple of `Excursion`: each excursion as a separate effect."""
+        """Tuple of each excursion as a separate `Excursion`, in the order of `starts`."""
         lists = (self.starts or (), self.ends or (), self.heights or ())
         return tuple(Excursion(start=a, end=b, height=h) for a, b, h in zip(*lists, strict=True))
 
@@ -127,37 +127,37 @@ class Excursions(Away):
 
     @property
     def largest(self) -> float:
-        """Height of the largest excursion, with its sign, U."""
+        """Height of the largest excursion, with its sign, U; 0.0 without `heights`."""
         return max(self.heights or (0.0,), key=abs)
 
     @property
     def numbers(self) -> int:
-        """Number of parameters: two times and a height for each excursion."""
+        """Number of parameters: two times and one height for each excursion."""
         return 3 * len(self.starts or ())
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Tuple: cache key: class and times."""
+        """Tuple that is equal for effects with equal regressors (a cache key): class, starts and ends."""
         return type(self), self.starts, self.ends
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with these heights."""
+        """A copy with `heights` set to the `amplitudes`, shape (excursions,)."""
         return self.with_values(heights=tuple(amplitudes.tolist()))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The heights, shape (excursions,)."""
+        """Array of the heights, U, shape (excursions,)."""
         return np.array(self.heights or ())
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """1 inside and 0 outside of each excursion, shape (n, excursions)."""
+        """Array with one column for each excursion: 1 inside and 0 outside, shape (n, excursions)."""
         return np.column_stack([e.regressors(time, covariates) for e in self.singly])
 
     def signal(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Sum of all excursions, shape (n,), computed without a column for each."""
+        """Array of the sum of all excursions at each `time`, U, shape (n,); `time` must be sorted."""
         total = np.zeros(time.size)
         for one in self.singly:
             assert one.start is not None
@@ -170,6 +170,9 @@ class Excursions(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """Array: cosine transforms of all excursions of the first point, then of the second, and so on."""
+        """Array of the cosine transforms of all excursions of the first point, then of the second, and so on.
+
+        Its shape is (excursions of all points, ordinates).
+        """
         alone = [one for point in points for one in point.singly]
         return Excursion.regressor_ordinates(alone, j, n, rate, start)

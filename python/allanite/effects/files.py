@@ -31,15 +31,15 @@ def model_to_dict(model: Model) -> dict[str, Any]:
                 "kind": effect.kind,
                 "parameters": {k: {"value": v} for k, v in effect.values.items()},
                 "held": [],
-                **kept_of(effect.with_values(at_limit=())),
+                **held_and_limits(effect.with_values(at_limit=())),
             }
             for effect in model
         ],
     }
 
 
-def kept_of(effect: Effect) -> dict[str, Any]:
-    """JSON form of held names, limits and names at limits of an effect; empty entries are omitted."""
+def held_and_limits(effect: Effect) -> dict[str, Any]:
+    """Dict (JSON form) of the ``held`` names, ``limits`` and ``at_limit`` names of an effect; empty entries are omitted."""
     every = {
         "held": sorted(effect.hold),
         "limits": effect.limits.to_dict(),
@@ -49,7 +49,13 @@ def kept_of(effect: Effect) -> dict[str, Any]:
 
 
 def model_from_dict(document: dict[str, Any], source: str) -> Model:
-    """The model in a model, fit or check document; `source` names the document in messages."""
+    """The model in a model, fit or check document; `source` names the document in messages.
+
+    Raises
+    ------
+    InputError
+        Several columns, another schema, an unknown effect, no effects, or an invalid format.
+    """
     if "columns" in document:
         raise InputError(
             f"{source} contains models of several columns, but one is needed; save that model separately"
@@ -68,7 +74,7 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
 
 
 def _effect(entry: dict[str, Any], source: str) -> Effect:
-    """The effect of a JSON entry."""
+    """The effect of a JSON entry; InputError if its kind is unknown. Names at a limit (``at_limit``) are ignored."""
     cls = find(str(entry.get("kind")))
     if cls is None:
         raise InputError(f"{source}: unknown effect {entry.get('kind')!r}")
@@ -126,7 +132,7 @@ def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | No
 
 
 def as_model(given: object) -> Model:
-    """The model of a model, a model string, a file name, an effect or a fit.
+    """The model of a model, model string, file name, effect or fit.
 
     Raises
     ------

@@ -50,5 +50,5 @@ class FlickerPhase(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("quantization", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: a power law with exponent 1 and level² rate² per sample."""
+        """Tuple with one term: a power law with exponent 1 and level² `rate`² per sample."""
         return (PowerLawTerm(1.0, rate**2),)

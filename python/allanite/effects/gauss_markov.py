@@ -72,13 +72,13 @@ class GaussMarkov(Stochastic):
 
     @property
     def sigma(self) -> float | None:
-        """Standard deviation q_c √(T/2) of the process, U."""
+        """Standard deviation q_c √(T/2) of the process, U; None without values."""
         if self.q_c is None or self.correlation_time is None:
             return None
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Correlation times from four samples (a faster lag is a filter) to half the record, 8 per decade.
+        """Array of correlation times, s, from four samples (a faster process is a filter) to half the record, 8 per decade.
 
         With a longer correlation time the process is a random walk.
         """
@@ -86,6 +86,6 @@ class GaussMarkov(Stochastic):
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: one exponential with variance T/2."""
+        """Tuple with one term: an exponential with variance T/2 and time constant T."""
         time = self.correlation_time or 1.0
         return (Exponential(time / 2.0, float(np.exp(-1.0 / (rate * time)))),)

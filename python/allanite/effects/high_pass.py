@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 #: Admissible orders.
 ORDERS = (1, 2)
-#: Maximum ratio of the density far below the cutoff to that above it for the filter to be visible. With a higher ratio the
-#: spectrum is that of a lag. Chosen by judgment; not measured.
+#: Maximum ratio of the lowest density below the cutoff to the median density above it for the filter to be visible. With a
+#: higher ratio the spectrum is that of a Gauss-Markov process. Chosen by judgment; not measured.
 MAX_DENSITY_RATIO = 0.5
 #: Maximum visible cutoff, as a fraction of the sampling rate. With a higher cutoff the density rises up to Nyquist, like
 #: white PM and quantization noise. Chosen by judgment; not measured.
@@ -74,16 +74,19 @@ class HighPass(Filter):
             raise InputError(f"high_pass: order {self.order:g} (known: 1, 2)")
 
     def variants(self) -> tuple[HighPass, ...]:
-        """Tuple of `HighPass`: filters of both orders, or of the given order."""
+        """Tuple of filters of order 1 and 2, or only of the given order."""
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: cutoffs, eight per decade, from 4/T to a quarter of the rate."""
+        """Array of cutoffs, Hz, eight per decade, from 4/T (at most a tenth of the rate) to a quarter of the rate."""
         low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the density far below the cutoff is clearly lower than above it; otherwise a lag or quantization fits."""
+        """True if the density far below the cutoff is less than half of that above it.
+
+        Otherwise a lag or quantization fits. It is also False if the cutoff is above 1/8 of the rate.
+        """
         cutoff = self.cutoff or rate
         if cutoff > MAX_VISIBLE_CUTOFF * rate:
             return False
@@ -95,7 +98,7 @@ class HighPass(Filter):
         )
 
     def response(self, rate: float) -> Response:
-        """Digital response of the Butterworth high-pass (bilinear transform) at sampling rate `rate`."""
+        """`Response` of the Butterworth high-pass (bilinear transform) at sampling rate `rate`, Hz."""
         k = np.tan(np.pi * min((self.cutoff or 0.01 * rate) / rate, 0.49))
         if int(self.order or 1) == 1:
             p = (1.0 - k) / (1.0 + k)

@@ -75,7 +75,7 @@ class Hysteresis(Proportional):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple of effects: one effect for each column, with the range of plays that the column can show."""
+        """Tuple with one effect for each candidate column, with the range of plays that the column can show (`reach`)."""
         out = []
         for effect in super().candidates(model, columns):
             low, high = np.quantile(columns[str(effect.column)], (0.01, 0.99))
@@ -85,7 +85,7 @@ class Hysteresis(Proportional):
         return tuple(out)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: half plays from 1/16 to 1/2.2 of the column's range, 8 per decade; six decades if the range is unknown.
+        """Array of half plays from 1/16 to 1/2.2 of the column's range, 8 per decade; six decades if the range is unknown.
 
         A smaller play is not visible.
         """
@@ -95,17 +95,17 @@ class Hysteresis(Proportional):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """The value that the column drags along, shape (n, 1)."""
+        """Array of the value that the column drags along with the play, shape (n, 1)."""
         values, _ = self._followed(time, covariates)
         return self._by_run(values, lambda run: play(run, self.width or 0.0))[:, None]
 
 
 def play(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Values that `values`, shape (n,), drag along with a play of ±`width`, started in the middle of the play.
+    """Array of the values that `values` drag along with a play of ±`width`, shape (n,).
 
-    This is Prandtl's play operator p_k = min(max(p_{k−1}, u_k − w), u_k + w) (Visintin 1994, Differential Models of
-    Hysteresis, III.2). Each step clips the previous value, and several clips combine into one. Therefore √n runs of √n
-    steps are computed in parallel.
+    It starts in the middle of the play. This is Prandtl's play operator p_k = min(max(p_{k−1}, u_k − w), u_k + w)
+    (Visintin 1994, Differential Models of Hysteresis, III.2). Each step clips the previous value, and several clips
+    combine into one. Therefore √n runs of √n steps are computed in parallel.
     """
     n = values.size
     rows = max(1, int(np.sqrt(n)))

@@ -49,7 +49,7 @@ TRIED_DESIGNS = (
     ("fir", 32),
     ("fir", 64),
 )
-#: Maximum cutoff of each design in a fit, in cycles per sample; with a higher one the roll-off is invisible.
+#: Maximum cutoff of each design in a fit, in cycles per sample; with a higher cutoff the roll-off is invisible.
 #: Chosen by judgment; not measured.
 MAX_CUTOFF = {
     "sampled": 1.5,
@@ -59,11 +59,12 @@ MAX_CUTOFF = {
     "moving_average": 0.4,
     "fir": 0.6,
 }
-#: Minimum cutoff of finite filters, in cycles per sample: the mean of 4000 samples. Chosen by judgment; not measured.
+#: Minimum cutoff of finite filters, in cycles per sample: that of a mean of 4000 samples. Chosen by judgment; not measured.
 MIN_CUTOFF = 1e-4
 #: Minimum distance of a pole from zero, so that residues keep their digits. Chosen by judgment; not measured.
 MIN_POLE = 1e-5
-#: Relative distance to which equal poles are moved apart; the filter hardly changes. Chosen by judgment; not measured.
+#: Relative distance by which equal poles are moved apart, so that all poles differ. The filter hardly changes. Chosen by
+#: judgment; not measured.
 POLE_SEPARATION = 2e-3
 #: Half-power frequency times length of one, two and three equal means in a row: solutions of sinc(x)^2k = ½.
 MEAN_CUTOFFS = {1: 0.442947, 2: 0.318936, 3: 0.261672}
@@ -74,7 +75,7 @@ TAPS_PER_SAMPLE = 4
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Tuple of `Term`: terms of filtered white noise with density 1 at frequency zero."""
+    """Tuple of the terms of white noise after a low-pass, with density 1 at frequency zero; cutoff in cycles per sample."""
     if design in {"moving_average", "fir"}:
         if design == "moving_average" and order == 1:
             length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
@@ -93,7 +94,7 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def generators(design: str, order: int, cutoff: float, white: float) -> Generators:
-    """Generators, in the compiled core, of filtered white noise whose variance before the filter is `white`."""
+    """List of (name, parameters): the core's generators of low-pass filtered noise of variance `white` before it."""
     if design == "moving_average" and order == 1:
         # For a fractional length, mix the means of the two neighboring whole lengths.
         length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
@@ -111,14 +112,14 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
 
 
 def response(design: str, order: int, cutoff: float) -> Response:
-    """Digital response of a recursive design with gain 1 at frequency zero."""
+    """`Response` of a recursive design with gain 1 at frequency zero; cutoff in cycles per sample."""
     poles, zeros = _roots(design, order, cutoff)
     gain = np.prod(1.0 - poles) / np.prod(1.0 - zeros)
     return Response(float(gain.real), tuple(map(complex, zeros)), tuple(map(complex, poles)))
 
 
 def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
-    """Pair: poles and zeros of a recursive design at a cutoff in cycles per sample."""
+    """Pair of arrays: poles and zeros of a recursive design at a cutoff in cycles per sample."""
     if design == "sampled":
         poles = np.exp(2.0 * np.pi * cutoff * _butterworth(order))
         return poles, _sampled_zeros(order, cutoff, poles)
@@ -127,12 +128,12 @@ def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
 
 
 def _bounded(cutoff: float) -> float:
-    """Cutoff of a finite filter, clipped to the admissible range."""
+    """Cutoff of a finite filter, clipped to 0.0001 … 10 cycles per sample."""
     return float(np.clip(cutoff, MIN_CUTOFF, 10.0))
 
 
 def _butterworth(order: int) -> Poles:
-    """Poles of the continuous Butterworth low-pass with cutoff 1 rad/s, in exact conjugate pairs."""
+    """Array of the poles of the continuous Butterworth low-pass with cutoff 1 rad/s, in exact conjugate pairs."""
     k = np.arange(order)
     out = np.exp(1j * np.pi * (2 * k + order + 1) / (2 * order))
     if order % 2:
@@ -142,7 +143,10 @@ def _butterworth(order: int) -> Poles:
 
 
 def _modes(poles: Poles, weights: Poles) -> tuple[Term, ...]:
-    """Exponential terms of the autocovariance Σ weight·pole^h; a conjugate pair becomes one term with twice the weight."""
+    """Tuple of the exponential terms of the autocovariance Σ weight·pole^h.
+
+    A conjugate pair becomes one term with twice the weight; poles below the real axis are skipped.
+    """
     out: list[Term] = []
     for p, a in zip(poles, weights, strict=True):
         if p.imag >= 0.0:
@@ -152,14 +156,17 @@ def _modes(poles: Poles, weights: Poles) -> tuple[Term, ...]:
 
 
 def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
-    """Terms of white noise after a continuous Butterworth low-pass, sampled (with aliases): residues of H(s)H(−s)."""
+    """Tuple of the terms of white noise after a continuous Butterworth low-pass, sampled (with aliases); not normalized.
+
+    The weights are residues of H(s)H(−s).
+    """
     s = _butterworth(order)
     weights = np.array([1.0 / (np.prod(p - s[s != p]) * np.prod(-p - s)) for p in s], dtype=complex)
     return _modes(np.exp(2.0 * np.pi * cutoff * s), weights)
 
 
 def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
-    """Poles of a digital, cascaded or smoothed design."""
+    """Array of the poles of a digital, cascaded or smoothed design at a cutoff in cycles per sample."""
     f = min(cutoff, 0.499)
     if design == "digital":
         # Avoid a cutoff of a quarter of the rate, where odd orders have a pole at zero.
@@ -181,7 +188,10 @@ def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
 
 
 def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Terms of white noise after a digital design: residues of H(z)H(1/z) z^{h−1}, and white noise for zeros at −1."""
+    """Tuple of the terms of white noise after a digital, cascaded or smoothed design; not normalized.
+
+    They are residues of H(z)H(1/z) z^{h−1}, and white noise for zeros at −1.
+    """
     poles = _digital_poles(design, order, cutoff)
     top = (1.0 + poles) ** (2 * order) / poles if design != "smoothed" else poles ** (order - 1)
     weights = np.array(
@@ -197,7 +207,7 @@ def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
-    """Zeros inside the unit circle of the sampled continuous low-pass, from its aliased spectrum divided by its poles."""
+    """Array of the zeros in the unit circle of a sampled continuous low-pass, from its aliased spectrum and its `poles`."""
     if order == 1:
         return np.zeros(1, dtype=complex)
     w = 2.0 * np.pi * np.arange(9) / 16.0
@@ -213,7 +223,7 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
 
 
 def _sections(poles: Poles, zeros: Poles) -> list[float]:
-    """List: coefficients b0, b1, b2, a1, a2 of second-order sections in series, each with gain 1 at frequency zero."""
+    """List of coefficients b0, b1, b2, a1, a2 of second-order sections in series, each with gain 1 at frequency zero."""
     upper = [p for p in poles if p.imag > 0.0]
     real = [p for p in poles if p.imag == 0.0]
     pairs = [(p, p.conjugate()) for p in upper]
@@ -234,7 +244,7 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4096)
 def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
-    """Impulse response of a finite filter at `TAPS_PER_SAMPLE` times the rate, one array for each phase."""
+    """Tuple of the phases of a finite filter's impulse response: values i, i + 4, i + 8, … at four times the rate."""
     if design == "moving_average":
         length = MEAN_CUTOFFS[order] / cutoff
         reach = 0.5 * order * length
@@ -265,6 +275,6 @@ def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
 
 
 def _instants(reach: float) -> Array:
-    """Symmetric times from −reach to reach, in samples, at `TAPS_PER_SAMPLE` times the rate."""
+    """Array of symmetric times from −reach to reach, in samples, at `TAPS_PER_SAMPLE` times the rate."""
     count = max(1, int(np.floor(reach * TAPS_PER_SAMPLE)))
     return np.arange(-count, count + 1) / TAPS_PER_SAMPLE

@@ -102,19 +102,19 @@ class Model(AsModel):
         return "+".join(str(effect) for effect in self.effects)
 
     def replaced(self, place: int, **values: Any) -> Model:
-        """A copy with some values, held names or limits of the effect at index `place` changed."""
+        """A copy with some values, held names or limits of the effect at index `place` changed; `values` by name."""
         effects = list(self.effects)
         effects[place] = effects[place].with_values(**values)
         return Model(tuple(effects))
 
     @property
     def name(self) -> str:
-        """Sum of short names, such as ``N+B+K``."""
+        """Short names of the effects joined by ``+``, such as ``N+B+K``."""
         return "+".join(effect.short for effect in self.effects)
 
     @property
     def labels(self) -> list[str]:
-        """Short name of each effect, numbered from the second of a kind on: ``N``, ``SIN``, ``SIN2``."""
+        """List of the short name of each effect, numbered from the second of a kind on: ``N``, ``SIN``, ``SIN2``."""
         seen: dict[str, int] = {}
         out = []
         for effect in self.effects:
@@ -124,48 +124,54 @@ class Model(AsModel):
 
     @cached_property
     def stochastic(self) -> tuple[Stochastic, ...]:
-        """Tuple of `Stochastic`: random processes of the sum."""
+        """Tuple of the random processes of the sum, in order."""
         return tuple(e for e in self.effects if isinstance(e, Stochastic))
 
     @cached_property
     def deterministic(self) -> tuple[Deterministic, ...]:
-        """Tuple of `Deterministic`: known functions of the sum."""
+        """Tuple of the known functions of the sum, in order."""
         return tuple(e for e in self.effects if isinstance(e, Deterministic))
 
     @cached_property
     def modifiers(self) -> tuple[Modifier, ...]:
-        """Tuple of `Modifier`: modifiers of the sum: level changes, filters, excluded samples."""
+        """Tuple of the modifiers of the sum (level changes, filters, excluded samples), in order."""
         return tuple(e for e in self.effects if isinstance(e, Modifier))
 
     @cached_property
     def filters(self) -> tuple[Filter, ...]:
-        """Tuple of `Filter`: filters that act on all random processes."""
+        """Tuple of the filters that act on all random processes, in order."""
         return tuple(f for e in self.modifiers if isinstance(f := e.whole, Filter))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_] | None:
-        """Mask of n samples at `rate` Hz: True for samples that effects exclude; None if no effect excludes samples."""
+        """Boolean mask of n samples at `rate` Hz: True for samples that effects exclude.
+
+        None if no effect excludes samples.
+        """
         masks = [e.missing(n, rate) for e in self.modifiers if e.removes]
         return np.logical_or.reduce(masks) if masks else None
 
     @cached_property
     def white(self) -> Stochastic | None:
-        """`Stochastic`: white-noise process, whose level modifiers change; None if the model has none."""
+        """White-noise process of the sum, whose level modifiers change; None if the model has none."""
         return next((e for e in self.stochastic if e.white), None)
 
     @property
     def levels(self) -> tuple[Modifier, ...]:
-        """Tuple of `Modifier`: effects that change the level of the white noise over time."""
+        """Tuple of the effects that change the level of the white noise over time."""
         return tuple(e for e in self.modifiers if e.passing and e.band is None)
 
     def mean_level(self, span: tuple[float, float]) -> float:
-        """RMS level of the white noise over a record, relative to its coefficient; `span` is first and last time, s."""
+        """RMS level of the white noise over a record, relative to its coefficient; `span` is first and last time, s.
+
+        It is 1 without level changes.
+        """
         power = 1.0
         for level in self.levels:
             power *= sum(t.variance for t in level.modify(1.0, 1.0, span) if isinstance(t, White))
         return float(np.sqrt(power))
 
     def steady(self, span: tuple[float, float]) -> Model:
-        """The model with level changes replaced by their mean level over a record; `span` is first and last time, s."""
+        """A model whose level changes are replaced by their mean level over a record; `span` is first and last time, s."""
         levels = self.levels
         out: list[Effect] = []
         for effect in self.effects:
@@ -179,7 +185,7 @@ class Model(AsModel):
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Spectral terms of one effect at coefficient 1 and `rate` Hz, after all modifiers.
+        """Tuple of the spectral terms of one effect at coefficient 1 and `rate` Hz, after all modifiers.
 
         `span` is the first and last time of the record, s.
         """
@@ -204,9 +210,9 @@ class Model(AsModel):
         return out
 
     def terms(self, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:
-        """Spectral terms of all random processes at the present values, per sample at `rate` Hz.
+        """Tuple of the spectral terms of all random processes at the present values, per sample at `rate` Hz.
 
-        `span` is the first and last time of the record, s.
+        `span` is the first and last time of the record, s. InputError if a coefficient has no value.
         """
         out: list[Term] = []
         for effect in self.stochastic:
@@ -279,7 +285,7 @@ class Model(AsModel):
         return self
 
     def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
-        """Fits of the model, one for every column; for `method` see `allanite.fit_model`."""
+        """`Fits` (a mapping from column to `Fit`) of the model to every column; for `method` see `allanite.fit_model`."""
         import allanite as al
 
         return al.fit_columns(recording, self, method)

@@ -75,7 +75,10 @@ class ModulatedVibration(Resonance):
 
     @classmethod
     def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """The modulated form of a resonance `band`, with the same power of the carrier; None for other effects."""
+        """Modulated form of a resonance `band`, with the same power of the carrier.
+
+        None for effects that are no plain resonance.
+        """
         if not isinstance(band, Resonance) or isinstance(band, cls):
             return None
         rms = None if band.rms is None else band.rms * float(np.sqrt(1.0 + 0.5 * depth**2))
@@ -90,7 +93,7 @@ class ModulatedVibration(Resonance):
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: grids of a resonance; six modulation rates; one depth."""
+        """Array of values to try: one depth, six modulation rates (Hz), or the grid of a resonance."""
         if name == "depth":
             return np.array([0.5])
         if name == "modulation":
@@ -99,14 +102,14 @@ class ModulatedVibration(Resonance):
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Tuple of pairs: bands of the carrier and of the two equally wide sidebands, Hz."""
+        """Tuple of (low, high), Hz, of the carrier, the lower and the upper sideband, all equally wide."""
         if self.occupies is None or self.modulation is None:
             return super().peaks
         low, high = self.occupies
         return tuple((low + s, high + s) for s in (0.0, -self.modulation, self.modulation))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: complex exponentials of three equally wide resonances with total variance 1."""
+        """Tuple of three exponentials, for the carrier and two sidebands, with total variance 1."""
         part = 0.25 * (self.depth or 0.0) ** 2
         shares = [one / (1.0 + 2.0 * part) for one in (1.0, part, part)]
         if self.occupies is None or self.modulation is None:

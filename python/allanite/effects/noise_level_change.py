@@ -52,27 +52,27 @@ class NoiseLevelChange(Level):
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """The effect for an interval, s, and a factor."""
+        """The effect with these values; `start` and `end` in s."""
         return cls(start=start, end=end, factor=factor)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Pair: times, s, of start and end, and the factors after each."""
+        """Pair: tuple of start and end, s, and tuple of the factors after each; both are empty without values."""
         return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """A copy whose interval lies between two `times`, s, with the first of the `factors`."""
+        """A copy whose interval lies between the first two `times`, s, with the first of the `factors`."""
         return self.with_values(start=times[0], end=times[1], factor=factors[0])
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: start and end of the interval, s."""
+        """Pair (start, end) of the interval, s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """`factor` for start ≤ time < end, otherwise 1, shape (n,)."""
+        """Array with `factor` for start ≤ time < end, otherwise 1, shape (n,)."""
         if self.when is None or self.factor is None:
             return np.ones(time.shape)
         return np.where((time >= self.when[0]) & (time < self.when[1]), self.factor, 1.0)
@@ -83,9 +83,9 @@ class NoiseLevelChange(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the interval."""
+        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the interval."""
         return interval_power(start, end, self.when, self.factor)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Dict: standard errors of start, end and factor, for white noise."""
+        """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor``, for white noise sampled at `rate` Hz."""
         return interval_errors(self.when, self.factor, rate)

@@ -81,12 +81,12 @@ class NoiseLevels(Level):
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """The effect for level changes at `times`, s, to `factors`."""
+        """The effect with level changes at `times`, s, to `factors` times the level at the start."""
         return cls(times=times, factors=factors)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Pair: times of the level changes, s, and the factors after each."""
+        """Pair: tuple of the times of the level changes, s, and tuple of the factors after each; empty without values."""
         return self.times or (), self.factors or ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
@@ -95,28 +95,28 @@ class NoiseLevels(Level):
 
     @property
     def changes(self) -> float:
-        """Number of level changes."""
+        """Number of level changes, as a float; 0.0 without `times`."""
         return float(len(self.times or ()))
 
     @property
     def quietest(self) -> float:
-        """Smallest factor, including 1 at the start."""
+        """Smallest level relative to that at the start, at most 1."""
         return min(1.0, *(self.factors or (1.0,)))
 
     @property
     def loudest(self) -> float:
-        """Largest factor, including 1 at the start."""
+        """Largest level relative to that at the start, at least 1."""
         return max(1.0, *(self.factors or (1.0,)))
 
     @property
     def numbers(self) -> int:
-        """Number of parameters: times, and different levels other than 1."""
+        """Number of parameters: one for each time, and one for each different factor other than 1."""
         return len(self.times or ()) + len({*(self.factors or ())} - {1.0})
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """Factor at each time, shape (n,)."""
+        """Array of the factor at each `time` (s), shape (n,); 1 before the first change."""
         if self.times is None or self.factors is None:
             return np.ones(time.shape)
         factors = np.array([1.0, *self.factors])
@@ -128,7 +128,7 @@ class NoiseLevels(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Array: mean squared factor of each time segment."""
+        """Array of the mean squared factor from each `start` to each `end`, s."""
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         total = np.ones(low.shape) * (high - low)
         for (since, until), factor in zip(

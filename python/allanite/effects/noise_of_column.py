@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN, offered
+from allanite.effects._follower import COLUMN, followed_column
 from allanite.effects._level import Level
 from allanite.effects.terms import Term, White
 
@@ -76,7 +76,10 @@ class NoiseOfColumn(Level):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple of effects: one effect for each non-constant column that the noise does not follow yet."""
+        """Tuple with one effect for each non-constant column that the noise does not follow yet.
+
+        Empty without white noise.
+        """
         used = {e.follows for e in model if e.kind == cls.kind}
         return tuple(
             cls(column=name)
@@ -86,16 +89,16 @@ class NoiseOfColumn(Level):
 
     @property
     def follows(self) -> str | None:
-        """Name of the column."""
+        """Name of the followed column; None if not given."""
         return self.column
 
     @property
     def numbers(self) -> int:
-        """Number of parameters: 1, since the reference only defines N."""
+        """Number of parameters: always 1, since the reference only defines N."""
         return 1
 
     def following(self, values: NDArray[np.float64], coefficient: float) -> Self:
-        """A copy with a coefficient, and with the reference at which N is the rms level for these column values."""
+        """A copy with this `coefficient`, and with the reference at which N is the rms level for the column `values`."""
         power = 2.0 * coefficient * values
         top = float(np.max(power))
         mean = top + float(np.log(np.mean(np.exp(power - top))))
@@ -104,20 +107,20 @@ class NoiseOfColumn(Level):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Tuple of `Term`: white noise with unchanged variance, since N is the rms level of the record."""
+        """Tuple with one term: white noise with unchanged variance, since N is the rms level of the record."""
         return (White(white),)
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """Factor e^{coefficient·(u − reference)} at each time, shape (n,).
+        """Array of e^{coefficient·(u − reference)} at each time, shape (n,), with u the column in `columns`.
 
         Raises
         ------
         InputError
             The recording has no such column.
         """
-        values = offered(self, columns) - (self.reference or 0.0)
+        values = followed_column(self, columns) - (self.reference or 0.0)
         return np.asarray(np.exp(np.clip((self.coefficient or 0.0) * values, -50.0, 50.0)))
 
     def mean_power(
@@ -126,5 +129,5 @@ class NoiseOfColumn(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Array: squared gain at the mean column value of each time segment."""
+        """Array of the squared gain at the mean column value of each time segment, from `columns`."""
         return self.gain(np.asarray(start, dtype=float), columns) ** 2

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 #: Qualities that are tried, from a wide to a narrow notch. Chosen by judgment; not measured.
 TRIED_QUALITIES = (1.4, 4.0, 12.0)
-#: Amplitudes left at the center that are tried. A grid with deep notches only would miss notches between grid points.
-#: Chosen by judgment; not measured.
+#: Values of `left` (amplitude gain at the center) that are tried. A grid with deep notches only would miss notches between
+#: grid frequencies. Chosen by judgment; not measured.
 TRIED_AMPLITUDES_LEFT = (0.002, 0.3)
-#: Minimum distance of the two poles of a wide notch, so that they differ. Chosen by judgment; not measured.
+#: Minimum distance of each of the two poles from their mean, so that they differ. Chosen by judgment; not measured.
 MIN_POLE_DISTANCE = 1e-3
 
 
@@ -85,7 +85,10 @@ class Notch(Filter):
     rivals: ClassVar[tuple[str, ...]] = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: frequencies 10 % apart from 1/200 of the rate, or 100/T, to Nyquist; three qualities; two depths."""
+        """Array of values to try: frequencies, Hz, 10 % apart up to Nyquist; three qualities; or two amplitudes left.
+
+        Frequencies start at 1/200 of the rate or 100/T, the larger of both.
+        """
         if name != "frequency":
             return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)
         low, high = max(100.0 / n, 0.005) * rate, 0.48 * rate
@@ -94,19 +97,22 @@ class Notch(Filter):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair: −3 dB band of the notch, Hz."""
+        """Pair (low, high) of the −3 dB band of the notch, Hz; None without values."""
         if self.frequency is None or self.quality is None:
             return None
         half = 0.5 * self.frequency / self.quality
         return self.frequency - half, self.frequency + half
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the density rises again above the notch, within Nyquist; otherwise it is a low-pass."""
+        """True if the upper half of the notch, where the density rises again, lies below Nyquist.
+
+        Otherwise it is a low-pass.
+        """
         beyond = self.occupies
         return beyond is not None and 0.5 * ((self.frequency or 0.0) + beyond[1]) < 0.5 * rate
 
     def response(self, rate: float) -> Response:
-        """Digital response of the notch at sampling rate `rate`."""
+        """`Response` of the notch at sampling rate `rate`, Hz."""
         w = 2.0 * np.pi * min((self.frequency or 0.1 * rate) / rate, 0.4999)
         # The argument of the tangent is limited below π/2, to the widest possible notch.
         g = 1.0 / (1.0 + np.tan(min(0.5 * w / (self.quality or 1.0), 1.55)))
@@ -129,7 +135,7 @@ class Notch(Filter):
 
 
 def _roots(b: float, c: float) -> tuple[complex, complex]:
-    """Pair: roots of z² + bz + c."""
+    """Pair of the complex roots of z² + bz + c."""
     apart = 0.25 * b * b - c
     if apart < 0.0:
         root = (-apart) ** 0.5

@@ -66,21 +66,21 @@ class Outliers(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple of effects: one effect without values for every model without outliers, even without white noise."""
+        """Tuple with one effect without values; empty if the model has outliers. White noise is not needed."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self:
-        """Outliers at these times, s."""
+        """The effect with outliers at these `times`, s."""
         return cls(count=float(len(times)), times=tuple(map(float, times)))
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Tuple of floats: times of the outliers, s."""
+        """Tuple of the times of the outliers, s; empty without values."""
         return self.times or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Mask of n samples: True for outliers."""
+        """Boolean mask of n samples at `rate` Hz: True for the sample nearest to each of `times`."""
         mask = np.zeros(n, dtype=bool)
         if self.times:
             index = np.round(np.asarray(self.times) * rate).astype(np.int64)

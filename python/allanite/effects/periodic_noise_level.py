@@ -57,13 +57,13 @@ class PeriodicNoiseLevel(Level):
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self:
-        """The effect with these values."""
+        """The effect with these values; `period` and `start` in s."""
         return cls(period=period, start=start, share=share, factor=factor)
 
     def gain(
         self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
     ) -> NDArray[np.float64]:
-        """`factor` within the intervals, 1 outside, shape (n,)."""
+        """Array with `factor` within the intervals and 1 outside, shape (n,); ones without values."""
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(time.shape)
         phase = (time - (self.start or 0.0)) / self.period
@@ -75,7 +75,7 @@ class PeriodicNoiseLevel(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the intervals."""
+        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction in the intervals."""
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(low.shape)
@@ -83,7 +83,7 @@ class PeriodicNoiseLevel(Level):
         return np.asarray(1.0 + (self.factor**2 - 1.0) * inside / (high - low))
 
     def _time_inside_until(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Total time inside the intervals from `start` to each time, s."""
+        """Array of the total time inside the intervals from `start` to each time, s; negative before `start`."""
         assert self.period is not None
         assert self.share is not None
         phase = (time - (self.start or 0.0)) / self.period

@@ -63,10 +63,10 @@ class PowerLaw(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "rate_random_walk", "gauss_markov")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: grid of exponents between the standard ones."""
+        """Array of ten exponents between the standard ones (−2, −1, 0) and beyond."""
         return np.array([-2.6, -2.3, -1.7, -1.4, -1.2, -0.8, -0.6, -0.4, 0.4, 0.7])
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: a power law with level² rate^{a+1} per sample."""
+        """Tuple with one term: a power law with exponent a and level² rate^{a+1} per sample."""
         a = round(self.exponent if self.exponent is not None else -1.0, 6)
         return (PowerLawTerm(a, rate ** (a + 1.0)),)

@@ -57,5 +57,5 @@ class Quantization(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("power_law",)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: first differences of a white angle error of variance 1, divided by τ0."""
+        """Tuple with one term: first differences of a white angle error of variance 1, divided by τ0."""
         return (Blue(rate**2),)

@@ -66,11 +66,14 @@ class RateOfChange(Proportional):
     refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: lags from 1/1000 to 1/20 of the record; with a longer lag the effect resembles the column itself."""
+        """Array of 8 lags, s, from 1/1000 to 1/20 of the record.
+
+        With a longer lag the effect resembles the column itself.
+        """
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """One regressor: the rate of change of the lagged column.
+        """Tuple with one sum, (column − lagged column)/lag: the rate of change of the column after the lag, unit/s.
 
         Raises
         ------

@@ -66,13 +66,13 @@ class RateRamp(Deterministic):
         time: NDArray[np.float64],
         covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """T − mean(t), s, shape (n, 1); the offset belongs to the bias, which models do not contain."""
+        """Array of t − mean(t), s, shape (n, 1); the offset belongs to the bias, which models do not contain."""
         return (time - time.mean())[:, None]
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → signal at samples first … last − 1 of a ramp that is 0 at mid-record."""
+        """A function (first, last) → signal of samples first … last − 1, U, of a ramp that is 0 at mid-record."""
         slope, middle = self.R or 0.0, 0.5 * (n - 1) / rate
         return lambda first, last: slope * (np.arange(first, last) / rate - middle)
 
@@ -80,7 +80,7 @@ class RateRamp(Deterministic):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """−√(2/n) cos(a)/(2 rate sin²(a)) with a = πj/2n at odd j, 0 at even j, shape (points, ordinates)."""
+        """Array of −√(2/n) cos(a)/(2 rate sin²(a)) at odd j and 0 at even j, a = πj/2n, shape (points, ordinates)."""
         a = np.pi * j / (2 * n)
         odd = np.where(
             j % 2 == 1, -np.sqrt(2.0 / n) * np.cos(a) / (2.0 * rate * np.sin(a) ** 2), 0.0
@@ -88,13 +88,13 @@ class RateRamp(Deterministic):
         return np.tile(odd, (len(points), 1))
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Array: Allan variance R²τ²/2 at each averaging time, U²."""
+        """Array of the Allan variance R²τ²/2 at averaging factors m of samples at `rate` Hz, U²."""
         return np.asarray((self.R or 0.0) ** 2 * (m / rate) ** 2 / 2.0)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with R set to the amplitude."""
+        """A copy with R set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(R=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """R, shape (1,)."""
+        """Array of shape (1,) with R; 0 if it is None."""
         return np.array([self.R or 0.0])

@@ -64,5 +64,5 @@ class RateRandomWalk(Stochastic):
     )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: a random walk with steps of variance τ0 per sample."""
+        """Tuple with one term: a random walk with steps of variance τ0 = 1/`rate` per sample."""
         return (RandomWalk(1.0 / rate),)

@@ -30,8 +30,8 @@ class Catalogue:
 
     def __init__(self) -> None:
         self._effects: list[type[Effect]] = []
-        self._ours = 0
-        self._asked = False
+        self._built_in = 0
+        self._loaded = False
         self._lock = RLock()
 
     def __iter__(self) -> Iterator[type[Effect]]:
@@ -47,16 +47,16 @@ class Catalogue:
         return self._effects[place]
 
     def begin(self, *ours: type[Effect]) -> None:
-        """Set the built-in effects."""
-        self._effects[: self._ours] = ours
-        self._ours = len(ours)
+        """Set the built-in effects, which come first; replaces the present ones."""
+        self._effects[: self._built_in] = ours
+        self._built_in = len(ours)
 
     def find(self, name: str) -> type[Effect] | None:
-        """The effect class with a short or long name, or None."""
-        return _class_named(name, self._effects[: self._ours]) or _class_named(name, list(self))
+        """The effect class whose short or long name is `name`, built-in effects first; None if unknown."""
+        return _class_named(name, self._effects[: self._built_in]) or _class_named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
-        """Add an effect class to the catalog; see `register`."""
+        """Add an effect class at the end, or replace the class of the same module and name; errors as in `register`."""
         _require(effect)
         with self._lock:
             if effect in self._effects:
@@ -72,22 +72,22 @@ class Catalogue:
             self._effects = [e for e in self._effects if not _is_same_class(e, effect)] + [effect]
 
     def remove(self, effect: type[Effect]) -> None:
-        """Remove a registered effect class."""
+        """Remove a registered `effect` class, if present; built-in effects stay."""
         with self._lock:
-            mine = self._effects[self._ours :]
-            self._effects[self._ours :] = [e for e in mine if e is not effect]
+            mine = self._effects[self._built_in :]
+            self._effects[self._built_in :] = [e for e in mine if e is not effect]
 
     def _load_installed(self) -> None:
-        """Load the effects of installed packages at the first call."""
+        """Add the effects of installed packages (entry points) at the first call; later calls do nothing."""
         with self._lock:
-            if self._asked:
+            if self._loaded:
                 return
-            self._asked = True
+            self._loaded = True
             add_entry_points(ENTRY_POINTS, "effect", self.add)
 
 
 def _class_named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:
-    """The effect class with a short or long name in a list, or None."""
+    """The first class in `effects` whose short or long name is `name`; None if there is none."""
     return next((e for e in effects if name in (e.short, e.kind)), None)
 
 
@@ -116,7 +116,7 @@ CATALOGUE = Catalogue()
 
 
 def find(name: str) -> type[Effect] | None:
-    """The effect class with a short or long name, or None."""
+    """The effect class of the catalog whose short or long name is `name`; None if unknown."""
     return CATALOGUE.find(name)
 
 
@@ -163,11 +163,11 @@ def register(effect: E) -> E:
 
 
 def standard() -> dict[str, type[Effect]]:
-    """Dict: five effects of IEEE 952-1997 by the names of their coefficients: Q, N, B, K, R."""
+    """Dict of the five effect classes of IEEE 952-1997 by the name of the coefficient: Q, N, B, K, R."""
     return {e.standard.name: e for e in CATALOGUE if e.standard is not None}
 
 
 def white_noise(coefficient: float | None = None) -> Stochastic:
-    """`Stochastic`: white-noise effect with this coefficient; None is a coefficient to be fitted."""
+    """White-noise effect (angle random walk) with this `coefficient`; None is a coefficient to be fitted."""
     cls = next(e for e in CATALOGUE if issubclass(e, Stochastic) and e.white)
     return cls().with_values(**{cls.coefficient: coefficient})

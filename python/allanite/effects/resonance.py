@@ -81,10 +81,10 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: grid of dampings, or of frequencies from 20/T to Nyquist.
+        """Array of four dampings, or of frequencies from 20/T to Nyquist, Hz.
 
-        Frequencies are 10 % apart, or closer for a small known damping, so that no peak is missed. Dampings run from the
-        width of a bin to a broad band. A fit extends the grid by a factor of 2, up to the limit of ζ.
+        Frequencies are 10 % apart, or closer for a small known damping, so that no peak is missed. Dampings run from
+        the width of a bin to a broad band. A fit extends the grid by a factor of 2, up to the limit of ζ.
         """
         if name == "damping":
             return np.array([0.01, 0.03, 0.1, 0.35])
@@ -94,33 +94,36 @@ class Resonance(Stochastic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair: band within one half-width ζf of the frequency, which contains half of the power, Hz."""
+        """Pair (low, high), Hz: the band within one half-width ζf of the frequency, which has half of the power.
+
+        None without values.
+        """
         if self.frequency is None or self.damping is None:
             return None
         half = self.damping * self.frequency
         return self.frequency - half, self.frequency + half
 
     def banded(self, low: float, high: float) -> Resonance:
-        """The resonance whose half-width band is `low` … `high` Hz, limited to the maximum damping."""
+        """A copy whose half-width band is `low` … `high` Hz; its damping is limited to the maximum of 0.7."""
         middle, widest = 0.5 * (low + high), self.parameter("damping").high
         return self.with_values(frequency=middle, damping=min(0.5 * (high - low) / middle, widest))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the band is wider than the resolution of the record; a narrower band is a line."""
+        """True if the band is wider than the resolution of the record, 2/`duration`; a narrower band is a line."""
         return (
             2.0 * (self.damping or 0.0) * (self.frequency or 0.0) * duration
             > MIN_WIDTH_TIMES_DURATION
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: one complex exponential with variance 1."""
+        """Tuple with one term: a complex exponential with variance 1."""
         return oscillations([self.frequency or 1.0], self.damping or 0.1, rate)
 
 
 def oscillations(
     frequencies: Sequence[float], damping: float, rate: float, variance: float = 1.0
 ) -> tuple[Term, ...]:
-    """Complex exponentials of resonances at several frequencies, Hz, each with this variance, for samples at `rate` Hz."""
+    """Tuple of the exponential of a resonance at each of the `frequencies`, Hz, each with this `variance`; `rate` in Hz."""
     root = math.sqrt(1.0 - damping**2)
     turn = complex(-damping, root) * 2.0 * math.pi / rate
     a = complex(variance, -variance * damping / root)

@@ -85,13 +85,13 @@ class Sinusoid(Periodic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self:
-        """A line at `frequency` with further lines of amplitude 0 at the other `multiples`."""
+        """A line at `frequency` (Hz) with further lines of amplitude 0 at all `multiples` but the first."""
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         return cls(frequency=frequency, overtones=empty or None)
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """(multiple of the frequency, amplitude, phase) of each line; the first has multiple 1."""
+        """Tuple of (multiple of the frequency, amplitude, phase) of each line; the first has multiple 1."""
         rest = self.overtones or ()
         first = (1, self.amplitude or 0.0, self.phase or 0.0)
         further = zip(*(rest[i::3] for i in range(3)), strict=True)
@@ -108,11 +108,11 @@ class Sinusoid(Periodic):
         return 1 + 2 * len(self.lines) + self.spaced
 
     def name_for(self, kind: str = "") -> str:
-        """Display name; for evenly spaced lines it states their number."""
+        """Display name for a `kind` of sensor; for evenly spaced lines that are not harmonics "comb of n lines"."""
         return f"comb of {len(self.lines)} lines" if self.spaced else super().name_for(kind)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with the amplitude and phase of a sin + b cos for each line."""
+        """A copy with the amplitude and phase of a·sin + b·cos for each line, from `amplitudes` (a₁, b₁, a₂, b₂ …)."""
         size = np.hypot(amplitudes[::2], amplitudes[1::2])
         phase = np.arctan2(amplitudes[1::2], amplitudes[::2])
         rest = [

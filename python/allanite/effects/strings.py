@@ -18,13 +18,16 @@ if TYPE_CHECKING:
 #: SI units of samples, in the order in which they are tried for model strings with units.
 SI_UNITS = ("rad/s", "m/s^2", "1")
 
+#: A name, or one sign, after white space.
 _TOKEN = re.compile(r"\s*(?:(?P<name>[^\W\d]\w*)|(?P<sign>[+(),=!]))")
+#: A decimal number after white space.
 _NUMBER = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
+#: A word such as the name of a column, after white space.
 _WORD = re.compile(r"\s*(?P<word>[\w.\-/°]+)")
 
 
 class _Reader:
-    """Tokenizer of a model string with a reading position."""
+    """Tokenizer of a model string; its methods read at the position `at` and advance it ("consume")."""
 
     def __init__(self, text: str, unit: str | None = None) -> None:
         self.text, self.at = text, 0
@@ -34,65 +37,71 @@ class _Reader:
         #: Name and position of the first coefficient whose value has no unit.
         self.bare: tuple[str, int] | None = None
 
-    def fail(self, what: str, at: int | None = None) -> InputError:
-        """Error that points at a position of the string, by default the present one."""
+    def error_at(self, what: str, at: int | None = None) -> InputError:
+        """InputError (returned, not raised) that points at position `at` of the string, by default the present one."""
         place = self.at if at is None else at
         return InputError(
             f"model {self.text!r}: {what} at character {place + 1} "
             f"(…{self.text[max(0, place - 8) : place]}»{self.text[place : place + 8]})"
         )
 
-    def skip(self) -> None:
-        """Skip white space."""
+    def skip_space(self) -> None:
+        """Advance over white space."""
         while self.at < len(self.text) and self.text[self.at].isspace():
             self.at += 1
 
-    def sign(self, signs: str) -> str | None:
-        """The next character, consumed if it is one of `signs`; otherwise None."""
-        self.skip()
+    def take(self, signs: str) -> str | None:
+        """The next character, consumed, if it is one of `signs`.
+
+        Otherwise None, and nothing but white space is consumed.
+        """
+        self.skip_space()
         if self.at < len(self.text) and self.text[self.at] in signs:
             self.at += 1
             return self.text[self.at - 1]
         return None
 
-    def name(self, what: str) -> tuple[str, int]:
-        """Pair: next name, consumed, and its position."""
-        self.skip()
+    def take_name(self, what: str) -> tuple[str, int]:
+        """Pair: the next name, consumed, and its position; InputError "expected `what`" without a name."""
+        self.skip_space()
         match = _TOKEN.match(self.text, self.at)
         if match is None or match["name"] is None:
-            raise self.fail(f"expected {what}")
+            raise self.error_at(f"expected {what}")
         start = self.at
         self.at = match.end()
         return match["name"], start
 
-    def follows(self, sign: str) -> bool:
-        """True if the next character is `sign`; does not consume it."""
-        self.skip()
+    def is_next(self, sign: str) -> bool:
+        """True if the next text is `sign`; only white space is consumed."""
+        self.skip_space()
         return self.text.startswith(sign, self.at)
 
-    def limits(self) -> tuple[float | None, float | None] | None:
-        """Limits ``[low,high]``, consumed; an end may be missing. None without limits."""
-        if self.sign("[") is None:
+    def take_limits(self) -> tuple[float | None, float | None] | None:
+        """Pair (low, high) from limits ``[low,high]``, consumed, with None for a missing end; None without limits."""
+        if self.take("[") is None:
             return None
-        low = None if self.follows(",") else self.number()
-        if self.sign(",") is None:
-            raise self.fail("expected , between two limits")
-        high = None if self.follows("]") else self.number()
-        if self.sign("]") is None:
-            raise self.fail("expected ]")
+        low = None if self.is_next(",") else self.take_number()
+        if self.take(",") is None:
+            raise self.error_at("expected , between two limits")
+        high = None if self.is_next("]") else self.take_number()
+        if self.take("]") is None:
+            raise self.error_at("expected ]")
         return low, high
 
-    def number(self) -> float:
-        """The next number, consumed."""
-        return float(self.matched(_NUMBER, "a number"))
+    def take_number(self) -> float:
+        """The next number as a float, consumed; InputError without a number."""
+        return float(self.take_match(_NUMBER, "a number"))
 
-    def value(self, *, text: bool) -> float | str:
-        """The next number, or word if `text`, consumed."""
-        return self.matched(_WORD, "a value") if text else self.number()
+    def take_value(self, *, text: bool) -> float | str:
+        """The next number as a float, or with `text` the next word, consumed; InputError without one."""
+        return self.take_match(_WORD, "a value") if text else self.take_number()
 
-    def unit_text(self) -> str:
-        """Unit of a value, consumed: the text up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses."""
-        self.skip()
+    def take_unit(self) -> str:
+        """Text of the unit of a value, consumed, up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses.
+
+        Empty without one.
+        """
+        self.skip_space()
         start, depth = self.at, 0
         while self.at < len(self.text):
             letter = self.text[self.at]
@@ -102,10 +111,14 @@ class _Reader:
             self.at += 1
         return self.text[start : self.at].strip()
 
-    def factor(self, parameter: Parameter, place: int) -> float:
-        """Factor from the unit that follows to the parameter's own unit; 1 if no unit follows."""
+    def take_factor(self, parameter: Parameter, place: int) -> float:
+        """Factor from the unit that follows, consumed, to the unit of `parameter`; 1 if no unit follows.
+
+        It stores the unit of the samples in `unit`, and the first coefficient without a unit, at position `place`, in
+        `bare`. InputError for a unit that does not fit.
+        """
         start = self.at
-        own = self.unit_text()
+        own = self.take_unit()
         is_coefficient = not isinstance(parameter.unit, str)
         if not own:
             if is_coefficient and self.bare is None:
@@ -113,11 +126,11 @@ class _Reader:
             return 1.0
         if isinstance(parameter.unit, str):
             if parameter.unit == "text":
-                raise self.fail("expected , or )", start)
+                raise self.error_at("expected , or )", start)
             try:
                 return conversion(own, parameter.unit)
             except InputError as error:
-                raise self.fail(f"{parameter.name} in {own}: {error}", place) from None
+                raise self.error_at(f"{parameter.name} in {own}: {error}", place) from None
         self.has_units = True
         problem: InputError | None = None
         for sample_unit in SI_UNITS if self.unit is None else (self.unit,):
@@ -128,13 +141,13 @@ class _Reader:
                 continue
             self.unit = sample_unit
             return factor
-        raise self.fail(f"{parameter.name} in {own}: {problem}", place)
+        raise self.error_at(f"{parameter.name} in {own}: {problem}", place)
 
-    def matched(self, pattern: re.Pattern[str], what: str) -> str:
-        """Text of the next match of a pattern, consumed; `what` names it in the message if it is missing."""
+    def take_match(self, pattern: re.Pattern[str], what: str) -> str:
+        """Text of the next match of `pattern`, consumed; InputError "expected `what`" without a match."""
         match = pattern.match(self.text, self.at)
         if match is None:
-            raise self.fail(f"expected {what}")
+            raise self.error_at(f"expected {what}")
         self.at = match.end()
         return match[1]
 
@@ -183,70 +196,74 @@ def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | N
     effects: list[Effect] = []
     while True:
         effects.append(_effect(reader))
-        reader.skip()
+        reader.skip_space()
         if reader.at == len(text):
             break
-        if reader.sign("+") is None:
-            raise reader.fail("expected + or the end")
+        if reader.take("+") is None:
+            raise reader.error_at("expected + or the end")
     if reader.has_units and reader.bare is not None and unit is None:
         name, place = reader.bare
-        raise reader.fail(
+        raise reader.error_at(
             f"{name} has no unit, but other values have; give each value a unit", place
         )
     return Model(tuple(effects)), reader.unit
 
 
 def _effect(reader: _Reader) -> Effect:
-    """The next effect of a model string, consumed."""
-    name, start = reader.name("the name of an effect")
+    """The next effect of a model string, consumed; InputError for unknown names or invalid syntax."""
+    name, start = reader.take_name("the name of an effect")
     cls = find(name)
     if cls is None and "temp" in name.lower():
-        raise reader.fail(f"{name!r} is a column, not an effect; write COV(column={name})", start)
+        raise reader.error_at(
+            f"{name!r} is a column, not an effect; write COV(column={name})", start
+        )
     if cls is None:
         known = " ".join(e.short for e in CATALOGUE)
-        raise reader.fail(f"unknown effect {name!r} (known: {known})", start)
+        raise reader.error_at(f"unknown effect {name!r} (known: {known})", start)
     values: dict[str, Any] = {}
     held: list[str] = []
     limits: dict[str, tuple[float | None, float | None]] = {}
-    if reader.sign("("):
+    if reader.take("("):
         while True:
-            key, place = reader.name("a parameter")
+            key, place = reader.take_name("a parameter")
             parameter = next(
                 (p for p in cls.parameters if key in (p.name, *p.aliases) and p.role != "derived"),
                 None,
             )
             if parameter is None:
                 known = " ".join(p.name for p in cls.parameters if p.role != "derived")
-                raise reader.fail(f"{cls.kind} has no parameter {key!r} (it has: {known})", place)
-            if reader.sign("=") is None:
-                raise reader.fail("expected =")
+                raise reader.error_at(
+                    f"{cls.kind} has no parameter {key!r} (it has: {known})", place
+                )
+            if reader.take("=") is None:
+                raise reader.error_at("expected =")
             several = has_several(cls, parameter.name)
-            if several and reader.follows("["):
+            if several and reader.is_next("["):
                 number = f"{parameter.name} of {cls.kind} is one number in a model string"
-                raise reader.fail(
+                raise reader.error_at(
                     f"{number} (lists are possible in Python and model files); found a list", place
                 )
             factor: float | None = None
-            if not reader.follows("["):
-                value = reader.value(text=parameter.unit == "text" and not several)
+            if not reader.is_next("["):
+                value = reader.take_value(text=parameter.unit == "text" and not several)
                 if isinstance(value, float):
-                    factor = reader.factor(parameter, place)
+                    factor = reader.take_factor(parameter, place)
                     value *= factor
                 values[parameter.name] = (value,) if several else value
-                if reader.sign("!"):
+                if reader.take("!"):
                     held.append(parameter.name)
-            ends = reader.limits()
+            ends = reader.take_limits()
             if ends is not None:
                 # Limits have the unit of the value; without a value, the unit follows the limits.
-                factor = reader.factor(parameter, place) if factor is None else factor
+                factor = reader.take_factor(parameter, place) if factor is None else factor
                 low, high = ends
                 limits[parameter.name] = (
                     None if low is None else low * factor,
                     None if high is None else high * factor,
                 )
-            sign = reader.sign(",)")
+            sign = reader.take(",)")
             if sign is None:
-                raise reader.fail("expected , or )")
+                raise reader.error_at("expected , or )")
             if sign == ")":
                 break
     return cls(**values, hold=tuple(held), limits=limits or NO_LIMITS)

@@ -38,19 +38,19 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Term:
-    """A primitive process."""
+    """Base class of primitive random processes."""
 
     #: Name of the process in the compiled core.
     name: ClassVar[str]
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Tuple of floats: parameters in the order that the compiled core expects."""
+        """Tuple of the parameters in the order that the compiled core expects."""
         raise NotImplementedError
 
     @property
     def kernel(self) -> tuple[str, list[float]]:
-        """Pair: name and parameters for the compiled core."""
+        """Pair (name, list of parameters) for the compiled core."""
         return self.name, list(self.numbers)
 
     @property
@@ -59,12 +59,12 @@ class Term:
         return None
 
     def scaled(self, factor: float) -> Self:
-        """The process with its variance multiplied by `factor`."""
+        """A copy with its variance multiplied by `factor`."""
         raise NotImplementedError
 
     @property
     def inside(self) -> Term:
-        """The term for a record whose first and last samples are missing: without leakage of the ends.
+        """The term of a record whose first and last samples are missing, without leakage of the ends.
 
         By default the term itself, because its leakage is small or comes from more than two
         samples.
@@ -72,19 +72,19 @@ class Term:
         return self
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum s(w) at angular frequencies `w` in (0, π] per sample, shape of `w`."""
+        """Array of the spectrum s(w) at angular frequencies `w` in (0, π] per sample, shape of `w`."""
         raise NotImplementedError
 
     def allan_variance(self, m: Array) -> Array:
-        """Exact Allan variance at integer averaging factors `m`, shape of `m`."""
+        """Array of the Allan variance at integer averaging factors `m`, shape of `m`."""
         raise NotImplementedError
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair: name and parameters with which the compiled core computes variances of ordinates of n samples."""
+        """Pair (name, parameters) with which the compiled core computes variances of the ordinates of n samples."""
         return self.kernel
 
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """Exact expected squares of the cosine ordinates c_j, j = 1 … n − 1, of n samples, shape of `j`.
+        """Array of the exact expected squares of the cosine ordinates c_j of n samples, for j in 1 … n − 1, shape of `j`.
 
         For white noise and random walks they equal the spectrum at w = πj/n. For other terms the ends of the record add
         leakage: r(h) contributes r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], a = πj/n.
@@ -92,33 +92,33 @@ class Term:
         return _kernels.Ordinates(j, n).variance([self.at_ordinates(n)])
 
     def variogram(self, count: int) -> Array:
-        """Variogram ½ E(x(k+h) − x(k))² at lags h = 0 … count − 1, shape (count,)."""
+        """Array of the variogram ½ E(x(k+h) − x(k))² at lags h = 0 … count − 1, shape (count,)."""
         raise NotImplementedError
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Pair: name and parameters of the generator in the compiled core; None if the term needs its own filter."""
+        """Pair (name, parameters) of the generator in the compiled core; None if the term needs its own filter."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class _Sized(Term):
-    """A term with the variance as its only parameter."""
+    """Base class of terms with the variance as their only parameter."""
 
     variance: float
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Tuple of floats: variance."""
+        """Tuple with the variance only."""
         return (self.variance,)
 
     def scaled(self, factor: float) -> Self:
-        """The term with its variance multiplied by `factor`."""
+        """A copy with its variance multiplied by `factor`."""
         return type(self)(self.variance * factor)
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Pair: name, standard deviation and further parameters of the generator."""
+        """Pair (name, [standard deviation, further parameters]) of the generator in the compiled core."""
         return self.name, [float(np.sqrt(self.variance)), *self.numbers[1:]]
 
 
@@ -138,15 +138,15 @@ class White(_Sized):
         return self.variance
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum v at all frequencies, shape of `w`."""
+        """Array of the constant spectrum v, shape of `w`."""
         return np.full_like(w, self.variance)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance v/m at averaging factors `m`, shape of `m`."""
+        """Array of the Allan variance v/m at averaging factors `m`, shape of `m`."""
         return self.variance / m
 
     def variogram(self, count: int) -> Array:
-        """Variogram at lags h = 0 … count − 1, shape (count,): v, and 0 at lag 0."""
+        """Array of the variogram at lags h = 0 … count − 1, shape (count,): 0 at lag 0, then v."""
         return np.asarray(self.variance * (np.arange(count) > 0).astype(float))
 
 
@@ -165,16 +165,16 @@ class Blue(_Sized):
     name = "blue"
 
     def scaled(self, factor: float) -> Self:
-        """The term with its variance multiplied by `factor`."""
+        """A copy with its variance multiplied by `factor`."""
         return replace(self, variance=self.variance * factor)
 
     @property
     def inside(self) -> Blue:
-        """`Blue`: term without the leakage of the ends."""
+        """A copy without the leakage of the ends (`ends` False)."""
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Name and parameters for variances of ordinates; without ends those of a power law with the same spectrum."""
+        """Pair (name, parameters) for variances of ordinates; without ends those of a power law with the same spectrum."""
         return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
     @property
@@ -183,15 +183,15 @@ class Blue(_Sized):
         return 2.0 * self.variance
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum 4 v sin²(w/2) at angular frequencies `w`, shape of `w`."""
+        """Array of the spectrum 4 v sin²(w/2) at angular frequencies `w`, shape of `w`."""
         return self.variance * _step(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance 3v/m² at averaging factors `m`, shape of `m`."""
+        """Array of the Allan variance 3v/m² at averaging factors `m`, shape of `m`."""
         return 3.0 * self.variance / m**2
 
     def variogram(self, count: int) -> Array:
-        """Variogram at lags h = 0 … count − 1, shape (count,): 0, 3v, then 2v."""
+        """Array of the variogram at lags h = 0 … count − 1, shape (count,): 0, 3v, then 2v."""
         h = np.arange(count)
         return np.asarray(self.variance * np.where(h == 1, 3.0, np.where(h == 0, 0.0, 2.0)))
 
@@ -202,15 +202,15 @@ class RandomWalk(_Sized):
     name = "random_walk"
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum v/(4 sin²(w/2)) at angular frequencies `w`, shape of `w`."""
+        """Array of the spectrum v/(4 sin²(w/2)) at angular frequencies `w`, shape of `w`."""
         return self.variance / _step(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance v (2m² + 1)/(6m) at averaging factors `m`, shape of `m`."""
+        """Array of the Allan variance v (2m² + 1)/(6m) at averaging factors `m`, shape of `m`."""
         return self.variance * (2.0 * m**2 + 1.0) / (6.0 * m)
 
     def variogram(self, count: int) -> Array:
-        """Variogram v·h/2 at lags h = 0 … count − 1, shape (count,)."""
+        """Array of the variogram v·h/2 at lags h = 0 … count − 1, shape (count,)."""
         return np.asarray(self.variance * np.arange(count) / 2.0)
 
 
@@ -220,19 +220,19 @@ class Flicker(_Sized):
     name = "flicker"
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum B²/(2 sin(w/2)) at angular frequencies `w`, shape of `w`."""
+        """Array of the spectrum B²/(2 sin(w/2)) at angular frequencies `w`, shape of `w`."""
         return self.variance / _step(w)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance at averaging factors `m`: B² times that of the power law with exponent −1."""
+        """Array of the Allan variance at averaging factors `m`: B² times that of the power law with exponent −1."""
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair: name, variance, and corrections for leakage of the ends."""
+        """Pair: name, and list of variance and correction factors for leakage at the first 64 ordinates."""
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
-        """Variogram at lags h = 0 … count − 1, shape (count,): B² times that of the power law with exponent −1."""
+        """Array of the variogram at lags h = 0 … count − 1, shape (count,): B² times that of a power law f^{−1}."""
         return self.variance * power_law_lags(-1.0, count)
 
 
@@ -247,32 +247,35 @@ class PowerLaw(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The exponent a, and the level L (a variance)."""
+        """Tuple of the exponent a and the level L (a variance)."""
         return self.exponent, self.level
 
     def scaled(self, factor: float) -> Self:
-        """The term with its `level` multiplied by `factor`."""
+        """A copy with its `level` multiplied by `factor`."""
         return type(self)(self.exponent, self.level * factor)
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum L (2 sin(w/2))^a at angular frequencies `w`, shape of `w`."""
+        """Array of the spectrum L (2 sin(w/2))^a at angular frequencies `w`, shape of `w`."""
         return np.asarray(self.level * _step(w) ** self.exponent)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance at averaging factors `m`: exact for small m, the two leading powers of m beyond."""
+        """Array of the Allan variance at averaging factors `m`: exact for small m, the two leading powers of m beyond."""
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Name, exponent, `level`, and corrections for leakage of the ends."""
+        """Pair: name, and list of exponent, `level`, and correction factors for leakage at the first 64 ordinates."""
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:
-        """Variogram at lags h = 0 … count − 1, shape (count,), in closed form (Hosking 1981)."""
+        """Array of the variogram at lags h = 0 … count − 1, shape (count,), in closed form (Hosking 1981)."""
         return self.level * power_law_lags(self.exponent, count)
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Name of the core's random generator and its parameters: exponent, and √`level` (a standard deviation)."""
+        """Pair ("power_law", [exponent, √`level`]) of the generator in the compiled core.
+
+        √`level` is a standard deviation.
+        """
         return self.name, [self.exponent, float(np.sqrt(self.level))]
 
 
@@ -292,32 +295,35 @@ class Exponential(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The numbers Re a, Im a, Re φ and Im φ of the autocovariance Re(a φ^h)."""
+        """Tuple (Re a, Im a, Re φ, Im φ) of the autocovariance Re(a φ^h)."""
         a, phi = complex(self.a), complex(self.phi)
         return a.real, a.imag, phi.real, phi.imag
 
     def scaled(self, factor: float) -> Self:
-        """The term with `a` multiplied by `factor`."""
+        """A copy with `a` multiplied by `factor`."""
         return type(self)(self.a * factor, self.phi)
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum Re a(1 − φ²)/(1 − 2φ cos w + φ²), written to keep all digits for φ → 1, w → 0."""
+        """Array of the spectrum Re a(1 − φ²)/(1 − 2φ cos w + φ²), in a form that keeps all digits for φ → 1, w → 0."""
         a, phi = complex(self.a), complex(self.phi)
         return np.asarray((a * (1 - phi**2) / ((1 - phi) ** 2 + phi * _step(w) ** 2)).real)
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance at averaging factors `m`: exact sums over lags for small m, a closed form for large m."""
+        """Array of the Allan variance at averaging factors `m`: sums over lags for small m, a closed form for large m."""
         return exponential_allan(complex(self.a), complex(self.phi), m)
 
     def variogram(self, count: int) -> Array:
-        """Variogram Re a(1 − φ^h) at lags h = 0 … count − 1, shape (count,), without cancellation."""
+        """Array of the variogram Re a(1 − φ^h) at lags h = 0 … count − 1, shape (count,), without cancellation."""
         a, phi = complex(self.a), complex(self.phi)
         log_phi = np.log(phi) if phi != 0 else complex(-1e4)
         return np.asarray(-(a * np.expm1(np.arange(count) * log_phi)).real)
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Pair: name and parameters of a Gauss-Markov generator; None for oscillations or negative variance."""
+        """Pair ("gauss_markov", [√a, φ]) of the generator in the compiled core.
+
+        None for oscillations or negative variance.
+        """
         a_real, _, phi_real, phi_imag = self.numbers
         if phi_imag != 0.0 or a_real < 0.0:
             return None
@@ -339,25 +345,25 @@ class Lags(Term):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Autocovariance r(0), r(1), …, r(L)."""
+        """Tuple of the autocovariance r(0), r(1), …, r(L)."""
         return self.covariance
 
     def scaled(self, factor: float) -> Self:
-        """The term with its autocovariance multiplied by `factor`."""
+        """A copy with its autocovariance multiplied by `factor`."""
         return type(self)(tuple(r * factor for r in self.covariance))
 
     def spectrum(self, w: Array) -> Array:
-        """Spectrum Σ r(h) cos hw over all lags −L … L, shape of `w`."""
+        """Array of the spectrum Σ r(h) cos hw over all lags −L … L, shape of `w`."""
         series = [self.covariance[0], *(2.0 * r for r in self.covariance[1:])]
         return np.asarray(np.polynomial.chebyshev.chebval(np.cos(w), series))
 
     def allan_variance(self, m: Array) -> Array:
-        """Allan variance at averaging factors `m`, computed from the autocovariance, shape of `m`."""
+        """Array of the Allan variance at averaging factors `m`, computed from the autocovariance, shape of `m`."""
         covariance = np.array(self.covariance)
         return np.array([allan_of_lags(covariance, int(k)) for k in m])
 
     def variogram(self, count: int) -> Array:
-        """Variogram r(0) − r(h) at lags h = 0 … count − 1, shape (count,)."""
+        """Array of the variogram r(0) − r(h) at lags h = 0 … count − 1, shape (count,)."""
         return self.covariance[0] - np.pad(self.covariance, (0, count))[:count]
 
     @property

@@ -70,18 +70,21 @@ class ToneBurst(Tone):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: start and end, s."""
+        """Pair (start, end), s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """About a thousand times for start or end (ends after a given start); frequencies as for all lines."""
+        """Array of 1024 times for start or end, s (ends after a given start), or of frequencies as for all lines."""
         if name in {"start", "end"}:
             first = (self.start or 0.0) if name == "end" else 0.0
             return np.linspace(min(first, n / rate), n / rate, 1026)[1:-1]
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
-        """Pair: frequency range that contains nearly all power of the burst, Hz."""
+        """Pair (low, high) of the frequency range that contains all but 2 % of the power, Hz.
+
+        Without its own times the burst lasts from `start` to `end`, s.
+        """
         f, when = self.frequency or 0.0, self.when or (start, end)
         lobe_half_width = LOBE_HALF_WIDTH / max(when[1] - when[0], 1e-12)
         return max(0.0, f - lobe_half_width), f + lobe_half_width
@@ -96,7 +99,7 @@ class ToneBurst(Tone):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Sine and cosine inside the interval, 0 outside, shape (n, 2)."""
+        """Array of sine and cosine of 2πft inside the interval, 0 outside, shape (n, 2)."""
         start, end = self.when or (-np.inf, np.inf)
         inside = (time >= start) & (time < end)
         out = np.zeros((2, time.size))

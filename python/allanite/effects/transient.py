@@ -65,7 +65,7 @@ class Transient(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: time of the jump, and three time constants later, s."""
+        """Pair: time of the jump, and three time constants later, s; None without values."""
         if self.time is None or self.time_constant is None:
             return None
         return self.time, self.time + 3.0 * self.time_constant
@@ -74,11 +74,11 @@ class Transient(Event):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """No candidates: a search tries a transient where it finds a bias step (`BiasStep.extended`)."""
+        """Empty tuple: a search tries a transient where it finds a bias step (`BiasStep.extended`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: about a thousand times over the record; time constants from 1/500 to 1/4 of it."""
+        """Array of 1024 times within the record, or of 15 time constants from 1/500 to 1/4 of it, s."""
         if name == "time":
             return np.linspace(0.0, n / rate, 1026)[1:-1]
         return np.geomspace(n / 500.0, n / 4.0, 15) / rate
@@ -95,7 +95,7 @@ class Transient(Event):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """0 before the jump, then the decay from 1, shape (n, 1)."""
+        """Array with 0 before the jump, then the decay from 1, shape (n, 1)."""
         after = time - (self.time or 0.0)
         decay = np.exp(-np.maximum(after, 0.0) / (self.time_constant or 1.0))
         return np.where(after >= 0.0, decay, 0.0)[:, None]
@@ -104,7 +104,7 @@ class Transient(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """Cosine transform √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z) with A the value at the first sample k.
+        """Array of the cosine transform √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), A the value at the first sample k.
 
         The shape is (points, ordinates); z = r e^{iθ}, r = e^{−1/(rate T)}, θ = πj/n, and e^{iθ/2}/(1 − z) is
         ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).

@@ -15,7 +15,8 @@ from allanite.effects._event import Event, cosines, sines
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-#: Minimum duration of a transition, in samples, in the closed form of its ordinates; a shorter one acts as a step.
+#: Minimum duration of a transition, in samples, in the closed form of its ordinates; shorter transitions are computed with
+#: this duration, which acts as a step.
 MIN_TRANSITION_SAMPLES = 1e-6
 
 
@@ -66,18 +67,21 @@ class Transition(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: begin and end, s."""
+        """Pair (begin, end), s; None without values."""
         return None if self.begin is None or self.end is None else (self.begin, self.end)
 
     @classmethod
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """No candidates: a search for bias steps also searches transitions (`BiasStep.best_spans`)."""
+        """Empty tuple: a search for bias steps also searches transitions (`BiasStep.best_spans`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: about a thousand times over the record; begins before a known end, ends after a known begin."""
+        """Array of at most 1024 equally spaced times within the record, s.
+
+        Begins lie before a known end, ends after a known begin.
+        """
         times = np.linspace(0.0, n / rate, 1026)[1:-1]
         if name == "begin" and self.end is not None:
             times = times[times < self.end]
@@ -86,14 +90,14 @@ class Transition(Event):
         return times if times.size > 1 else np.array([0.0, n / rate])
 
     def _edges(self) -> tuple[float, float]:
-        """Pair: begin and end, s; a missing end equals the begin."""
+        """Pair (begin, end), s; a missing begin is 0, and a missing or earlier end equals the begin."""
         begin = self.begin or 0.0
         return begin, max(begin if self.end is None else self.end, begin)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Linear rise from 0 to 1 between begin and end, shape (n, 1)."""
+        """Array of the linear rise from 0 at `begin` to 1 at `end`, shape (n, 1)."""
         begin, end = self._edges()
         if end == begin:
             return (time > begin).astype(float)[:, None]
@@ -103,11 +107,12 @@ class Transition(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """Cosine transform (h(k) − h(l))/(l − k) of transitions from sample k to l at ordinates j.
+        """Array of the cosine transform (h(k) − h(l))/(l − k) of transitions from sample k to l at ordinates j.
 
         The shape is (points, ordinates). h(k) is the transform of max(i − k, 0); its kink k = rate·time may lie between
         samples. With m the first sample after k and a = πj/2n, max(i − k, 0) is a step of m − k at m and a step of 1 at
-        each later sample: h(k) = −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, up to a part independent of k.
+        each later sample: h(k) = −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, up to a part independent
+        of k.
         """
         edges = (np.array([p._edges() for p in points]) - start) * rate
         edges[:, 1] = np.maximum(edges[:, 1], edges[:, 0] + MIN_TRANSITION_SAMPLES)

@@ -65,20 +65,20 @@ class TwoLags(Follower):
     refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array: short lags from 0 to 1/100 of the record, long lags from 1/80 to 1/5 of it."""
+        """Array of lags, s: four short lags from 0 to 1/100 of the record, or six long lags from 1/80 to 1/5 of it."""
         if name == "fast_lag":
             return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate
         return np.geomspace(n / 80.0, n / 5.0, 6) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """The column after the short lag, and the column after the long lag."""
+        """Tuple of two one-term sums: the column after the short lag, and the column after the long lag."""
         return tuple(((1.0, self._lagged(lag)),) for lag in (self.fast_lag, self.slow_lag))
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with the two coefficients set to the amplitudes."""
+        """A copy with the coefficients (fast, slow) set to the two `amplitudes`."""
         fast, slow = map(float, amplitudes)
         return self.with_values(fast=fast, slow=slow)
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The coefficients (c₁, c₂)."""
+        """Array of the coefficients (fast, slow), shape (2,); 0 for None."""
         return np.array([self.fast or 0.0, self.slow or 0.0])

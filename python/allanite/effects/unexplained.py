@@ -12,7 +12,7 @@ from allanite.common.errors import InputError
 from allanite.effects._base import Parameter, Stochastic
 from allanite.effects.terms import Exponential, Term
 
-#: Damping of a band: its density exceeds half its maximum over 0.9 octaves, three times the distance of the bands.
+#: Damping ratio ζ of a band: its density exceeds half its maximum over 0.9 octaves, three times the distance of the bands.
 #: Chosen by judgment; not measured.
 BAND_DAMPING = 0.3
 #: Number of bands per octave. Chosen by judgment; not measured.
@@ -75,19 +75,22 @@ class Unexplained(Stochastic):
 
     @property
     def numbers(self) -> int:
-        """Number of parameters: two for each band."""
+        """Number of parameters: two for each band; 0 without bands."""
         return len(self.bands or ())
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Effects with one band each, at all frequencies that n samples at `rate` Hz can show."""
+        """Tuple of effects with one band each, three per octave, over the frequencies that n samples at `rate` Hz show."""
         low, high = MIN_PERIODS * rate / n, MAX_BAND_FREQUENCY * rate
         count = max(2, int(BANDS_PER_OCTAVE * np.log2(high / low)))
         return tuple(cls(bands=(float(f), 1.0)) for f in np.geomspace(low, high, count))
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect with the bands of all pieces, each with its variance."""
+        """One effect with the bands of all `pieces` with positive `variances`, sorted by frequency.
+
+        Rms is √(Σ variances).
+        """
         total = float(sum(variances))
         bands = [
             (piece.bands[0], variance / total)
@@ -99,7 +102,7 @@ class Unexplained(Stochastic):
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of `Term`: a complex exponential for each band, with total variance 1."""
+        """Tuple of a complex exponential for each band, with total variance 1."""
         bands = self.bands or (1.0, 1.0)
         root = float(np.sqrt(1.0 - BAND_DAMPING**2))
         total = sum(bands[1::2])

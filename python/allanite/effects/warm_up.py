@@ -74,11 +74,14 @@ class WarmUp(Deterministic):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple of effects: one warm-up without values; none if the model already has one."""
+        """Tuple with one warm-up without values; empty if the model already has one."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Time constants from two samples (a filter that started empty) to half the record; a slower one is a ramp."""
+        """Array of time constants, s, from two samples (a filter that started empty) to half the record, 12 per decade.
+
+        A slower settling is a ramp.
+        """
         low, high = 2.0, max(n / 2.0, 4.0)
         return np.geomspace(low, high, max(4, int(12 * np.log10(high / low)))) / rate
 
@@ -87,20 +90,20 @@ class WarmUp(Deterministic):
         time: NDArray[np.float64],
         covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """e^{−t/τ}, shape (n, 1)."""
+        """Array of e^{−t/τ}, shape (n, 1)."""
         return np.exp(-time / (self.time_constant or 1.0))[:, None]
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → signal of the decay at samples first … last − 1."""
+        """A function (first, last) → decay at samples first … last − 1, U, which computes only these samples."""
         return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """Cosine transform of the decay at ordinates j, shape (points, ordinates).
+        """Array of the cosine transform of the decay at ordinates j, shape (points, ordinates).
 
         It is √(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)) with r = e^{−1/(rate τ)}, a =
         πj/2n.
@@ -113,9 +116,9 @@ class WarmUp(Deterministic):
         return np.asarray(np.sqrt(2.0 / n) * np.exp(-start / tau) * shape)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with this amplitude."""
+        """A copy with `amplitude` set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(amplitude=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """The amplitude, shape (1,)."""
+        """Array of shape (1,) with the amplitude, U; 0 if it is None."""
         return np.array([self.amplitude or 0.0])

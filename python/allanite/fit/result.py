@@ -13,7 +13,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.files import whole_file
 from allanite.common.parameters import Estimate
-from allanite.effects.files import kept_of
+from allanite.effects.files import held_and_limits
 from allanite.fit import curve as _curve
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
@@ -361,7 +361,7 @@ class Fit:
                     "kind": effect.kind,
                     "name": self.display_name(effect),
                     "parameters": {n: plain(v) for n, v in values.items()},
-                    **kept_of(effect),
+                    **held_and_limits(effect),
                     **(rivals(self, place) if searched else Rivals()).to_dict(),
                 }
                 for place, (effect, values) in enumerate(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
-from allanite.effects.files import kept_of, model_from_dict
+from allanite.effects.files import held_and_limits, model_from_dict
 from allanite.fit import fit_model
 from allanite.fit.result import plain
 from allanite.page.bench import look
@@ -65,7 +65,7 @@ def _model(fit: Fit) -> dict[str, Any]:
             {
                 "kind": effect.kind,
                 "parameters": {n: plain(v) for n, v in values.items()},
-                **kept_of(effect),
+                **held_and_limits(effect),
             }
             for effect, values in zip(fit.model.effects, fit.estimates, strict=True)
         ],

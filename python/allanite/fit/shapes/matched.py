@@ -15,7 +15,7 @@ from allanite.effects import (
     Follower,
     LaggedColumn,
     Model,
-    offered,
+    followed_column,
     weighted_sum,
 )
 
@@ -66,7 +66,7 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
         return data.transform(series)[:CACHED_ORDINATES]
 
     if isinstance(effect, Follower) and (sums := effect.sums_of_lagged()):
-        offered(effect, data.covariates)
+        followed_column(effect, data.covariates)
         return np.array([weighted_sum([(w, of_lagged(part)) for w, part in s]) for s in sums])
     return data.lowest.get(effect.seen_alike, of_effect)
 
