@@ -12,7 +12,7 @@ from allanite.effects._base import StraightLine as StraightLine
 from allanite.effects._event import Away as Away
 from allanite.effects._follower import Follower as Follower
 from allanite.effects._follower import LaggedColumn as LaggedColumn
-from allanite.effects._follower import offered as offered
+from allanite.effects._follower import followed_column as followed_column
 from allanite.effects._follower import weighted_sum as weighted_sum
 from allanite.effects._known import Deterministic as Deterministic
 from allanite.effects._known import Periodic as Periodic
