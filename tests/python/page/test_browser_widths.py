@@ -88,6 +88,23 @@ def test_no_view_hides_or_covers_its_words(context, server):
     assert sorted({str(one) for one in wrong}) == []
 
 
+def test_all_tabs_are_in_one_row_from_1280_pixels_on(context):
+    page = open_page([]).start()
+    tab = context.new_page()
+    tab.goto(page.url)
+    tab.wait_for_selector(".welcome")
+    # The tabs of a log with a temperature, and of one that is compared with others.
+    tab.evaluate("document.querySelectorAll('[role=tab]').forEach(t => { t.hidden = false; })")
+    for width in (1280, 1920):
+        tab.set_viewport_size({"width": width, "height": 720})
+        tops = tab.locator(".bar button").evaluate_all(
+            "all => [...new Set(all.map(b => Math.round(b.getBoundingClientRect().top / 8)))]"
+        )
+        assert len(tops) == 1
+        assert tab.evaluate(HIDDEN) == []
+    page.close()
+
+
 @pytest.mark.long
 def test_the_whole_table_of_axes_is_seen_on_a_small_screen(context, server):
     tab = context.new_page()

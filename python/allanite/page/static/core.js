@@ -27,7 +27,7 @@ const ICONS = {
   undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a4 4 0 0 1 0 8H6", redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a4 4 0 0 0 0 8H10",
   theme: "M8 2v12M8 2a6 6 0 1 0 0 12M8 2a6 6 0 0 1 0 12M10 5v6M12 6.5v3", full: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
   locked: "M4.5 7.5V5a3.5 3.5 0 0 1 7 0v2.5M3 7.5h10v6H3zM8 10v1.5", open: "M4.5 7.5V5a3.5 3.5 0 0 1 6.7-1.4M3 7.5h10v6H3z",
-  close: "M4 4l8 8M12 4l-8 8", beside: "M2.5 3h4v10h-4zM9.5 3h4v10h-4z", back: "M8 13V4M4.5 7.5 8 4l3.5 3.5",
+  close: "M4 4l8 8M12 4l-8 8", beside: "M2.5 3h4v10h-4zM9.5 3h4v10h-4z", numbers: "M2.5 3h11v10h-11zM2.5 6.5h11M2.5 9.75h11M7 3v10", back: "M8 13V4M4.5 7.5 8 4l3.5 3.5",
 };
 export const icon = name => svg("0 0 16 16", [{ d: ICONS[name], fill: name === "locked" ? "currentColor" : "none", "fill-opacity": 0.25, stroke: "currentColor", "stroke-width": 1.5, "stroke-linecap": "round", "stroke-linejoin": "round" }], { width: 16, height: 16 });
 // Replaces the content. The focus moves to the new element with the same name, or else to the container.

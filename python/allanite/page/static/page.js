@@ -159,7 +159,7 @@ function dropping() {
 }
 function listen() {
   listenViews(); listenModel(); listenReading(); listenTour(); dropping();
-  for (const [name, sign] of Object.entries({ undo: "undo", redo: "redo", theme: "theme", full: "full", two: "beside" })) $(name).append(icon(sign));
+  for (const [name, sign] of Object.entries({ undo: "undo", redo: "redo", theme: "theme", full: "full", two: "beside", numbers: "numbers" })) $(name).append(icon(sign));
   $("audit-more").onclick = () => {
     const open = $("findings").hidden;
     $("findings").hidden = !open;
