@@ -9,8 +9,8 @@ import numpy as np
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
-#: Smallest |Σz|/√k of an interval of k bins that is a failure, standard deviations. About 0.2 % of true models exceed
-#: it: the largest such sum over all intervals of some 500 independent scores.
+#: Minimum |Σz|/√k of an interval of k bins that counts as a failure, standard deviations. About 0.2 % of true models have
+#: an interval above this limit, among all intervals of some 500 independent scores.
 MIN_INTERVAL_SCORE = 5.2
 
 

@@ -15,13 +15,15 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
 
-#: Segments of the record: a change that lasts 3 % of it fills one, and the slow octaves still have a few values in each.
+#: Number of equal time segments of the map. A change that lasts 3 % of the record fills one segment, and slow octaves still
+#: have a few values in each.
 SEGMENTS = 32
-#: Fewest values of a cell of the map on average; octaves with fewer are omitted. Chosen by judgment; not measured.
+#: Minimum number of values per cell of the map, on average; octaves with fewer are omitted. Chosen by judgment; not
+#: measured.
 MIN_CELL_VALUES = 4
-#: Most cells of time whose scatter is compared with that of χ². Chosen by judgment; not measured.
+#: Maximum number of time cells whose scatter is compared with that of χ². Chosen by judgment; not measured.
 MAX_CELLS = 256
-#: Smallest |z| of a cell that is a failure. The largest of 450 cells exceeds it in about 0.2 % of true models.
+#: Minimum |z| of a cell that counts as a failure. The largest |z| of 450 cells exceeds it in about 0.2 % of true models.
 MIN_CELL_SCORE = 4.6
 
 

@@ -139,7 +139,7 @@ def _range_text(low: float, high: float, unit: str) -> str:
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
-    """`Where` of a fit: residuals over τ, frequency and time, with the interval of each in which the fit fails most."""
+    """`Where` of a fit: residuals over τ, frequency and time, and the interval of each view in which the fit fails most."""
     times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),

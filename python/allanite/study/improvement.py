@@ -109,7 +109,7 @@ def improve_columns(
     tolerance: float | None = None,
     seconds: float | None = None,
 ) -> Several[Study]:
-    """Studies of several columns, two columns at a time.
+    """`Several` that maps each column to its `Study`; two columns are improved at a time.
 
     `allanite.characterize` also compares the columns.
 
@@ -151,10 +151,10 @@ def improve_columns(
 
 
 def with_given_designs(model: Model) -> Model:
-    """Model in which the designs and orders of filters that the user gave are held."""
+    """A copy of a model in which the filter designs and orders that have a value are held."""
 
     def held(effect: Effect) -> Effect:
-        """The effect with its given choices held, if it is a filter."""
+        """A copy of a filter whose choices with a value are held; other effects unchanged."""
         given = (p.name for p in effect.parameters if p.role == "choice" and p.name != "column")
         names = [n for n in given if effect.values[n] is not None and n not in effect.held]
         filtering = isinstance(effect, Modifier) and names

@@ -29,9 +29,10 @@ if TYPE_CHECKING:
 
 
 def gain(before: Fit, after: Fit) -> float:
-    """Score of one model over another, nats: the change of the log evidence and of the priors of the effects.
+    """Score of the model `after` minus that of `before`, nats: the change of log evidence plus that of the effects' priors.
 
-    The priors of several effects count as that of one, so that they do not favor the model with more effects.
+    The change of the priors is limited to ±`MAX_RIVAL_LOG_EVIDENCE`, as of one effect, so that priors do not favor the
+    model with more effects.
     """
     change = sum(map(prior, after.model)) - sum(map(prior, before.model))
     change = min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
@@ -39,18 +40,21 @@ def gain(before: Fit, after: Fit) -> float:
 
 
 def allan_error_rises(before: Fit, after: Fit) -> bool:
-    """True if the Allan error is larger, by any amount."""
+    """True if the Allan error (rms, %) is larger `after`, by any amount; False if either has none."""
     old, new = before.curve.rms_percent, after.curve.rms_percent
     return old is not None and new is not None and new > old
 
 
 def discrepancy_rises(before: Fit, after: Fit) -> bool:
-    """True if the model discrepancy is larger, by any amount."""
+    """True if the model discrepancy is larger `after`, by any amount."""
     return after.discrepancy.percent > before.discrepancy.percent
 
 
 def no_error_rises(before: Fit, after: Fit) -> bool:
-    """True if neither the discrepancy nor the Allan error rises by more than its own scatter."""
+    """True if neither the discrepancy nor the Allan error rises by more than its own scatter.
+
+    Also True without a comparison if the last effect excludes outliers.
+    """
     old, new = before.curve, after.curve
     other = after.data is not before.data and removes(after.model.effects[-1])
     if other and after.model.effects[-1].when is None:
@@ -72,7 +76,7 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
 def predicts_as_well(before: Fit, after: Fit) -> bool:
     """True unless unseen data are predicted worse by more than the standard error of the difference.
 
-    False as well if unseen data are predicted worse by any amount and the discrepancy rises.
+    False as well if unseen data are predicted worse by any amount and the discrepancy rises. True without a prediction.
     """
     old, new = before.error.predictive, after.error.predictive
     if old is None or new is None:
@@ -83,9 +87,9 @@ def predicts_as_well(before: Fit, after: Fit) -> bool:
 
 
 def is_as_good(before: Fit, after: Fit) -> bool:
-    """True if a smaller model is as good: no error rises beyond its scatter and the Allan error is at most its scatter.
+    """True if a smaller model is as good: no error rises beyond its scatter.
 
-    A rise of the Allan error above its scatter is a fault; below, any model is as good.
+    The Allan error may rise by any amount as long as it stays at or below its expected scatter.
     """
     return no_error_rises(before, after) and (
         not allan_error_rises(before, after) or allan_error_within_scatter(after)
@@ -93,9 +97,10 @@ def is_as_good(before: Fit, after: Fit) -> bool:
 
 
 def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
-    """Clause why a significant suggestion was not added; effects that happen once predict nothing.
+    """Clause that states why a significant suggestion was not added, such as "raises the Allan error".
 
-    If no error rises, its place is taken, or an effect that it needs raises an error.
+    `once` is True for an effect that happens once, which cannot predict unseen data. If no error rises, the
+    suggestion's place is taken, or an effect that it needs raises an error.
     """
     if not once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
@@ -107,12 +112,12 @@ def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
 
 
 def allan_error_within_scatter(fit: Fit) -> bool:
-    """True if the Allan error is at most its expected scatter."""
+    """True if the Allan error is at most its expected scatter; a missing value counts as 0."""
     return (fit.curve.rms_percent or 0.0) <= (fit.curve.chance_percent or 0.0)
 
 
 def delta_logl(before: Fit, after: Fit) -> float:
-    """ΔlogL from one fit to another; 0 if they use different samples, whose likelihoods are not comparable."""
+    """LogL of `after` minus that of `before`; 0 if they use different samples, whose likelihoods are not comparable."""
     counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
     if counts[0] != counts[1]:
         return 0.0
@@ -120,7 +125,7 @@ def delta_logl(before: Fit, after: Fit) -> float:
 
 
 def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
-    """Mask of the bins whose model spectrum has changed by more than its scatter; all if the bins differ."""
+    """Boolean mask of the bins whose model spectrum differs by more than its scatter; all True if the bins differ."""
     old, new = before.solution.spectrum, after.solution.spectrum
     if old.size != new.size:
         return np.ones(new.size, dtype=bool)
@@ -129,7 +134,10 @@ def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
 
 
 def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
-    """True if a weak event raises the Allan error beyond its scatter: it is probably part of another effect."""
+    """True if a one-time event has weak evidence and raises the Allan error above its scatter.
+
+    Such an event is probably part of another effect.
+    """
     return (
         suggestion.effect_happens_once
         and suggestion.log10_p > MAX_EVENT_LOG10_P
@@ -139,6 +147,6 @@ def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
 
 
 def leaves_others_unchanged(before: Fit, rung: Rung) -> bool:
-    """True if an addition takes nothing from other effects: the spectrum stays, and it is no slow function of time."""
+    """True if the step `rung` changes no bin of the spectrum and adds no slow function of time."""
     slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
     return not slow and not changed_bins(before, rung.fit).any()

@@ -38,7 +38,7 @@ class Rung:
     added : Effect or None
         Effect that the step added; None for the first step.
     removed : tuple of str
-        Kinds that left the model: needless beside the addition, or replaced.
+        Kinds of the effects that left the model, because the addition makes them needless or replaces them.
     risen : float or None
         ΔlogL of this step; None if it is the difference of the two fits.
     dropped_start : int
@@ -62,12 +62,15 @@ class Rung:
 
     @property
     def new(self) -> tuple[Effect, ...]:
-        """Tuple of `Effect`: effects that this step put into the model."""
+        """Tuple of the effects that this step put into the model, `added` first; empty for the first step."""
         return () if self.added is None else (self.added, *self.brought)
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """Texts of the changes, one for each effect: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``."""
+        """Tuple of texts of the changes, one for each kind: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``.
+
+        Additions come first. Effects that left and came back in the same step are omitted.
+        """
         further = {e.kind for e in self.new if e.further} & set(self.removed)
         # An effect that left and came back with another one has not changed.
         back = Counter(self.removed) & Counter(e.kind for e in self.brought if not e.further)
@@ -92,10 +95,10 @@ class Rung:
     def to_dict(
         self, misfit_left: float, last: bool = True, over_rivals: Undecided | None = None
     ) -> dict[str, Any]:
-        """JSON record of the step; `misfit_left` is the unexplained misfit, % of that of the first step.
+        """JSON record (dict) of the step; `misfit_left` is the unexplained misfit, % of that of the first step.
 
-        Alternatives of its effects, intervals `over_rivals`, and correlations of its parameters are given for the last step
-        only, since earlier models are wrong.
+        Alternatives of its effects, intervals `over_rivals`, and correlations of its parameters are given for the last
+        step only, since earlier models are wrong.
         """
         body = self.fit.body(searched=last)
         if last:
@@ -119,9 +122,10 @@ def rung_of(
     risen: float | None = None,
     trials: float | None = None,
 ) -> Rung:
-    """Step from one state of a search to another; the first of its new effects of the kind `named` is named first.
+    """`Rung` from one state of a search to another; `added` is the first new effect of the kind `named`.
 
-    Otherwise an effect is named first whose kind has not left. `risen` is needed if the logL of the fits is not comparable.
+    If none has this kind, `added` is a new effect whose kind has not left. `risen` (ΔlogL) is needed if the logL of the
+    fits is not comparable; by default it is their difference.
     """
     lost = after.lost_since(before)
     gone = tuple(before.fit.model.effects[place].kind for place in lost)
@@ -135,7 +139,7 @@ def rung_of(
 
 
 def kinds_added_again(ladder: Sequence[Rung]) -> set[str]:
-    """Set of texts: kinds that were removed on a step and added again later, and are therefore needed."""
+    """Set of the kinds that a step removed and a later step added again, and that are therefore needed."""
     gone: set[str] = set()
     back: set[str] = set()
     for rung in ladder:
@@ -188,14 +192,15 @@ class Study:
 
     @property
     def adequate(self) -> bool:
-        """True if the check of the last model is adequate and there are no `doubts`."""
+        """True if the check of the last model is adequate and `doubts` is empty."""
         return self.check.adequate and not self.doubts
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Tuple of texts: sentences why the last model is not adequate although its check is.
+        """Tuple of sentences that say why the last model is not adequate although its check is; empty without doubts.
 
-        The Allan error is more than twice its expected scatter, or another model has a score higher by more than 3 nats.
+        The Allan error is more than twice its expected scatter, or another model has a score higher by more than 3
+        nats.
         """
         found = []
         error = self.fit.error
@@ -220,7 +225,7 @@ class Study:
 
     @property
     def reason(self) -> str:
-        """Reason why the search ended: `stopped_because`, with quantization named if it limits an adequate model."""
+        """Text like `stopped_because`, but the `verdict` instead of "adequate" (it may name quantization)."""
         return self.verdict if self.stopped_because == "adequate" else self.stopped_because
 
     @property
@@ -230,28 +235,31 @@ class Study:
 
     @property
     def misfit_left(self) -> tuple[float, ...]:
-        """Tuple of floats: unexplained misfit of each step, % of that of the first step."""
+        """Tuple of the unexplained misfit of each step, % of that of the first step."""
         return misfit_left(self.ladder)
 
     @cached_property
     def undecided(self) -> Undecided | None:
-        """`Undecided`: values over all models that explain the record as well as the last; None if there is only one."""
+        """`Undecided`: the models that explain the record as well as the last, and values over all of them.
+
+        None if there are none.
+        """
         return undecided(self.fit)
 
     @property
     def left(self) -> list[str]:
-        """List of texts: sentences about what the last model does not explain."""
+        """List of sentences about what the last model does not explain; empty if the model suffices."""
         if self._is_good_enough:
             return []
         return [*self.check.left, *self.doubts] or [self.check.nowhere]
 
     @property
     def unexplained(self) -> dict[str, Any]:
-        """Worst intervals of the last model over τ, frequency and time, as in the JSON."""
+        """Dict of the worst interval [low, high] of the last model over ``tau``, ``frequency`` and ``time``, or None."""
         return self.check.where.worst()
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record of the study, schema ``allanite/improve/2``."""
+        """JSON record (dict) of the study, schema ``allanite/improve/2``."""
         return {
             "schema": "allanite/improve/2",
             "version": _kernels.version(),
@@ -312,7 +320,7 @@ class Study:
         return "\n".join(lines)
 
     def rows(self) -> list[tuple[str, ...]]:
-        """List: texts of each step: changes, misfit, discrepancy, Allan error, worst τ, prediction score, model."""
+        """List of a tuple of texts per step: changes, misfit, discrepancy, Allan error, worst τ, prediction score, model."""
         out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error
@@ -337,7 +345,7 @@ class Study:
 
     @cached_property
     def ending(self) -> str:
-        """Clause why the search ended, and why significant suggestions were not added."""
+        """Clause that states why the search ended, and why significant suggestions were not added."""
         if self.stopped_because == "within tolerance":
             return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
         if self.stopped_because == "nothing helps" and self.check.significant:
@@ -384,15 +392,15 @@ class Study:
 
 
 def _number_text(value: float | None) -> str:
-    """Text of a number, or a dash."""
+    """Text of a number with four digits; "–" for None."""
     return "–" if value is None else f"{value:.4g}"
 
 
 def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
-    """Tuple of floats: unexplained misfit of each step, % of that of the first step.
+    """Tuple of the unexplained misfit of each step, % of the largest (usually that of the first step).
 
-    The misfit of the last step is the logL that a saturated model gains, less what chance gives. That of an earlier step
-    adds the ΔlogL of all later steps.
+    The misfit of the last step is the logL that a saturated model gains, less its expectation for a true model. That of
+    an earlier step adds the ΔlogL of all later steps.
     """
     left = [max(ladder[-1].fit.excess, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):
@@ -408,7 +416,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
 
 
 class SearchInterrupted(KeyboardInterrupt):
-    """Ctrl-C during a search.
+    """`KeyboardInterrupt` that is raised for Ctrl-C during a search and holds the steps so far.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def is_line(effect: Effect | None) -> bool:
-    """True if the effect is a line."""
+    """True if the effect is a line of constant frequency (screened as a line); False for None."""
     return effect is not None and effect.screened == "line"
 
 
@@ -51,7 +51,7 @@ def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
 
 
 def line_distance(one: Effect, other: Effect) -> float:
-    """Distance of two lines, Hz."""
+    """Distance of two lines, Hz; infinite if one has no frequency."""
     a, b = one.occupies, other.occupies
     return abs(a[0] - b[0]) if a is not None and b is not None else np.inf
 
@@ -82,7 +82,7 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
 
 
 def _course(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
-    """Array: course over time of a function of time or of a noise level; None for other effects."""
+    """Array of the values of a function of time, or of the gain of a noise level, at all times; None for other effects."""
     if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
         return fit.data.signal((effect,))
     if isinstance(effect, Modifier) and effect.passing and effect.band is None:

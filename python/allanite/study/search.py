@@ -28,21 +28,21 @@ if TYPE_CHECKING:
 
 @dataclass
 class Search:
-    """One search.
+    """State of one search: its steps, limits and last check.
 
     Attributes
     ----------
     ladder : list of Rung
         The steps so far.
     limit : int
-        Most additions.
+        Maximum number of additions.
     tolerance : float or None
         Model discrepancy in % below which the search ends.
     deadline : float
         Time of the `clock` at which the search ends.
     clock : callable
     on_progress : callable, optional
-        Called with (steps done, most steps).
+        Called with (steps done, maximum number of steps).
     check : Check or None
         The last check.
     first_check : Check or None
@@ -62,7 +62,7 @@ class Search:
     checked: int = 0
 
     def run(self) -> str:
-        """Add steps until the search ends. Returns the reason, as `Study.stopped_because` states it."""
+        """Add steps to `ladder` until the search ends; returns the reason, as `Study.stopped_because` states it."""
         while True:
             check = self._check_of_last_fit()
             stop = self._stop_reason(check)
@@ -86,7 +86,7 @@ class Search:
                     self.ladder.append(further)
 
     def _check_of_last_fit(self) -> Check:
-        """Check of the last fit; what only earlier fits need is forgotten."""
+        """`Check` of the last fit; stores it, reports progress, and frees memory that only earlier fits need."""
         fit = self.ladder[-1].fit
         for rung in self.ladder:
             if rung.fit.data is not fit.data:
@@ -100,7 +100,7 @@ class Search:
         return self.check
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Reason to add nothing after a check, or None."""
+        """Reason to end the search after a check: "adequate", "within tolerance" or "limit"; None to go on."""
         if check.adequate:
             return "adequate"
         if self._is_within_tolerance(check.fit):
@@ -108,11 +108,14 @@ class Search:
         return "limit" if is_full(self.ladder, self.limit) else None
 
     def _is_within_tolerance(self, fit: Fit) -> bool:
-        """True if the model discrepancy is below the tolerance, if there is one."""
+        """True if there is a tolerance and the model discrepancy is below it."""
         return self.tolerance is not None and fit.discrepancy.percent < self.tolerance
 
     def study(self, stop: str) -> Study:
-        """`Study`: result with the steps that were checked, in the order that users read."""
+        """`Study` of the checked steps, in the order that users read; `stop` is the reason why the search ended.
+
+        If an adequate study has doubts, its reason becomes "nothing helps".
+        """
         assert self.check is not None
         ladder = self.ladder[: self.checked]
         steps = tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)
@@ -125,11 +128,11 @@ class Search:
 
 
 def is_full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
-    """True if the search has made as many additions as it may."""
+    """True if the search has made as many additions as it may: more than `limit`, or `MAX_EVENTS` lines and exclusions."""
     independent = sum(rung.added is not None and _is_independent(rung.added) for rung in ladder)
     return independent >= MAX_EVENTS or len(ladder) - independent > limit
 
 
 def _is_independent(effect: Effect) -> bool:
-    """True if the effect does not affect others: a line, or an exclusion of samples."""
+    """True if the effect does not affect others: it is a line or excludes samples."""
     return is_line(effect) or removes(effect)

@@ -38,12 +38,12 @@ class State:
 
     @classmethod
     def of(cls, fit: Fit, given: int | None = None) -> State:
-        """State of a fit in which the first `given` effects are the user's; by default all."""
+        """State of a fit whose first `given` effects are the user's; by default all effects."""
         kinds = tuple(effect.kind for effect in fit.model)
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 
     def after(self, fit: Fit, gone: Collection[int] = ()) -> State:
-        """State of a fit without the effects at the indices `gone`; new effects are the last of its model."""
+        """State of a later fit whose model lacks the effects at the indices `gone` and has new effects at its end."""
         numbers = [n for place, n in enumerate(self.numbers) if place not in gone]
         used = self.used
         for effect in fit.model.effects[len(numbers) :]:
@@ -57,25 +57,25 @@ class State:
         return State(fit, tuple(numbers), self.given, used)
 
     def is_given(self, place: int) -> bool:
-        """True if the effect at a place is one of the user's model."""
+        """True if the effect at index `place` is one of the user's model."""
         return self.numbers[place] < len(self.given)
 
     @property
     def added(self) -> tuple[int, ...]:
-        """Tuple of integers: places of the effects that the search added."""
+        """Tuple of the indices of the effects that the search added."""
         return tuple(p for p in range(len(self.numbers)) if not self.is_given(p))
 
     def new_since(self, before: State) -> tuple[int, ...]:
-        """Tuple of integers: places of the effects that an earlier state did not have."""
+        """Tuple of the indices, in this model, of the effects that the state `before` did not have."""
         return tuple(p for p, n in enumerate(self.numbers) if n not in before.numbers)
 
     def lost_since(self, before: State) -> tuple[int, ...]:
-        """Tuple of integers: places in an earlier state of the effects that have left."""
+        """Tuple of the indices, in the model of `before`, of the effects that have left."""
         return tuple(p for p, n in enumerate(before.numbers) if n not in self.numbers)
 
 
 def state_of(ladder: Sequence[Rung]) -> State:
-    """State at the end of a ladder; effects of steps made by hand are recognized by kind and frequency."""
+    """`State` at the end of a ladder; effects of steps made by hand are recognized by kind and frequency."""
     state = State.of(ladder[0].fit)
     for rung in ladder[1:]:
         if rung.numbers:
@@ -87,7 +87,10 @@ def state_of(ladder: Sequence[Rung]) -> State:
 
 
 def places_lost(before: Model, after: Model) -> tuple[int, ...]:
-    """Indices of the effects of a model that another model lacks; of equal kinds, the nearest frequencies stay."""
+    """Sorted tuple of the indices of effects of `before` that `after` lacks.
+
+    Of equal kinds, the nearest frequencies stay.
+    """
     lost: list[int] = []
     for kind in dict.fromkeys(e.kind for e in before):
         had = [p for p, e in enumerate(before) if e.kind == kind]
@@ -104,7 +107,7 @@ def places_lost(before: Model, after: Model) -> tuple[int, ...]:
 
 
 def _distance(one: Effect, other: Effect) -> float:
-    """Distance of two effects of one kind: of the logarithms of their middle frequencies; 0 without a frequency."""
+    """Absolute difference of ln middle frequency of two effects; 0 if one has no frequency."""
     a, b = one.occupies, other.occupies
     if a is None or b is None:
         return 0.0

@@ -52,26 +52,27 @@ if TYPE_CHECKING:
 
 
 def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
-    """Next step of `improve` after a check of the last fit, or None if nothing helps."""
+    """Next step (`Rung`) of `improve` after a check of the last fit; None if nothing helps."""
     found = step_and_suggestions(ladder, check)
     return None if found is None else found[0]
 
 
 def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Next step after a check of the last fit, with the suggestions that it adds; None if nothing helps."""
+    """Pair of the next step after a check of the last fit and the suggestions that it adds; None if nothing helps."""
     before = state_of(ladder)
     for suggestion in _candidates(check):
         found = _step_with(ladder, before, suggestion, check)
         if found is not None:
             return found
     rung = best_replacement(ladder)
-    return _what_rejects(ladder, before, check) if rung is None else (rung, ())
+    return _step_for_rejected_fit(ladder, before, check) if rung is None else (rung, ())
 
 
 def _candidates(check: Check) -> list[Suggestion]:
-    """List: significant suggestions, after those that explain the misfit of the first of them with a clearly higher score.
+    """List of the suggestions to try, best first; empty without significant suggestions.
 
-    The p-value of one shows that an effect is missing; the scores tell which.
+    The significant ones come after those that explain the misfit of the first of them with a clearly higher score. The
+    p-value of one shows that an effect is missing; the scores tell which.
     """
     significant = list(check.significant)
     if not significant:
@@ -82,10 +83,11 @@ def _candidates(check: Check) -> list[Suggestion]:
     return [s for s in better if same_misfit(s, first)] + significant
 
 
-def _what_rejects(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Step that adds the best suggestion which is not significant, if the fit is rejected without it and not with it.
+def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
+    """Step and suggestions that make a rejected fit adequate by the best suggestion that is not significant; else None.
 
-    The fit of the whole curve has shown that an effect is missing, so clear evidence which one suffices.
+    None as well if the fit is adequate. The fit of the whole curve has shown that an effect is missing, so clear
+    evidence which one suffices.
     """
     if check.fit.adequate:
         return None
@@ -99,7 +101,7 @@ def _what_rejects(ladder: Sequence[Rung], before: State, check: Check) -> Found 
 
 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Last step after an adequate check that adds no effect, or None.
+    """Pair of a last step after an adequate check and its suggestions; the step adds no effect. None if nothing helps.
 
     A moving band may replace a band, one effect may replace all excursions, a nameless shape a stack of effects, or an
     alternative with a higher score an effect.
@@ -126,7 +128,7 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     fit = before.fit
 
     def lead(other: Fit) -> float:
-        """Ln evidence of another model over that of the last model."""
+        """Ln evidence of another fit minus that of the last one."""
         return evidence_gain(other.solution, fit.solution, fit.data)
 
     # No model may be shown that another model of the search leads by more.
@@ -146,7 +148,7 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
 
 
 def _with_detected(before: State, after: State) -> State | None:
-    """State after a step without its new effects that the record does not show; None if it shows none of them."""
+    """State after a step without its new effects that are not detected; None if none of them is detected."""
     new = after.new_since(before)
     absent = [place for place in new if not is_detected(after.fit, place)]
     if not absent:
@@ -160,7 +162,7 @@ def _with_detected(before: State, after: State) -> State | None:
 def further_steps(
     ladder: Sequence[Rung], check: Check, added: Sequence[Suggestion]
 ) -> Iterator[Rung]:
-    """Further steps from the same check, as long as another check would find the same.
+    """Iterator over further steps from the same check, as long as a new check would find the same.
 
     Lines do not affect each other. After any other addition, the spectrum must not have changed, and no effect may have
     left. Suggestions that explain the same misfit as those `added` are left to the next check.
@@ -194,7 +196,7 @@ def further_steps(
 def _step_with(
     ladder: Sequence[Rung], before: State, suggestion: Suggestion, check: Check
 ) -> Found | None:
-    """Step with a suggestion, and all suggestions that it adds; None if it does not help."""
+    """Pair of a step that adds `suggestion` and all suggestions that it adds; None if it does not help."""
     try:
         found = _merged_or_added(before, suggestion, check)
     except TooShortError:
@@ -218,7 +220,7 @@ def _step_with(
 def _merged_or_added(
     before: State, suggestion: Suggestion, check: Check
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
-    """Tuple: state with a suggestion and its companions, its ΔlogL, and the added suggestions, the one to name first."""
+    """Tuple (state, ΔlogL, added suggestions with the one to name first) with `suggestion` and its companions; or None."""
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
     if wandering is not None:
@@ -250,7 +252,7 @@ def _merged_or_added(
 
 
 def _settled(ladder: Sequence[Rung], before: State, added: State, check: Check) -> State | None:
-    """State after the merges and drops that an addition makes possible; None if its levels must merge and cannot."""
+    """State after the merges and drops that an addition makes possible; None if noise levels must merge and cannot."""
     after = added
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
     if any(isinstance(effect, Away) for effect in new):

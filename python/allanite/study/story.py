@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
-    """Tuple: steps from the first to the last fit of a search that add the effects of the last model one after the other.
+    """Tuple of the steps that users read: they add the effects of the last model one after the other to the first model.
 
-    Each step adds the effect that raises logL most among those that do not raise the Allan error, or else among those that
-    raise no error beyond its scatter. If there is none, all remaining effects are added at once. Samples are excluded
-    first. An initial effect that the last model lacks is dropped as soon as the evidence is higher without it. A search
-    that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
+    Each step adds the effect that raises logL most among those that do not raise the Allan error, or else among those
+    that raise no error beyond its scatter. If there is none, all remaining effects are added at once. Samples are
+    excluded first. An initial effect that the last model lacks is dropped as soon as the evidence is higher without it.
+    A search that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
     """
     if _is_direct(ladder):
         return tuple(ladder)
@@ -58,7 +58,7 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
 
 
 def tried_and_dropped(ladder: Sequence[Rung]) -> tuple[Effect, ...]:
-    """Tuple of `Effect`: effects that a search added and dropped again, of kinds that the last model lacks."""
+    """Tuple of the effects that a search added and dropped again, one for each kind that the last model lacks."""
     there = {e.kind for e in ladder[-1].fit.model}
     tried = {e.kind: e for rung in ladder for e in rung.new if e.kind not in there}
     return tuple(tried.values())
@@ -76,7 +76,7 @@ def _is_direct(ladder: Sequence[Rung]) -> bool:
 def _kept_new_and_leaving(
     ladder: Sequence[Rung],
 ) -> tuple[list[Effect], list[Effect], list[Effect]]:
-    """Tuple (effects of both models, effects that only the last model has, effects that only the first model has)."""
+    """Tuple of three lists of effects: in both the first and the last model, only in the last, only in the first."""
     last = state_of(ladder)
     kept = [e for p, e in enumerate(last.fit.model) if last.is_given(p)]
     new = [last.fit.model.effects[p] for p in last.added]
@@ -87,10 +87,10 @@ def _kept_new_and_leaving(
 def _sorted_by_delta_logl(
     before: Fit, kept: list[Effect], leaving: list[Effect], new: list[Effect]
 ) -> list[Effect]:
-    """List: new effects sorted by their ΔlogL when added to the present ones, with the shapes of the last model."""
+    """List of the `new` effects by falling logL of the present model plus the effect, with the last model's shapes."""
 
     def gain(effect: Effect) -> float:
-        """LogL of the model with one more effect."""
+        """LogL of the present model plus one `effect`."""
         model = Model((*kept, *leaving, effect))
         return solve(before.data, model, like=before.solution, polish=False).log_likelihood
 
@@ -100,7 +100,7 @@ def _sorted_by_delta_logl(
 def _fit_of_step(
     before: Fit, kept: list[Effect], leaving: list[Effect]
 ) -> tuple[Fit, list[Effect]]:
-    """Pair: fit of a step, and the initial effects that are removed with it."""
+    """Pair: fit with `kept` and `leaving` effects, and the list of those of `leaving` that its evidence drops."""
     fit = refitted(before, Model((*kept, *leaving)))
     gone: list[Effect] = []
     for effect in leaving:
@@ -114,7 +114,7 @@ def _fit_of_step(
 def _step_with_record(
     ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]
 ) -> Rung:
-    """`Rung`: step with the ΔlogL and the trials that the search recorded for its first effect."""
+    """Step (`Rung`) of a fit with the trials, and if needed the ΔlogL, that the search recorded for its first effect."""
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.
     in_time = isinstance(new[0], Modifier) and (new[0].removes or new[0].passing)

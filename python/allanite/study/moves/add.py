@@ -1,4 +1,4 @@
-"""Add: an effect that a check found missing, instead of what stands in its place, with a second effect if it needs one."""
+"""Add an effect that a check found missing, instead of the effects in its place, with a second effect if needed."""
 
 from __future__ import annotations
 
@@ -32,8 +32,9 @@ def with_addition(
 ) -> State | None:
     """State with one more effect, without the effects in its place; None if it does not help.
 
-    Of a line and a band at one frequency only one stays: the one with more evidence. Several of the suggested `lines` may
-    together replace one band. Effects inside an excluded segment are removed. The user's effects are never removed.
+    Of a line and a band at one frequency only the one with more evidence stays. Several of the suggested `lines` may
+    together replace one band. Added effects inside an excluded segment are removed. The user's effects are never
+    removed.
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect
@@ -65,7 +66,10 @@ def with_addition(
 
 
 def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
-    """Tuple of the lines after the first that are too far apart to be one; empty if the first effect is no line."""
+    """Tuple of the lines after the first that are far enough from all others to be resolved.
+
+    Empty if the first effect is no line.
+    """
     kept: list[Effect] = []
     least = MAX_LINE_BAND_DISTANCE / fit.data.duration
     for line in lines:
@@ -104,9 +108,10 @@ def with_second_effect(
 def _first_tolerable_pair(
     before: State, after: State, suggestions: Sequence[Suggestion]
 ) -> tuple[State, Suggestion] | None:
-    """Pair: state with the first suggestion with which no error rises beyond its scatter, and that suggestion; or None.
+    """Pair of a state with one of the `suggestions` added, and that suggestion; None if an error always rises.
 
-    Suggestions with which the Allan error does not rise at all are tried first.
+    It is the first suggestion with which the Allan error does not rise, otherwise the first with which no error rises
+    beyond its scatter.
     """
     tolerable: tuple[State, Suggestion] | None = None
     for suggestion in suggestions[:MAX_FORMS_TRIED]:
@@ -129,9 +134,9 @@ def _first_tolerable_pair(
 
 
 def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
-    """True if a model has the effect, one at the same feature of the spectrum, or one that excludes its samples.
+    """True if the model has the effect, an effect at the same feature of the spectrum, or one that excludes its samples.
 
-    True as well if another effect would have to give way.
+    True as well if the suggestion would replace another effect.
     """
     effect = suggestion.effect
     if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):

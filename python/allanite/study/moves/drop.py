@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def without_needless(before: State, after: State, needed: Collection[str]) -> State | None:
     """State without the effects that the last addition makes needless; None if all stay.
 
-    They stay if an error rises without them, unless the record shows none of them. Kinds in `needed` stay.
+    They stay if an error rises without them, unless none of them is detected. Kinds in `needed` stay.
     """
     less = without_needless_effects(before, after, needed)
     lost = less.lost_since(after)
@@ -42,10 +42,10 @@ def without_needless(before: State, after: State, needed: Collection[str]) -> St
 
 
 def without_needless_effects(before: State, after: State, needed: Collection[str]) -> State:
-    """State without the effects that are needless by `gain_without`, the last ones first.
+    """State without the effects that gain the score when they are dropped, tried from the last to the first.
 
-    An effect of the user's model is needless only if it was detected before and now explains nothing. The interval of a
-    function of time depends on the slow noise of the user's model, which therefore stays.
+    An effect of the user's model is dropped only if it was detected before and now explains nothing. The interval of a
+    function of time depends on the slow noise of the user's model, which therefore stays. Kinds in `needed` stay.
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)
@@ -54,7 +54,7 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
         given = state.is_given(place)
         if given and (slow or not is_detected(before.fit, before.numbers.index(number))):
             continue
-        if _may_leave(state.fit, place, needed):
+        if _may_be_dropped(state.fit, place, needed):
             without = _without(state.fit, place, given)
             if without is not None:
                 state = state.after(without, (place,))
@@ -62,27 +62,30 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
 
 
 def drops(state: State, needed: Collection[str]) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Models without one added effect: promised gain, place that leaves, model. Kinds in `needed` stay."""
+    """Iterator over (expected gain in nats, index of the dropped effect in a tuple, model) without one added effect each.
+
+    Kinds in `needed` stay.
+    """
     fit = state.fit
     for place in state.added:
-        if _may_leave(fit, place, needed):
+        if _may_be_dropped(fit, place, needed):
             less = without_effect(fit.model, place)
             rough = solve(fit.data, less, like=fit.solution, polish=False)
             yield gain_without(fit, place, rough), (place,), less
 
 
 def gain_without(fit: Fit, place: int, less: Solution) -> float:
-    """Log evidence, nats, of a solution without the effect at index `place`, minus that of the fit.
+    """Score gained by dropping the effect at index `place`, nats; `less` is the solution without it.
 
     The prior of a usual cause decides between causes. It does not keep an effect that costs more than it explains.
     """
     return evidence_gain(less, fit.solution, fit.data) - min(prior(fit.model.effects[place]), 0.0)
 
 
-def _may_leave(fit: Fit, place: int, needed: Collection[str]) -> bool:
-    """True if a search may remove the effect at index `place`, its kind is not `needed`, and a spectrum can judge it.
+def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
+    """True if the search may drop the effect at index `place`: removable, not of a `needed` kind, and seen in the spectrum.
 
-    The evidence of events in time is not in the mean spectrum, so that an event leaves only if it is not detected.
+    The evidence of events in time is not in the mean spectrum, so that an event is dropped only if it is not detected.
     """
     effect = fit.model.effects[place]
     judged = effect.screened in {"spectral", "slow", "line"} or not is_detected(fit, place)
@@ -90,13 +93,13 @@ def _may_leave(fit: Fit, place: int, needed: Collection[str]) -> bool:
 
 
 def _without(fit: Fit, place: int, given: bool) -> Fit | None:
-    """Fit without an effect that is needless; None if the effect is needed.
+    """Fit without the effect at index `place` if the effect is needless; None if it is needed.
 
     An added effect is needless if the score rises without it, a given one if logL falls by less than `MIN_SCORE_GAIN`.
     """
 
     def gains(less: Solution) -> float:
-        """Rise of the score, or of logL, without the effect, above its limit."""
+        """Rise of the score (for a `given` effect, of logL) without the effect, minus its limit; positive if needless."""
         if given:
             return less.log_likelihood - fit.solution.log_likelihood + MIN_SCORE_GAIN
         return gain_without(fit, place, less) - MIN_SCORE_GAIN

@@ -1,4 +1,4 @@
-"""Merged excursions: if the bias leaves and comes back, further times are searched at once, and one effect has them all."""
+"""Merge excursions: search for all further excursions of the bias, and describe all by one effect."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
 
 
 def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
-    """`Away`: excursion that explains most of all slow functions that may be missing, if it is significant; else None."""
+    """Excursion that explains more than all other slow functions that may be missing, if it is significant; else None."""
     slow = slow_families(solution.model, data.covariates)
     whitened = cache(lambda: whiten(solution, data))
     screens = {

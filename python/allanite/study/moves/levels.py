@@ -37,14 +37,14 @@ def with_merged_levels(before: State) -> State | None:
     price = 0.5 * np.log(max(series.freedom * series.judged.size, 2.0))
 
     def explained(level: Level) -> float:
-        """ΔlogL of the power of the white noise over time with a level."""
+        """ΔlogL of the white-noise power over time with a `level`, against a constant level."""
         expected = expected_level(base.model + level, base.data, series.judged.size)
         model = 1.0 + series.share * (expected - 1.0)
         fits = np.log(model).sum() + model.size * np.log(np.mean(series.judged / model))
         return float(-0.5 * series.freedom * fits)
 
     def worth(level: Level) -> float:
-        """ΔlogL less the BIC cost of the parameters of a level."""
+        """ΔlogL of a `level` less the BIC cost of its parameters."""
         return explained(level) - price * level.numbers
 
     had = max((explained(level) for level in _product_levels(changes[:-1])), default=0.0)
@@ -74,19 +74,19 @@ def must_merge_levels(state: State) -> bool:
 
 
 def _added_level_changes(state: State) -> tuple[list[Level], list[int]]:
-    """Pair: added effects that switch the level, and their places."""
+    """Pair of lists: the added effects that switch the noise level, and their indices in the model."""
     effects = state.fit.model.effects
     found = [(e, p) for p in state.added if isinstance(e := effects[p], Level) and e.switches[0]]
     return [e for e, _ in found], [p for _, p in found]
 
 
 def _switching_levels(candidates: Iterable[Candidate]) -> list[Level]:
-    """List of `Level`: effects of those candidates that switch between levels."""
+    """List of the effects of the `candidates` that switch between noise levels."""
     return [c.effect for c in candidates if isinstance(c.effect, Level) and c.effect.switches[0]]
 
 
 def _product_levels(changes: list[Level]) -> list[Level]:
-    """List of `Level`: effects of the catalog that have the product of the levels of several."""
+    """List of one effect for each suitable kind of the catalog, whose level is the product of the levels of `changes`."""
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))

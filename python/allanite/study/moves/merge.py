@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 
 def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
-    """State with a narrow band in the place of the lines near a suggested line, and of the suggested line; else None.
+    """State in which one narrow band replaces the lines near a suggested line, that line included.
 
-    Two lines that beat are as good as one line whose phase or amplitude wanders, until there is a third. The band is taken
-    if it explains as much as the lines. The user's lines are never removed.
+    None if it does not help. Two lines that beat are as good as one line whose phase or amplitude wanders, until there
+    is a third. The band is taken if it explains as much as the lines. The user's lines are never removed.
     """
     fit, line = before.fit, suggestion.effect
     if not _is_single_line(line) or fit.data.lost > MAX_MISSING_FRACTION:
@@ -65,17 +65,18 @@ def _is_single_line(effect: Effect) -> bool:
 
 
 def _band(low: float, high: float) -> Stochastic | None:
-    """`Stochastic`: narrow band of the catalog between two frequencies; None if there is none."""
+    """Effect of the catalog with a narrow band between two frequencies, Hz; None if no kind has one."""
     kinds = (cls() for cls in CATALOGUE if issubclass(cls, Stochastic))
     return next((made for blank in kinds if (made := blank.banded(low, high)) is not None), None)
 
 
 def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
-    """State with a nameless shape in the place of a stack of added effects; None if the stack explains more.
+    """State in which a nameless shape replaces a stack of added effects; None if the stack explains more.
 
-    A stack is two or more random effects of one kind, broad bands, or power laws, that the initial model did not have. The
-    shape replaces it if its score is higher, where a discrepancy explains nothing. It also replaces a stack that stands for
-    an effect of the initial model, such as the white noise, if no discrepancy rises. It raises no error beyond its scatter.
+    A stack is two or more random effects of one kind, broad bands, or power laws, that the initial model did not have.
+    The shape replaces it if its score is higher, where a discrepancy explains nothing. It also replaces a stack that
+    hides an effect of the initial model, such as the white noise, if no discrepancy rises. It raises no error beyond
+    its scatter.
     """
     fit, effects = before.fit, before.fit.model.effects
     count = Counter(effect.kind for effect in effects)
@@ -105,7 +106,7 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
 
 
 def _stands_for_another(fit: Fit, better: Fit, kinds: Collection[str]) -> bool:
-    """True if an effect of one of these kinds is detected with the nameless shape, but not with the stack."""
+    """True if an effect of one of the `kinds` is detected in `better`, with the nameless shape, but in `fit` is not."""
     shown = [
         {e.kind for place, e in enumerate(one.model) if is_detected(one, place)}
         for one in (fit, better)

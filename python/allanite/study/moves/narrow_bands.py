@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 
 def with_harmonics_or_side_bands(before: State, after: State) -> State:
-    """State with the harmonics of a narrow band that is the last effect after a step, or with a modulated band instead.
+    """State to which the harmonics of a new narrow band are added, or in which a modulated band replaces it.
 
-    If the new band has side bands, it is modulated. If it is a side band of a present band, the present band is modulated,
-    and others may be too. Each change must gain `MAX_RIVAL_LOG_EVIDENCE` and raise no error. The state is returned
-    unchanged if nothing helps.
+    The new band is the last effect of `after`. If it has side bands, it is modulated. If it is a side band of a present
+    band, the present band is modulated, and others may be too. Each change must gain `MAX_RIVAL_LOG_EVIDENCE` and raise
+    no error. `after` is returned unchanged if nothing helps.
     """
     place = len(after.fit.model) - 1
     band = after.fit.model.effects[place]
@@ -57,7 +57,7 @@ def with_harmonics_or_side_bands(before: State, after: State) -> State:
 
 
 def _is_band(effect: Effect, data: Data) -> bool:
-    """True if the effect is a band with free shapes, and the record keeps the single ordinates near it."""
+    """True if the effect is a band with free shapes, and the record keeps single ordinates near its frequency."""
     if not isinstance(effect, Stochastic) or effect.occupies is None:
         return False
     free = len(effect.free_shapes) == sum(p.role == "shape" for p in effect.parameters)
@@ -65,16 +65,17 @@ def _is_band(effect: Effect, data: Data) -> bool:
 
 
 def _moves(fit: Fit, band: Effect) -> bool:
-    """True if the frequency of a band changes over the record: its course is wide, like side bands."""
+    """True if the frequency of `band` changes significantly over the record, which makes it as wide as side bands do."""
     bands = [b for b in bands_that_may_move(fit.solution, fit.data) if b.effect is band]
     found = screen_drifting_bands(bands, fit.solution, fit.data)
     return any((c.log_p_value or 0.0) < np.log(FALSE_ALARM_PROBABILITY) for c in found)
 
 
 def _with_modulated_band(before: State, band: Effect) -> State | None:
-    """Best state with a present band modulated at the distance of another `band`; or None.
+    """State with the largest gain in which a present band is modulated at its distance from another `band`.
 
-    Other bands are modulated likewise, and added bands at the place of the other side band are removed.
+    None if none can be. Other bands are modulated likewise, and added bands at the place of the other side band are
+    removed.
     """
     fit = before.fit
     effects = fit.model.effects
@@ -96,7 +97,7 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
 
 
 def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
-    """`Stochastic`: band modulated at the distance of a weaker band, if the weaker one may be its side band; else None."""
+    """Modulated form of the band `effect` if the weaker `band` may be its side band; else None."""
     assert isinstance(effect, Stochastic)
     assert isinstance(band, Stochastic)
     a, b = effect.occupies, band.occupies
@@ -115,27 +116,33 @@ def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
 
 
 def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | None:
-    """`Stochastic`: effect of the catalog that is this band, modulated; None if there is none."""
+    """Effect of the catalog that is the `band` with sidebands at ±`rate` Hz and modulation `depth`.
+
+    None if no kind has it.
+    """
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
     made = (cls.modulating(band, rate, depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)
 
 
 def _is_side_band(effect: Effect, made: Effect) -> bool:
-    """True if the band lies at a side band of the modulated one."""
+    """True if the effect is a band near a side band of the modulated effect `made`."""
     return isinstance(effect, Stochastic) and any(
         _is_near_peak(effect, peak) for peak in made.peaks[1:]
     )
 
 
 def _is_near_peak(effect: Effect, peak: tuple[float, float]) -> bool:
-    """True if the first band of the effect is no farther from a peak than the peak is wide."""
+    """True if the band of the effect is at most one width of the `peak` (low, high; Hz) away from it."""
     own, (low, high) = effect.occupies, peak
     return own is not None and low - (high - low) < own[1] and own[0] < high + (high - low)
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
-    """Fit with those harmonics of a narrow band of the model that the record shows, lowest first."""
+    """Fit with the harmonics of a narrow band of the model that raise the score, lowest first.
+
+    The same fit if none does.
+    """
     if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, fit.data):
         return fit
     assert effect.occupies is not None
@@ -173,11 +180,11 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
 
 
 def _with_side_bands(state: State, place: int) -> State:
-    """State with the narrow band at a `place` of the model modulated, if the record shows side bands; else the same state.
+    """State with the narrow band at index `place` modulated, if the record shows its side bands; else the same state.
 
     Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
-    power on both sides stands out most. The gain must exceed `MAX_RIVAL_LOG_EVIDENCE` and ln of the number of distances.
-    The score must also be above that of one more band on the stronger side.
+    power on both sides stands out most. The gain must exceed `MAX_RIVAL_LOG_EVIDENCE` and ln of the number of
+    distances. The score must also be above that of one more band on the stronger side.
     """
     fit = state.fit
     effect, data = fit.model.effects[place], fit.data
@@ -235,12 +242,12 @@ def _with_side_bands(state: State, place: int) -> State:
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:
-    """Variance within some ordinates beyond the model, if their power is `mean` times the expected one."""
+    """Variance, U², of the ordinates `first` … `last` beyond the model; their power is `mean` times the expected one."""
     power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
     return power * max(1.0 - 1.0 / mean, 0.0) / fit.data.n
 
 
 def _relative_power(fit: Fit) -> NDArray[np.float64]:
-    """Squared residual ordinates over their expectation, shape (n,)."""
+    """Array of squared residual ordinates over their expectation, shape (n,)."""
     white = whitened_ordinates(fit.solution, fit.data, np.ones(fit.solution.count.size))
     return np.square(white, out=white)

@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 
 
 def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Models with one effect, or two wandering processes, replaced: promised gain, indices of the removed effects, model.
+    """Iterator over (expected gain in nats, indices of the replaced effects, model) with one or two effects replaced.
 
-    A declared alternative replaces one effect. The new effects are the last of the model. A model whose evidence leads by
-    more than `MAX_RIVAL_LOG_EVIDENCE` promises a gain whatever the priors are.
+    A declared alternative replaces one effect; two slow processes may be replaced together. The new effects are the
+    last of the model. A model whose evidence leads by more than `MAX_RIVAL_LOG_EVIDENCE` has an expected gain above the
+    limit whatever the priors are.
     """
     effects = fit.model.effects
     for lead, places, solution in fit.instead_of_two:
@@ -39,17 +40,23 @@ def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
 
 
 def _promised(lead: float, priors: float) -> float:
-    """Gain of a model whose evidence leads by `lead`, nats; above `MIN_SCORE_GAIN` if the lead alone decides."""
+    """Expected gain, nats, of a model whose log evidence leads by `lead`; `priors` is the change of the log priors.
+
+    If the lead exceeds `MAX_RIVAL_LOG_EVIDENCE`, the gain is above `MIN_SCORE_GAIN` whatever the priors are.
+    """
     return lead + max(priors, MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:
-    """True if the score alone may put an effect here: an event only for an event, a filter for a filter or a broad hump."""
+    """True if the score alone may put `effect` in the place of `out`.
+
+    An event may only replace an event, a filter only a filter or a broad hump, and a nameless effect nothing.
+    """
     event = _is_event(effect) and not _is_event(out)
     filtering = isinstance(effect, Modifier) and not (isinstance(out, Modifier) or is_broad(out))
     return not (event or filtering or effect.nameless)
 
 
 def _is_event(effect: Effect) -> bool:
-    """True for an effect that happens once: its evidence does not pay for the many times that were tried."""
+    """True for a function of time that happens once: its evidence does not pay for the many times that were tried."""
     return isinstance(effect, Deterministic) and effect.happens_once

@@ -1,4 +1,4 @@
-"""Split: two effects take the place of one that stood for both, or of one and of the filter that it distorts."""
+"""Split: two effects replace one that stood for both, or one effect and the filter that it distorts."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Models with one effect, or one and a filter, replaced by two: promised gain, indices of the removed effects, model.
+    """Iterator over (expected gain in nats, indices of the replaced effects, model) with one effect replaced by two.
 
-    The new effects are the last of the model.
+    A filter may be replaced together with the effect. The new effects are the last of the model.
     """
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
@@ -35,7 +35,7 @@ def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
 
 
 def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
-    """Places of filters that may have the wrong design because the broad hump at `place` makes up for it."""
+    """Iterator over indices of filters that may have the wrong design because the broad hump at `place` makes up for it."""
     out = fit.model.effects[place]
     if is_broad(out):
         for other, effect in enumerate(fit.model.effects):
