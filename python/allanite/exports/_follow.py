@@ -21,7 +21,7 @@ import numpy as np
 from allanite.effects import white_noise
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.exports._held import Choice, lag, walk
-from allanite.statespace.bias_filter import coast, mission_of, true_variance
+from allanite.statespace.bias_filter import bias_filter_errors, mission_of, true_variance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -293,7 +293,7 @@ def _filter_errors(
 
     The result is cached, because every axis tries the same ratios.
     """
-    return coast(mission_of(horizon, rate), np.array(ratio), np.array(time))
+    return bias_filter_errors(mission_of(horizon, rate), np.array(ratio), np.array(time))
 
 
 @lru_cache(maxsize=64)

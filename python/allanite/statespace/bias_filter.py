@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
 Array = NDArray[np.float64]
-#: Shortest aiding before the filter coasts, s. Aiding also lasts at least three times the horizon.
+#: Minimum duration of aiding before coasting, s. Aiding also lasts at least three times the horizon.
 MIN_AIDING = 300.0
-#: Fewest and most steps of the longest coasting. A step is the interval between two fixes, 1 s within these limits.
+#: Minimum and maximum number of steps of the longest coasting. A step, the time between two fixes, is 1 s within them.
 MIN_STEPS, MAX_STEPS = 10, 200
-#: Most steps of aiding, which limits the work for a short horizon.
+#: Maximum number of steps of aiding; limits the computing time for a short horizon.
 MAX_AIDED_STEPS = 1000
-#: Coasting times within a decade.
+#: Coasting times per decade at which the error is compared.
 PER_DECADE = 5
 #: Variance of a random-walk bias before aiding, over N² per second: large, since nothing is known.
 UNKNOWN_BIAS_VARIANCE = 1e6
 #: Length of the segment before aiding whose mean is the bias that a forgetful filter falls back to, in horizons. The white
 #: noise of that mean adds 1/30 to the variance; a longer segment would add the walk since its beginning.
 LEVEL_HORIZONS = 30
-#: Most samples of the variogram (32 MB); the segment before aiding is shortened to them.
+#: Maximum number of samples of the variogram (32 MB); the segment before aiding is shortened to fit.
 MAX_VARIOGRAM_SAMPLES = 2**22
-#: Most samples of aiding and coasting.
+#: Maximum number of samples of aiding and coasting.
 MAX_SAMPLES = 2**24
 
 
@@ -94,7 +94,7 @@ class Errors:
 
 @lru_cache(maxsize=64)
 def mission_of(horizon: float, rate: float) -> Mission:
-    """`Mission` (aiding, then coasting) for a filter horizon, with a whole number of samples between fixes.
+    """`Mission` (aiding, then coasting) for a filter horizon; the step is a whole number of samples. Cached.
 
     Parameters
     ----------
@@ -116,10 +116,10 @@ def mission_of(horizon: float, rate: float) -> Mission:
     return Mission(step, max(1, aided), coasting)
 
 
-def coast(
+def bias_filter_errors(
     mission: Mission, walk: ArrayLike, correlation_time: ArrayLike = np.inf, fix: float = 0.0
 ) -> Errors:
-    """Weights and predicted variances of c bias filters, each with white noise N = 1.
+    """`Errors`: weights and predicted variances of the coasting errors of c bias filters, each with white noise N = 1.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def coast(
 
 
 def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
-    """Transition, process-noise covariance and initial covariance of (integral, bias), each (c, 2, 2)."""
+    """Tuple (F, Q, P₀) of the states (integral, bias), each (c, 2, 2): transition, noise of a step, first covariance."""
     x = step / T
     # Integrals of exponentials; for nearly constant ones the first terms of their series.
     small = x < 1e-3
@@ -187,7 +187,7 @@ def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
 
 
 def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
-    """Kalman gains at each fix, shape (count, c, 2), and covariance after the last fix, shape (c, 2, 2)."""
+    """Tuple (Kalman gains at each fix, shape (count, c, 2), covariance after the last fix, shape (c, 2, 2))."""
     gains = np.zeros((count, len(F), 2))
     for k in range(count):
         P = F @ P @ F.swapaxes(1, 2) + Q
@@ -256,7 +256,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
 
 
 def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
-    """Array: error of each filter due to a known function of time: weighted sums of its integrals over each step."""
+    """Array, one error per row of `weights`: weighted sum of a known function's integrals over each step, in U s."""
     m = round(mission.step * rate)
     signal = effect.signal(np.arange(m * mission.steps) / rate, {})
     return np.asarray(weights @ (signal.reshape(-1, m).sum(axis=1) / rate))
@@ -266,10 +266,9 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """Variogram ½ E(u(k+h) − u(k))², h = 0 … count − 1, of the integrals u over m samples, and a constant.
+    """Tuple (variogram ½ E(u(k+h) − u(k))², h = 0 … count − 1, of the integrals u over m samples, constant). Cached.
 
-    The last value of the variogram of the samples was subtracted from that variogram; it is the
-    constant.
+    The constant is the last value of the samples' variogram. It is subtracted from that variogram before summation.
     """
     top = m * (count + 1)
     g = np.zeros(top + 1)
@@ -285,7 +284,7 @@ def _step_variogram(
 
 
 def _line_terms(model: Model, rate: float) -> list[Term]:
-    """List of `Term`: terms of all spectral lines of a model, each as a process of random phase."""
+    """List of `Term`: one undamped term of random phase per spectral line of a model."""
     return [
         Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.frequency or 0.0) / rate)))
         for e in model.deterministic

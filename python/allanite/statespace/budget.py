@@ -26,8 +26,8 @@ from allanite.statespace.growth import (
     GRAVITY,
     MAX_SAMPLES,
     Growth,
-    count_of,
-    parts_of,
+    sample_count,
+    terms_by_label,
     variogram_of,
 )
 
@@ -73,7 +73,7 @@ def _twice_integrated_sine(u: Array) -> Array:
     return np.asarray(np.where(x < 0.1, series, (u - _schuler_response(u)) / SCHULER**2))
 
 
-#: Quantity and kind of sensor → integral over u of the response to an impulse after u seconds.
+#: Quantity → kind of sensor → function of u: the quantity u seconds (array) after a unit step of the sensor's error.
 RESPONSES: dict[str, dict[str, Callable[[Array], Array]]] = {
     "horizontal velocity": {
         ANGULAR_RATE: lambda u: -GRAVITY * _integrated_sine(u),
@@ -89,7 +89,7 @@ SENSORS = {ANGULAR_RATE: "gyroscopes", ACCELERATION: "accelerometers"}
 
 
 class _SchulerCoasting(Coasting):
-    """Coasting whose samples are weighted with the response of a horizontal channel."""
+    """Coasting with `weights` of a horizontal channel: differences of the step response `integral`, m samples."""
 
     def __init__(self, back: int, m: int, rate: float, integral: Callable[[Array], Array]) -> None:
         super().__init__(back, m, rate, 1)
@@ -97,13 +97,13 @@ class _SchulerCoasting(Coasting):
         weights = edges[:-1] - edges[1:]
         size = 1 << (2 * m - 1).bit_length()
         spectrum = np.fft.rfft(weights, size)
-        # Cached properties of the class, found here first.
+        # Replaces the values of the cached properties of the base class.
         self.__dict__["weights"] = weights
         self.__dict__["_correlation"] = np.fft.irfft(np.abs(spectrum) ** 2, size)[:m]
 
 
 def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tuple[Growth, ...]:
-    """Growth of the horizontal velocity error and of the horizontal position error, with the share of each kind of sensor.
+    """Tuple of two `Growth`: horizontal velocity error and horizontal position error; budget: gyroscopes, accelerometers.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
 
 
 def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
-    """List of `Axis`: axes named x and y if both exist, else all axes."""
+    """List of `Axis`: the two axes named x and y if there are exactly two, else all axes."""
     level = [axis for axis in own if axis_letter(axis.name) in ("x", "y")]
     return level if len(level) == 2 else list(own)
 
@@ -152,20 +152,22 @@ def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
 def _horizontal_variance(
     own: Sequence[Axis], integral: Callable[[Array], Array], aided: float, times: Array
 ) -> Array:
-    """Array: variance of both horizontal channels together at each time, in SI units.
+    """Array: sum of the error variances of both horizontal channels after each time, SI units squared.
 
-    It is twice the mean variance of the axes.
+    The sum is twice the mean variance of the axes. `integral` is the step response (`RESPONSES`).
     """
     total = np.zeros(times.size)
     for axis in own:
         rate = positive_rate(axis.rate)
-        back = count_of(positive(aided, "aided", "s", "give the seconds of aiding"), rate, "aided")
-        ahead = [count_of(float(t), rate, "tau") for t in times]
+        back = sample_count(
+            positive(aided, "aided", "s", "give the seconds of aiding"), rate, "aided"
+        )
+        ahead = [sample_count(float(t), rate, "tau") for t in times]
         if back + max(ahead) > MAX_SAMPLES:
             raise InputError(
                 f"{max(times):g} s at {rate:g} Hz are too many samples: predict a shorter time"
             )
-        parts, _ = parts_of(axis.model, rate)
+        parts, _ = terms_by_label(axis.model, rate)
         terms = [term for own_terms in parts.values() for term in own_terms]
         sums = Sums(variogram_of(terms, back + max(ahead)))
         scale = parse_unit(axis.unit).scale

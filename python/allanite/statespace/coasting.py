@@ -27,7 +27,7 @@ def integration_weights(m: int, rate: float, order: int) -> Array:
 
 
 def correlation(m: int, rate: float, order: int) -> Array:
-    """Correlation Σ_l r(l) r(l+h) of the weights r of `integration_weights`, h = 0 … m − 1, shape (m,)."""
+    """Autocorrelation Σ_l r(l) r(l+h) of the weights r of `integration_weights`, h = 0 … m − 1, shape (m,)."""
     h = np.arange(m, dtype=float)
     u = m - h
     if order == 1:
@@ -57,13 +57,13 @@ class Sums:
 
     @cached_property
     def below(self) -> Array:
-        """Cumulative sums Σ g(0 … i − 1), i = 0 … top + 1."""
+        """Cumulative sums Σ g(0 … i − 1), i = 0 … top + 1, shape (top + 2,)."""
         return np.concatenate([[0.0], np.cumsum(self.g)])
 
 
 @dataclass(frozen=True, eq=False)
 class Coasting:
-    """Numbers of samples of aiding (`back`) and coasting (`m`), with integration `order` times."""
+    """Error after `m` samples of coasting that follow `back` samples of aiding, at `rate` Hz, integrated `order` times."""
 
     back: int
     m: int
@@ -86,7 +86,7 @@ class Coasting:
         return float(self.weights.sum()) / self.back
 
     def deviation(self, sums: Sums) -> float:
-        """Standard deviation of the error due to noise with this variogram."""
+        """Standard deviation of the error due to noise with the variogram in `sums`."""
         back, m, below = self.back, self.m, sums.below
         each = below[back + 1 : back + 1 + m] - below[1 : 1 + m]
         across = self.weights @ each
@@ -97,7 +97,7 @@ class Coasting:
         return float(np.sqrt(max(0.0, variance)))
 
     def line_error(self, angle: float) -> float:
-        """Largest error due to a spectral line of amplitude 1 and `angle` rad per sample, over all phases."""
+        """Maximum over all phases of the error due to a spectral line of amplitude 1 and `angle` rad per sample."""
         aided = fourier_sum(np.ones(self.back), angle)
         since = fourier_sum(self.weights, angle) * np.exp(1j * angle * self.back)
         return float(abs(since - self._aiding_weight * aided))

@@ -18,11 +18,11 @@ Array = NDArray[np.float64]
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
-    """One section that describes the sum of all sections after a filter.
+    """One `Section` for the sum of all sections after a filter.
 
     White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level
-    come first. The filter's states are measured from the values at which such a level would hold them, so that they are
-    stationary. A level that the filter blocks is no state.
+    come first. The filter's states are differences from their equilibrium at this level, so that they are stationary.
+    States of a level that the filter blocks are omitted.
     """
     terms = filtering.passed(tuple(t for s in sections for t in s.terms), rate)
     F, Q, H, levels = _summed(sections)

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 Array = NDArray[np.float64]
-#: χ² of one degree of freedom, 95 %.
+#: 95 % quantile of χ² with one degree of freedom.
 CHI2_95 = 3.841458820694124
-#: Lags of the whiteness test.
+#: Number of lags, in samples, of the whiteness test.
 LAGS = 20
 
 
@@ -246,12 +246,12 @@ def innovations(
 
 
 def filter_samples(samples: Array, space: StateSpace) -> tuple[Array, Array]:
-    """Innovations of samples (NaN: missing) and their variances, each of shape (n,)."""
+    """Tuple (innovations of the samples, their variances), each of shape (n,); NaN marks a missing sample."""
     return _kernels.kalman_filter(np.ascontiguousarray(samples), *matrices(space))
 
 
 def smooth_samples(samples: Array, space: StateSpace) -> Array:
-    """Expected noise without its white part R at each sample, given all present samples (NaN: missing), shape (n,).
+    """Smoothed samples H E[s | all samples], without the white part R, plus the mean of the samples, shape (n,).
 
     For a missing sample, this is the expected sample. To draw missing samples given the others: draw a whole record
     from the model, smooth (samples − draw), and add the draw (Durbin & Koopman 2002).
@@ -262,5 +262,5 @@ def smooth_samples(samples: Array, space: StateSpace) -> Array:
 
 
 def matrices(space: StateSpace) -> tuple[Array, Array, Array, float, Array]:
-    """Matrices F, Q, H (as a vector), R (as a number) and P0 in the form that the compiled filter needs."""
+    """Tuple (F, Q, H, R, P0) for the compiled filter: H is a vector of shape (d,), R is a float."""
     return space.F, space.Q, space.H[0], float(space.R[0, 0]), space.P0

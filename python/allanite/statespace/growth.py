@@ -35,7 +35,8 @@ Array = NDArray[np.float64]
 GRAVITY = 9.80665
 #: Most samples for which variograms fit into memory.
 MAX_SAMPLES = 2**24
-#: Kind of sensor → (quantity, unit for samples in SI, integrations, factor): a tilt turns gravity into acceleration.
+#: Kind of sensor → tuples (quantity, SI unit of its error, number of integrations, factor on the integral). The factor of a
+#: tilt is gravity.
 QUANTITIES = {
     "angular rate": (
         ("angle", "rad", 1, 1.0),
@@ -95,7 +96,7 @@ class Growth:
         return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
 
     def table(self, measured: Measured | None = None) -> str:
-        """Text table of the standard deviations over time, in total and by effect, and of those of `measured` if given."""
+        """Text table, one row per time: standard deviation in total and by effect; with columns of `measured` if given."""
         unit, factor = self.shown
         head = ["after / s", "total", *self.budget]
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
@@ -132,7 +133,7 @@ class Growth:
         return self.table()
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the growth of one quantity."""
+        """Dict for JSON: quantity, unit, aided_s, tau_s, sigma, budget by effect, and left_out."""
         return {
             "quantity": self.quantity,
             "unit": self.unit,
@@ -165,7 +166,7 @@ class Measured:
     segments: NDArray[np.int64]
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: tau_s, rms, inside_95 and segments; null for NaN."""
+        """Dict for JSON: tau_s, rms, inside_95 and segments; None instead of NaN."""
         return {
             "tau_s": self.tau.tolist(),
             "rms": _numbers(self.rms),
@@ -232,9 +233,11 @@ def error_growth(
         raise InputError("error growth needs the unit and the rate of the samples: give both")
     fs, parsed = positive_rate(rate), parse_unit(unit)
     aided = positive(aided, "aided", "s", "give the seconds of aiding before the fix")
-    back = count_of(aided, fs, "aided")
+    back = sample_count(aided, fs, "aided")
     times = np.geomspace(max(1.0 / fs, aided / 100), 10 * aided, 11) if tau is None else tau
-    ahead = [count_of(float(t), fs, "tau") for t in np.atleast_1d(np.asarray(times, dtype=float))]
+    ahead = [
+        sample_count(float(t), fs, "tau") for t in np.atleast_1d(np.asarray(times, dtype=float))
+    ]
     top = back + max(ahead)
     if top > MAX_SAMPLES:
         raise InputError(
@@ -242,7 +245,7 @@ def error_growth(
         )
     if duration is not None:
         model = model.steady((0.0, positive(duration, "duration", "s", "give that of the record")))
-    parts, left = parts_of(model, fs)
+    parts, left = terms_by_label(model, fs)
     left_out = tuple(effect.kind for effect in left)
     following = tuple(effect.kind for effect in left if effect.follows is not None)
     sums = {k: Sums(variogram_of(terms, top)) for k, terms in parts.items() if terms}
@@ -318,28 +321,30 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
 
 
 def _errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
-    """Error after m samples of coasting in each complete segment of `back` + m samples, shape (segments,)."""
+    """Measured error after coasting, one per segment of `back` + m samples without NaN, shape (segments,).
+
+    It is the `order`-fold integral of the last m samples after subtraction of the mean of the first `back` samples.
+    """
     length = back + m
     segments = x[: x.size // length * length].reshape(-1, length)
     segments = segments[~np.isnan(segments).any(axis=1)]
-    rest = segments[:, back:] - segments[:, :back].mean(axis=1, keepdims=True)
-    return np.asarray(rest @ integration_weights(m, rate, order))
+    unbiased = segments[:, back:] - segments[:, :back].mean(axis=1, keepdims=True)
+    return np.asarray(unbiased @ integration_weights(m, rate, order))
 
 
-def count_of(seconds: float, rate: float, name: str) -> int:
-    """Number of samples in a time, at least 1.
-
-    Raises `InputError`, which mentions `name`, unless the time is positive.
-    """
+def sample_count(seconds: float, rate: float, name: str) -> int:
+    """Time in samples, rounded, at least 1. Raises `InputError`, which mentions `name`, unless `seconds` is positive."""
     if not seconds > 0.0 or not np.isfinite(seconds):
         raise InputError(f"{name} = {seconds:g} s: give positive seconds")
     return max(1, round(seconds * rate))
 
 
-def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
-    """Dict from the label of each predictable effect to its terms, and the effects that are omitted.
+def terms_by_label(
+    model: Model, rate: float
+) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
+    """Tuple (dict from label to the scaled terms of each predictable effect, tuple of the effects that are omitted).
 
-    Ramps and lines have no terms: their tuple is empty.
+    Ramps and lines are predictable without terms: their value is (). Raises `InputError` if a coefficient has no value.
     """
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []
@@ -366,10 +371,7 @@ def variogram_of(terms: Sequence[Term], count: int) -> Array:
 
 
 def _known_error(model: Model, label: str, coasting: Coasting) -> float:
-    """Error after coasting due to the ramp or the lines of the effect `label`.
-
-    For lines, root mean square over all phases.
-    """
+    """Error after coasting due to the effect `label`: absolute error of a ramp, rms over all phases of lines."""
     effect = model.effects[model.labels.index(label)]
     if isinstance(effect, Periodic):
         turn = 2.0 * np.pi * (effect.frequency or 0.0) / coasting.rate

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from allanite.statespace.reduction import Cost
 
 Array = NDArray[np.float64]
-#: Samples of the record whose slowest noise the state space describes, if no duration is given.
+#: Record length, in samples, for which the slowest noise is approximated if no duration is given.
 DEFAULT_SAMPLES = 1_000_000
 #: Initial variance of an unknown level over the variance of everything else.
 UNKNOWN_LEVEL_RATIO = 1e7
@@ -44,7 +44,7 @@ class StateSpace:
     rate : float
         Sampling rate, Hz.
     samples : int
-        Length of the record over which the slowest parts are described, samples.
+        Record length, in samples, for which the slowest noise is approximated.
     known : tuple of Effect
         Effects that are not in the matrices: known functions of time, which the filter must subtract or estimate, and
         changes of the noise level, by which it must scale R.
@@ -84,7 +84,7 @@ class StateSpace:
         )
 
     def _block_diagonal(self, name: str) -> Array:
-        """Block-diagonal matrix of the matrices ``F``, ``Q`` or ``P0`` (`name`) of all sections, shape (d, d)."""
+        """Block-diagonal matrix, shape (d, d), of the attribute `name` (``F``, ``Q`` or ``P0``) of all sections."""
         out = np.zeros((self.states, self.states))
         at = 0
         for section in self.sections:
@@ -114,12 +114,13 @@ class StateSpace:
 
     @property
     def diffuse(self) -> NDArray[np.bool_]:
-        """Mask of the states whose initial level is unknown (the bias), shape (d,)."""
+        """Mask of the state whose initial level is unknown (the bias), shape (d,): at most one is True."""
         out = np.zeros(self.states, dtype=bool)
         at = 0
         for section in self.sections:
             if section.diffuse and not out.any():
-                out[at] = True  # of several sums only the total has a level
+                # One unknown level is enough: the samples determine only the sum of several.
+                out[at] = True
             at += section.states
         return out
 
@@ -162,10 +163,7 @@ class StateSpace:
         return np.asarray(total).reshape(m.shape)
 
     def with_level(self) -> StateSpace:
-        """State space with one more state, a constant of unknown value.
-
-        If an unknown level exists, the same object is returned.
-        """
+        """State space with one more state, a constant of unknown value; the same object if it has an unknown level."""
         if self.diffuse.any():
             return self
         one = np.ones((1, 1))
@@ -219,9 +217,9 @@ def state_space(
 ) -> StateSpace:
     """State-space form of the random part of a model.
 
-    Flicker and other power laws become sums of lags, two per decade of frequency. A low-pass filter and quantization become
-    short recursions with their spectrum, and lines undamped pairs of unknown phase. Behind a filter of the whole signal all
-    noise is one block.
+    Flicker and other power laws become sums of AR(1) processes, two per decade of frequency. A low-pass filter and
+    quantization become short recursions with their spectrum. Lines become undamped pairs of unknown phase. If a filter
+    acts on the whole signal, all noise is one block.
 
     Parameters
     ----------
@@ -230,9 +228,9 @@ def state_space(
     rate : float
         Sampling rate, Hz.
     states : int, optional
-        Largest number of states; `StateSpace.cost` says what a reduction loses.
+        Largest number of states; `StateSpace.cost` gives the loss of a reduction.
     duration : float, optional
-        Length over which the slowest noise must be right, s; by default a million samples.
+        Record length for which the slowest noise is approximated, s; by default a million samples.
 
     Returns
     -------
@@ -286,7 +284,7 @@ def state_space(
 
 
 def _filtered(model: Model, rate: float, states: int | None, duration: float | None) -> StateSpace:
-    """State space of a model whose noise passes the filters of the model, in one block of states."""
+    """State space of a model with filters: all filtered noise in one block, then one block per spectral line."""
     from allanite.statespace.filtered import filtered_section
 
     known = tuple(e for e in model if _is_known_in_time(e))
@@ -314,14 +312,14 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
 
 
 def _is_known_in_time(effect: Effect) -> bool:
-    """True if the effect is a known function of time (except lines) or changes the noise level."""
+    """True if the effect is a known function of time (except spectral lines) or changes the noise level for a while."""
     if isinstance(effect, Modifier):
         return effect.passing
     return isinstance(effect, Deterministic) and not isinstance(effect, Periodic)
 
 
 def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:
-    """Terms of a noise process, scaled by the value of its coefficient. Raises `InputError` without a value."""
+    """Terms of a noise process, scaled by the square of its coefficient. Raises `InputError` without a value."""
     value = getattr(effect, effect.coefficient)
     if value is None:
         raise InputError(

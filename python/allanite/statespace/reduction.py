@@ -1,4 +1,7 @@
-"""Reduction of a state space: lags of a sum are merged and placed anew, and the loss is computed."""
+"""Reduction of a state space: fewer AR(1) processes with fitted time constants replace the given ones.
+
+`cost` computes the loss. AR(1): white noise behind a first-order low-pass filter.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects.terms import Exponential
-from allanite.statespace.sections import Section, is_line, lag, resized
+from allanite.statespace.sections import Section, ar1, is_line, resized
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,11 +22,11 @@ if TYPE_CHECKING:
     from allanite.statespace.model import StateSpace
 
 Array = NDArray[np.float64]
-#: Fitted averaging times and frequencies per decade.
+#: Averaging times, and frequencies, per decade at which the reduced model is fitted.
 PER_DECADE = 8
-#: Weight of the log density relative to the log Allan variance, which the reduction must preserve. Chosen by judgment.
+#: Weight of the log density in the least squares; the log Allan variance has the weight 1. Chosen by judgment.
 DENSITY_WEIGHT = 0.2
-#: Most Gauss-Newton steps.
+#: Maximum number of Levenberg-Marquardt steps.
 MAX_ROUNDS = 60
 
 
@@ -53,7 +56,7 @@ class Cost:
 
 
 def cost(space: StateSpace) -> Cost:
-    """`Cost`: loss of a state space relative to the exact terms of its model."""
+    """`Cost`: error of the Allan deviation and loss of likelihood of a state space, relative to its `exact` terms."""
     m = _factors(space.samples, 16)
     error = np.sqrt(_allan(space.terms, m) / _allan(space.exact, m)) - 1.0
     worst = int(np.argmax(np.abs(error)))
@@ -72,9 +75,9 @@ def cost(space: StateSpace) -> Cost:
 def reduced(space: StateSpace, states: int) -> StateSpace:
     """State space of at most `states` states with nearly the same Allan deviation and spectrum.
 
-    Sections other than plain lags (a resonance, quantization, a random walk, a filter) are kept while there is room, the
-    largest first. All plain lags together are replaced by as many as there is room for. Their variances and time constants
-    come from least squares in the logarithms of both curves.
+    Sections other than AR(1) (a resonance, quantization, a random walk, a filter) are kept while states remain, the
+    largest first. New AR(1) sections in the remaining states replace all AR(1) sections. Their variances and time
+    constants come from least squares in the logarithms of both curves.
 
     Raises
     ------
@@ -86,10 +89,10 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     if not all(s.terms for s in space.sections):
         raise InputError("a power law steeper than −2 cannot be reduced: omit `states`")
     order = sorted(
-        (i for i, s in enumerate(space.sections) if s.states and not s.is_lag),
+        (i for i, s in enumerate(space.sections) if s.states and not s.is_ar1),
         key=lambda i: -_largest_share(space.sections[i], space),
     )
-    lags = sum(s.is_lag for s in space.sections)
+    lags = sum(s.is_ar1 for s in space.sections)
     room = states
     kept: set[int] = {i for i, s in enumerate(space.sections) if not s.states}
     for i in order:
@@ -102,13 +105,13 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     owners = [o for i, o in enumerate(space.owners) if i in kept]
     fixed, fitted = _fit(space, fixed, count)
     merged = "+".join(
-        dict.fromkeys(o for o, s in zip(space.owners, space.sections, strict=True) if s.is_lag)
+        dict.fromkeys(o for o, s in zip(space.owners, space.sections, strict=True) if s.is_ar1)
     )
     return replace(space, sections=(*fixed, *fitted), owners=(*owners, *([merged] * len(fitted))))
 
 
 def _largest_share(section: Section, space: StateSpace) -> float:
-    """Largest share of a section in the model's density over all frequencies; 2 for a line or an unknown level."""
+    """Maximum over frequency of the section's density divided by the model's; 2 for a line or an unknown level."""
     if section.diffuse or not section.Q.any():
         return 2.0
     w = np.geomspace(np.pi / space.samples, np.pi, 500)
@@ -118,7 +121,10 @@ def _largest_share(section: Section, space: StateSpace) -> float:
 def _fit(
     space: StateSpace, fixed: list[Section], count: int
 ) -> tuple[list[Section], list[Section]]:
-    """Sections `fixed` with fitted variances, and `count` fitted lags, that match the Allan variance and density."""
+    """Tuple (`fixed` with fitted variances, up to `count` fitted AR(1) sections), least squares to the exact model.
+
+    Fitted are the logarithms of Allan variance and density. Lines and states of constant level keep their variances.
+    """
     m = _factors(space.samples, PER_DECADE)
     low = 2.0 * np.pi / space.samples
     w = np.geomspace(low, np.pi, max(8, int(PER_DECADE * np.log10(np.pi / low))))
@@ -129,29 +135,29 @@ def _fit(
     base = sum((_curves(fixed[i].terms, m, w) for i in bound), np.zeros(target.size))
     plain = np.array([_curves(fixed[i].terms, m, w) for i in movable]).reshape(-1, target.size)
     gaps = _first_gaps(space, count)
-    unit = np.array([_lag_curves(g, m, w) for g in gaps]).reshape(-1, target.size)
+    unit = np.array([_ar1_curves(g, m, w) for g in gaps]).reshape(-1, target.size)
     sizes = np.log(_first_sizes(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
     logs = np.log(gaps)
     damping, best = 1e-3, np.inf
 
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
         """Tuple (contribution of each section, total, weighted residuals, sum of the squared residuals)."""
-        unit = np.array([_lag_curves(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
+        unit = np.array([_ar1_curves(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
         parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
         total = base + parts.sum(axis=0)
-        rest = weight * (np.log(total) - target)
-        return parts, total, rest, float(rest @ rest)
+        residuals = weight * (np.log(total) - target)
+        return parts, total, residuals, float(residuals @ residuals)
 
-    parts, total, rest, best = evaluate(sizes, logs)
+    parts, total, residuals, best = evaluate(sizes, logs)
     for _ in range(MAX_ROUNDS):
-        up = np.array([_lag_curves(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(-1, target.size)
+        up = np.array([_ar1_curves(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(-1, target.size)
         moved = np.exp(sizes[len(movable) :])[:, None] * up - parts[len(movable) :]
         jacobian = weight[:, None] * np.vstack([parts, moved / 1e-4]).T / total[:, None]
         normal = jacobian.T @ jacobian
         while damping < 1e6:
             step = np.linalg.solve(
                 normal + damping * (np.diag(np.diag(normal)) + 1e-9 * np.eye(len(normal))),
-                -jacobian.T @ rest,
+                -jacobian.T @ residuals,
             )
             step = np.clip(step, -1.0, 1.0)
             trial = sizes + step[: sizes.size], np.minimum(logs + step[sizes.size :], -1e-9)
@@ -162,7 +168,7 @@ def _fit(
         else:
             break
         gained = best - found[3]
-        (sizes, logs), (parts, total, rest, best) = trial, found
+        (sizes, logs), (parts, total, residuals, best) = trial, found
         damping = max(damping / 8.0, 1e-9)
         if gained < 1e-10 * (best + 1e-12):
             break
@@ -171,12 +177,15 @@ def _fit(
     for place, factor in zip(movable, scale[: len(movable)], strict=True):
         out[place] = resized(fixed[place], float(factor))
     placed = sorted(zip(np.exp(logs), scale[len(movable) :], strict=True))
-    return out, [lag(float(1.0 - gap), float(v)) for gap, v in placed if v > 0.0]
+    return out, [ar1(float(1.0 - gap), float(v)) for gap, v in placed if v > 0.0]
 
 
 def _first_gaps(space: StateSpace, count: int) -> Array:
-    """Start values of 1 − φ for `count` lags (φ is the transition), log-spaced over the range of the model's lags."""
-    own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_lag]
+    """Start values of 1 − φ for `count` AR(1) processes, log-spaced over the model's own values, shape (count,).
+
+    Own sections below 2 % of the density at every frequency are ignored. Empty if the model has no AR(1) section.
+    """
+    own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_ar1]
     if not own or not count:
         return np.zeros(0)
     seen = [gap for gap, s in own if _largest_share(s, space) > 0.02] or [gap for gap, _ in own]
@@ -187,9 +196,9 @@ def _first_gaps(space: StateSpace, count: int) -> Array:
 
 
 def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Array:
-    """Start values of the factors on the rows of `columns`, so that their sum plus `base` matches `target`.
+    """Start values of the factors (> 0) on the rows of `columns`, so that their sum plus `base` matches `target`.
 
-    All above 0.
+    Non-negative least squares. The first `plain` factors are at least 0.1.
     """
     from scipy.optimize import nnls
 
@@ -207,13 +216,13 @@ def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
     return np.concatenate([_allan(terms, m), _density(terms, w)])
 
 
-def _lag_curves(gap: float, m: Array, w: Array) -> Array:
-    """Allan variance at m, followed by the density at w, of a lag of variance 1 with the transition 1 − `gap`."""
+def _ar1_curves(gap: float, m: Array, w: Array) -> Array:
+    """Array: Allan variance at m, followed by the density at w, of an AR(1) process with variance 1 and φ = 1 − `gap`."""
     return _curves((Exponential(1.0, 1.0 - gap),), m, w)
 
 
 def _factors(n: int, per_decade: int) -> Array:
-    """Averaging factors from 1 to a tenth of a record of n samples, about `per_decade` per decade."""
+    """Array: averaging factors from 1 to a tenth of a record of n samples, about `per_decade` per decade."""
     top = max(2.0, n / 10.0)
     return np.unique(np.round(np.geomspace(1.0, top, int(per_decade * np.log10(top)) + 2)))
 

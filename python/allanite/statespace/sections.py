@@ -5,12 +5,14 @@
 | ``white`` | 0 | adds to R |
 | ``blue`` | 2 | difference of successive white samples |
 | ``random_walk`` | 1 | sum of white samples; its first level is unknown |
-| ``exponential`` | 1, or 2 for a complex pole | a lag, or a rotating pair |
+| ``exponential`` | 1, or 2 for a complex pole | an AR(1) process, or a rotating pair |
 | exponentials and white, one of them negative | 2 or more | the ARMA process of that spectrum |
-| ``flicker``, ``power_law`` in [−2, 0] | 1 per lag | a non-negative sum of lags (two per decade) |
-| ``power_law`` above 0 | 2 per lag | differences of such a sum |
-| ``power_law`` below −2 | 2 per lag | running sums of such a sum |
-| ``lags`` | 1 per lag | the moving average with that spectrum |
+| ``flicker``, ``power_law`` in [−2, 0] | 1 per AR(1) process | sum of AR(1) processes (two per decade) |
+| ``power_law`` above 0 | 2 per AR(1) process | differences of such a sum |
+| ``power_law`` below −2 | 2 per AR(1) process | running sums of such a sum |
+| ``lags`` | 1 per lag of the autocovariance | the moving average with that spectrum |
+
+An AR(1) process is white noise behind a first-order low-pass filter (Gauss-Markov in IEEE 952).
 """
 
 from __future__ import annotations
@@ -43,7 +45,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A block s ← F s + w, cov w = Q, that adds H s to the samples.
+    """Block of a state space: s ← F s + w, cov w = Q, which adds H s and white noise of variance R to the samples.
 
     Attributes
     ----------
@@ -71,13 +73,13 @@ class Section:
         return self.H.size
 
     @property
-    def is_lag(self) -> bool:
-        """True if the section is a plain first-order lag."""
+    def is_ar1(self) -> bool:
+        """True if the section is an AR(1) process: one state with a stationary start, no additional white noise."""
         return self.states == 1 and not self.diffuse and self.R == 0.0
 
 
 def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
-    """Sections of the terms of one effect, for records of up to `n` samples.
+    """List of `Section`: state space of the terms of one effect, for records of up to `n` samples.
 
     Raises
     ------
@@ -86,13 +88,13 @@ def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
     """
     terms = tuple(terms)
     white = sum(t.variance for t in terms if isinstance(t, White))
-    lags = [t for t in terms if isinstance(t, Exponential)]
+    exponentials = [t for t in terms if isinstance(t, Exponential)]
     out: list[Section] = []
-    apart = [_exponential(t) for t in lags]
-    if white < 0.0 or None in apart:
-        out.append(_arma((*lags, White(white))))
+    single = [_exponential(t) for t in exponentials]
+    if white < 0.0 or None in single:
+        out.append(_arma((*exponentials, White(white))))
     else:
-        out += [s for s in apart if s is not None]
+        out += [s for s in single if s is not None]
         if white:
             out.append(_white(white))
     for term in terms:
@@ -114,15 +116,15 @@ def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
 
 
 def line(amplitude: float, w: float) -> Section:
-    """Section of a sinusoid of `w` radians per sample with unknown phase: an undamped rotation."""
+    """Section of a sinusoid of `w` rad per sample, this amplitude and unknown phase: an undamped rotation, 2 states."""
     turn = np.array([[np.cos(w), -np.sin(w)], [np.sin(w), np.cos(w)]])
     power = 0.5 * amplitude**2
     term = Exponential(power, complex(np.cos(w), np.sin(w)))
     return Section(turn, np.zeros((2, 2)), np.array([1.0, 0.0]), power * np.eye(2), (term,))
 
 
-def lag(phi: float, variance: float) -> Section:
-    """Section of a first-order lag with the transition φ and this stationary variance."""
+def ar1(phi: float, variance: float) -> Section:
+    """Section of the AR(1) process u(k+1) = φ u(k) + w with the stationary variance `variance`."""
     return Section(
         np.array([[phi]]),
         np.array([[variance * (1.0 - phi) * (1.0 + phi)]]),
@@ -133,22 +135,25 @@ def lag(phi: float, variance: float) -> Section:
 
 
 def _white(variance: float) -> Section:
-    """Section of white noise with this variance."""
+    """Section of white noise with this variance: no states, only R."""
     empty = np.zeros((0, 0))
     return Section(empty, empty, np.zeros(0), empty, (White(variance),), R=max(variance, 0.0))
 
 
 def _walk(step: float) -> Section:
-    """Section of a random walk; `step` is the variance of its steps."""
+    """Section of a random walk of unknown initial level; `step` is the variance of its steps."""
     one = np.ones((1, 1))
     return Section(one, step * one, np.ones(1), 0.0 * one, (RandomWalk(step),), diffuse=True)
 
 
 def _exponential(term: Exponential) -> Section | None:
-    """Section of a lag or a rotating pair; None if the term alone has a negative density somewhere."""
+    """Section of one exponential: AR(1) for a real φ, a rotating pair for a complex φ.
+
+    None if the term alone has a negative density somewhere.
+    """
     a, phi = complex(term.a), complex(term.phi)
     if phi.imag == 0.0:
-        return lag(phi.real, a.real) if a.real >= 0.0 and a.imag == 0.0 else None
+        return ar1(phi.real, a.real) if a.real >= 0.0 and a.imag == 0.0 else None
     c, s = phi.real, phi.imag
     p, e = a.real, a.imag
     # P = [[p, e], [e, q]] gives r(h) = Re(aφ^h) for any q; the one with the largest det Q is taken.
@@ -175,7 +180,7 @@ def _exponential(term: Exponential) -> Section | None:
 
 
 def _arma(terms: tuple[Term, ...]) -> Section:
-    """Section of the ARMA process with the spectrum of exponentials and white noise."""
+    """Section of the ARMA process whose spectrum is the sum of the terms (exponentials and white noise)."""
     from allanite.simulate import arma
 
     return _harvey(*arma(terms), terms)
@@ -217,7 +222,7 @@ def _moving_average(lags: tuple[float, ...]) -> Section:
 
 
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
-    """Section of the differences u(k) − u(k−1) of a lag u with transition φ and this variance."""
+    """Section of the differences u(k) − u(k−1) of an AR(1) process u with coefficient φ and this variance."""
     F = np.array([[phi, 0.0], [1.0, 0.0]])
     Q = np.diag([variance * (1.0 - phi**2), 0.0])
     P0 = variance * np.array([[1.0, phi], [phi, 1.0]])
@@ -232,7 +237,7 @@ def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Se
 
 
 def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Section:
-    """Section of the running sum z(k+1) = z(k) + u(k) of a lag u; its spectrum is that of u over 4 sin²(w/2)."""
+    """Section of the running sum z(k+1) = z(k) + u(k) of an AR(1) process u; spectrum: that of u over 4 sin²(w/2)."""
     F = np.array([[1.0, 1.0], [0.0, phi]])
     Q = np.diag([0.0, variance * (1.0 - phi**2)])
     P0 = np.diag([0.0, variance])
@@ -240,7 +245,10 @@ def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Sectio
 
 
 def _power_law(exponent: float, level: float, n: int) -> list[Section]:
-    """Sections of the spectrum level·(2 sin(w/2))^exponent, within 0.1 % over [1/(4n), ½] cycles per sample."""
+    """List of `Section`: spectrum level·(2 sin(w/2))^exponent within 0.1 % over [1/(4n), ½] cycles per sample.
+
+    Empty for the level 0.
+    """
     if level == 0.0:
         return []
     if exponent == -2.0:
@@ -250,12 +258,13 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
         return [_difference(phi, v * level, () if phi else (Blue(v * level),)) for phi, v in bank]
     if exponent < -2.0:
         bank = _kernels.power_law_bank(exponent + 2.0, n)
-        # The sum is one term; the term of each part would be a difference of two nearly equal ones.
+        # The first section carries the term of the sum. A term of each section would be a difference of nearly equal
+        # ones.
         whole: list[tuple[Term, ...]] = [(PowerLaw(exponent, level),)]
         terms = whole + [()] * (len(bank) - 1)
         return [_running_sum(phi, v * level, t) for (phi, v), t in zip(bank, terms, strict=True)]
     bank = _kernels.power_law_bank(exponent, n)
-    return [lag(phi, v * level) if phi else _white(v * level) for phi, v in bank]
+    return [ar1(phi, v * level) if phi else _white(v * level) for phi, v in bank]
 
 
 def resized(section: Section, factor: float) -> Section:
