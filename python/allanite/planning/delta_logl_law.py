@@ -14,16 +14,16 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rise:
-    """Distribution of ΔlogL when the true effect is added to the model; bins are independent.
+class DeltaLoglLaw:
+    """Probability distribution of ΔlogL when the true effect is added to the model; bins are independent.
 
-    Let S be the true power, S₀ the power that the model without the effect fits to it, and s² the squared ordinates of a
-    known function. With I = (s + √S ε)², the rise at these spectra is T = ½ Σ [ln(S₀/S) + I/S₀ − ε²], a sum of non-central
-    χ² variates. In a fit, S₀ follows the record. With the score U of its coefficients, of covariance V, and the curvature J
-    of its logL, it gains ½ Uᵀ J⁻¹ U. The fit with the effect gains ½ Uᵀ V⁻¹ U as well, and ½χ² for the parameters that the
-    effect adds (White 1982, Econometrica 50, 1). For the variance of the sum, T is split into its projection on U and the
-    rest. Known functions of time that both fits have remove the ordinates along them from both. If the effect has most of
-    its power there, they absorb the effect.
+    Let S be the true power, S₀ the power that the model without the effect fits to S, and s² the squared ordinates of a
+    known function. With I = (s + √S ε)², ΔlogL at these spectra is T = ½ Σ [ln(S₀/S) + I/S₀ − ε²], a sum of non-central
+    χ² variates. In a fit, S₀ follows the record. Let U be the score of its coefficients, V the covariance of U, and J the
+    curvature of logL. The fit without the effect gains ½ Uᵀ J⁻¹ U. The fit with the effect gains ½ Uᵀ V⁻¹ U, and ½χ² for
+    the parameters that the effect adds (White 1982, Econometrica 50, 1). For the variance of the sum, T is split into its
+    projection on U and the remainder. Known functions of time in both models remove the ordinates along them from both
+    fits. If the effect has most of its power there, these functions absorb it.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Rise:
 
     @property
     def non_centrality(self) -> float:
-        """ΔlogL on the expected record, in which every bin has its expected power."""
+        """ΔlogL, nats, on the expected record, in which every bin has its expected power."""
         a = self.ratio - 1.0
         gain = self._free_ordinates @ a - self.count @ np.log1p(a)
         return float(0.5 * (gain + self.signal.sum()))
@@ -68,7 +68,7 @@ class Rise:
 
     @property
     def spread(self) -> float:
-        """Standard deviation of ΔlogL from record to record."""
+        """Standard deviation of ΔlogL from record to record, nats."""
         weights, gain, unit = self._projection()
         # Coefficients of ε², and of ε times the signal, in T after its projection on U is removed.
         along = unit @ weights
@@ -78,9 +78,9 @@ class Rise:
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
     def _projection(self) -> tuple[Array, Array, Array]:
-        """Three arrays for p known functions: weights of the score U in T, shape (p,); J⁻¹ − V⁻¹, shape (p, p); slopes.
+        """Tuple (weights of the score U in T, shape (p,); J⁻¹ − V⁻¹, shape (p, p); slopes, shape (bins, p)).
 
-        The slopes have the shape (bins, p). The class defines U, T, J and V. V is the identity in these coordinates.
+        U, T, J and V are defined in the class. The p coordinates are combinations of coefficients for which V = 1.
         """
         none = np.zeros((0, 0))
         if self.slopes.shape[1] == 0:
@@ -100,8 +100,8 @@ class Rise:
         gain = np.linalg.pinv(curvature, hermitian=True) - np.eye(unit.shape[1])
         return weights, gain, unit
 
-    def above(self, x: float) -> float:
-        """Probability that ΔlogL exceeds `x`, from a gamma distribution with this mean and spread.
+    def exceedance_probability(self, x: float) -> float:
+        """Probability that ΔlogL exceeds `x` (nats), from a gamma distribution with this mean and spread.
 
         The distribution is exact for an absent effect (½χ²) and nearly normal for a strong effect.
         """
@@ -112,7 +112,7 @@ class Rise:
 
 
 def needed_delta_logl(family: Family, families: int) -> float:
-    """Smallest ΔlogL of an effect of this family that is significant, if `families` families share the false alarms."""
+    """Smallest significant ΔlogL (nats) of an effect of this family if `families` families share the false alarms."""
     target = np.log(FALSE_ALARM_PROBABILITY / families)
     low, high = 0.5, 50.0
     while log_p_value(family, high) > target:

@@ -24,7 +24,7 @@ from allanite.effects import (
     parse_model,
 )
 from allanite.planning import expected as _expected
-from allanite.planning.delta_logl_law import Rise, needed_delta_logl
+from allanite.planning.delta_logl_law import DeltaLoglLaw, needed_delta_logl
 from allanite.planning.standard_errors import standard_errors
 from allanite.planning.trials import family_of
 
@@ -105,7 +105,7 @@ class Power:
         return self.standard_errors[name] / abs(self.value(name)) if self.value(name) else np.inf
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/power/1``; parameters that the record does not show have a null error."""
+        """Dict for JSON, schema ``allanite/power/1``; an infinite standard error becomes None."""
         from allanite.effects.files import model_to_dict
 
         return {
@@ -206,22 +206,25 @@ def detection_power(
     errors = MappingProxyType(standard_errors(whole, data, grid))
     if added is None:
         return Power(whole, None, duration, rate, None, None, None, None, errors)
-    odds = odds_of(base, added, data, grid)
+    found = detection_of(base, added, data, grid)
     return Power(
         whole,
         added,
         duration,
         rate,
-        odds.rise.mean,
-        odds.rise.spread,
-        odds.needed,
-        odds.probability,
+        found.law.mean,
+        found.law.spread,
+        found.needed,
+        found.probability,
         errors,
     )
 
 
 def as_effect(effect: Effect | str) -> Effect:
-    """The effect, or the one effect that a string describes. Raises `InputError` if the effect cannot be planned."""
+    """`Effect`: `effect` itself, or the single effect that a string describes.
+
+    Raises `InputError` if the string has several effects, or if the effect cannot be planned from a spectrum.
+    """
     if isinstance(effect, str):
         parsed = parse_model(effect)
         if len(parsed) != 1:
@@ -233,24 +236,35 @@ def as_effect(effect: Effect | str) -> Effect:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Odds:
-    """Distribution of ΔlogL, of the part of it that the significance test uses, and the smallest significant ΔlogL."""
+class Detection:
+    """Prediction of the test that `check` makes for an effect.
 
-    rise: Rise
-    judged: Rise
+    Attributes
+    ----------
+    law : DeltaLoglLaw
+        Distribution of ΔlogL relative to the model without the effect.
+    tested : DeltaLoglLaw
+        Distribution of the ΔlogL that the test uses. For a slow function of time it is relative to the best model that
+        may have one more wandering process; otherwise it equals `law`.
+    needed : float
+        Smallest significant ΔlogL, nats.
+    """
+
+    law: DeltaLoglLaw
+    tested: DeltaLoglLaw
     needed: float
 
     @property
     def probability(self) -> float:
-        """Probability that `check` finds the effect."""
-        return self.judged.above(self.needed)
+        """Probability that `check` finds the effect: that the tested ΔlogL exceeds `needed`."""
+        return self.tested.exceedance_probability(self.needed)
 
 
-def odds_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
-    """Distribution of ΔlogL when an effect is added to the model `base`, and the ΔlogL that `check` requires."""
+def detection_of(base: Model, effect: Effect, data: Data, grid: Data) -> Detection:
+    """`Detection`: distribution of ΔlogL when `effect` is added to the model `base`, and the smallest significant ΔlogL."""
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.passing:
-        rise = judged = _level(noise, effect, data)
+        law = tested = _level_change_law(noise, effect, data)
         null = _expected.best_fit(noise, _expected.expected_power(noise, data), data)
     else:
         signal = np.zeros(data.bins.count.size)
@@ -259,21 +273,26 @@ def odds_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
             signal = _expected.signal_power(effect, data, grid)
         measured = true + signal / data.bins.count
         null = _expected.best_fit(noise, measured, data)
-        rise = judged = _rise(base, null, effect, true, data, grid)
+        law = tested = _delta_logl_law(base, null, effect, true, data, grid)
         if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
-            # A slow function of time has to explain something beside the best random process.
+            # `check` compares a slow function of time with the best random process instead.
             fits = [
                 null,
                 *(_expected.best_fit(m, measured, data) for m in _with_wandering_process(noise)),
             ]
             best = max(fits, key=lambda s: s.log_likelihood)
-            judged = _rise(base, best, effect, true, data, grid)
+            tested = _delta_logl_law(base, best, effect, true, data, grid)
     family, families = family_of(base, effect, null, data, grid)
-    return Odds(rise, judged, needed_delta_logl(family, families))
+    return Detection(law, tested, needed_delta_logl(family, families))
 
 
-def _rise(base: Model, null: Solution, effect: Effect, true: Array, data: Data, grid: Data) -> Rise:
-    """Distribution of ΔlogL of an effect over a model whose random part is fitted as `null` to the expected record."""
+def _delta_logl_law(
+    base: Model, null: Solution, effect: Effect, true: Array, data: Data, grid: Data
+) -> DeltaLoglLaw:
+    """Distribution of ΔlogL of an effect relative to the model `base`.
+
+    `null` is the fit of the random part of `base` to the expected record; `true` is the true power of each bin.
+    """
     added = sum(
         p.role not in {"derived", "choice"} and p.unit != "text" and p.name not in effect.held
         for p in effect.parameters
@@ -282,13 +301,13 @@ def _rise(base: Model, null: Solution, effect: Effect, true: Array, data: Data, 
     known = _expected.known_directions(base, null, data, grid)
     signal = np.zeros(null.count.size)
     if isinstance(effect, Deterministic):
-        signal = _expected.signal_beside(effect, known, null, data, grid)
+        signal = _expected.whitened_signal_power(effect, known, null, data, grid)
     taken = _expected.absorbed_ordinates(known, data)
-    return Rise(null.count, true / null.spectrum, signal, free, added, taken)
+    return DeltaLoglLaw(null.count, true / null.spectrum, signal, free, added, taken)
 
 
 def _with_wandering_process(noise: Model) -> list[Model]:
-    """Models that add one wandering process each to `noise`, which may absorb part of a slow function of time."""
+    """List of `Model`: `noise` plus one wandering process each; the process may absorb part of a slow function of time."""
     return [
         noise + blank
         for cls in CATALOGUE
@@ -297,8 +316,11 @@ def _with_wandering_process(noise: Model) -> list[Model]:
     ]
 
 
-def _level(noise: Model, effect: Modifier, data: Data) -> Rise:
-    """Distribution of ΔlogL of two white-noise levels against one level, over the bins that white noise dominates."""
+def _level_change_law(noise: Model, effect: Modifier, data: Data) -> DeltaLoglLaw:
+    """Distribution of ΔlogL of two white-noise levels relative to one level, over the bins that white noise dominates.
+
+    Raises `InputError` if the model has no white noise.
+    """
     if noise.white is None:
         raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
     white = Model((noise.white,))
@@ -310,4 +332,4 @@ def _level(noise: Model, effect: Modifier, data: Data) -> Rise:
     inside = max(0.0, min(end, data.duration) - max(start, 0.0)) / data.duration
     ratio = np.array([1.0 + share * (float(effect.mean_power(start, end)) - 1.0), 1.0])
     weight = np.array([inside, 1.0 - inside])
-    return Rise(total * weight, ratio / (weight @ ratio), np.zeros(2), np.zeros((2, 0)), 3)
+    return DeltaLoglLaw(total * weight, ratio / (weight @ ratio), np.zeros(2), np.zeros((2, 0)), 3)

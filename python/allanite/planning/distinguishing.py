@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
-    """The model `base`, and an alternative in which one of the two effects replaces the other.
+    """Tuple (`base`, alternative model): in the alternative, one of the two named effects replaces the other.
 
-    The alternative lacks the effect that the true model has. The other effect is appended at the end.
+    The alternative lacks the named effect of `base` and has the other one, without values, at its end.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
 
 
 def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = None) -> float:
-    """Expected loss of logL (nats) if the model `other` is fitted to a record of the model `truth`.
+    """Expected log odds of `truth`: loss of logL, nats, if the model `other` is fitted to a record of `truth`.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from allanite.common.errors import InputError
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import as_model
 from allanite.planning import expected as _expected
-from allanite.planning.detection import Power, as_effect, detection_power, odds_of
+from allanite.planning.detection import Power, as_effect, detection_of, detection_power
 from allanite.planning.distinguishing import log_odds, models_to_distinguish
 from allanite.planning.standard_errors import standard_errors
 
@@ -22,15 +22,16 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.planning.expected import Columns
 
-#: Longest record that is planned, s: ten years.
+#: Maximum duration of a planned record, s: ten years.
 MAX_DURATION = 10 * 365.25 * 86400.0
-#: Ratio of the two bounds at which the search for a duration ends.
+#: The search for a duration ends if its upper bound divided by its lower bound is below this ratio.
 DURATION_RATIO = 1.02
-#: Rates that are compared if none is given, Hz.
+#: Sampling rates that are compared if none is given, Hz.
 RATES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
-#: Rates whose duration is within this factor of the shortest are equal, and the lowest is taken. Chosen by judgment.
+#: The chosen rate is the lowest one whose duration divided by the shortest duration is at most this ratio. Chosen by
+#: judgment.
 MAX_DURATION_RATIO = 1.1
-#: Expected odds at which two effects are distinguished. Chosen by judgment; not measured.
+#: Two effects are distinguished if the expected odds reach this value. Chosen by judgment; not measured.
 MIN_ODDS = 1000.0
 
 
@@ -93,7 +94,7 @@ class Plan:
 
 
 def duration_text(seconds: float) -> str:
-    """Text of a duration in a suitable unit: ``3.2 h``."""
+    """Text of a duration with three digits, in d, h or min if it is at least two of them, else in s: ``3.2 h``."""
     for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"
@@ -169,14 +170,14 @@ def plan(
     _expected.require_values(base if effect is None else base + effect)
     if tell is not None:
         question = f"to tell {tell[0]} from {tell[1]} at {MIN_ODDS:g} : 1"
-        enough = _distinguishes(base, tell, covariates)
+        enough = _distinction_criterion(base, tell, covariates)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
-        enough = _known_enough(base, know, to, covariates)
+        enough = _accuracy_criterion(base, know, to, covariates)
     else:
         assert effect is not None
         question = f"to find {effect} with probability {power:g}"
-        enough = _finds(base, effect, power, covariates)
+        enough = _detection_criterion(base, effect, power, covariates)
     tried = tuple((r, _shortest_duration(enough, r)) for r in (RATES if rate is None else (rate,)))
     possible = [(d, r) for r, d in tried if d is not None]
     if not possible:
@@ -197,24 +198,24 @@ def plan(
     )
 
 
-def _finds(
+def _detection_criterion(
     base: Model, effect: Effect, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    """Function of duration (s) and rate (Hz) that is True if the effect is found with the wanted probability."""
+    """Function of duration (s) and rate (Hz): True if `check` finds the effect with at least the probability `wanted`."""
 
     def enough(duration: float, rate: float) -> bool:
         """True if a record of this duration and rate suffices."""
         data = _expected.blank(round(duration * rate), rate)
-        odds = odds_of(base, effect, data, _expected.coarse(data, covariates))
-        return odds.probability >= wanted
+        found = detection_of(base, effect, data, _expected.coarse(data, covariates))
+        return found.probability >= wanted
 
     return enough
 
 
-def _distinguishes(
+def _distinction_criterion(
     base: Model, names: tuple[str, str], covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    """Function of duration (s) and rate (Hz) that is True if the two effects can be distinguished."""
+    """Function of duration (s) and rate (Hz): True if the expected odds between the two effects reach `MIN_ODDS`."""
     truth, other = models_to_distinguish(base, names)
 
     def enough(duration: float, rate: float) -> bool:
@@ -225,10 +226,10 @@ def _distinguishes(
     return enough
 
 
-def _known_enough(
+def _accuracy_criterion(
     base: Model, name: str, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    """Function of duration (s) and rate (Hz) that is True if the parameter has the wanted relative standard error."""
+    """Function of duration (s) and rate (Hz): True if the parameter's relative standard error is at most `wanted`."""
     value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
 
     def enough(duration: float, rate: float) -> bool:

@@ -32,11 +32,12 @@ if TYPE_CHECKING:
     Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
 
 Array = NDArray[np.float64]
-#: Most samples of the coarse grid. Slow effects have all but 1e-4 of their energy below a quarter of its ordinates.
+#: Maximum number of samples of the coarse grid. All but 1e-4 of the energy of slow effects lies in its lowest quarter of
+#: ordinates.
 COARSE_SAMPLES = 32768
-#: Singular values below this, relative to unit vectors, are linear dependences of directions.
+#: Directions (unit vectors) with a singular value below this are linearly dependent and dropped.
 MIN_SINGULAR_VALUE = 1e-3
-#: Most samples whose count a double holds exactly: three years at 100 MHz.
+#: Largest number of samples that a double holds exactly: three years at 100 MHz.
 MAX_SAMPLES = 2**53
 
 
@@ -77,7 +78,7 @@ def coarse(data: Data, covariates: Columns | None = None) -> Data:
 
 
 def require_values(model: Model) -> None:
-    """Raise InputError unless every parameter that spectrum and signals need has a value."""
+    """Raise `InputError` unless every parameter of the model, except optional ones, has a value. Returns None."""
     for effect in model:
         for p in effect.parameters:
             optional = p.role in {"derived", "choice"} or p.optional
@@ -88,12 +89,15 @@ def require_values(model: Model) -> None:
 
 
 def random_part(model: Model) -> Model:
-    """Model without its known functions of time, which do not shape the spectrum."""
+    """`Model`: copy without known functions of time; noise processes, filters and other modifiers stay."""
     return Model(tuple(e for e in model if not isinstance(e, Deterministic)))
 
 
 def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
-    """Array: ordinates j of the record at which a known function of time is evaluated."""
+    """Integer array: ordinates j of the record at which a known function of time is evaluated.
+
+    Ordinates near the lines for a periodic effect; the lowest ordinates for a slow one.
+    """
     if isinstance(effect, Periodic):
         return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
     if not effect.low:
@@ -103,7 +107,7 @@ def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.in
 
 
 def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, grid: Data) -> Array:
-    """Cosine transform (unit U) of a known function of time over the record, at the ordinates j.
+    """Cosine transform (unit U) of a known function of time over the record, at the ordinates j, shape of j.
 
     Raises
     ------
@@ -132,12 +136,12 @@ def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
     return _bin_sums(signal_ordinates(effect, j, data, grid) ** 2, j, data)
 
 
-def signal_beside(
+def whitened_signal_power(
     effect: Deterministic, directions: Array, null: Solution, data: Data, grid: Data
 ) -> Array:
     """Sum of squared whitened ordinates of a known function in each bin, shape (bins,).
 
-    The parts of the ordinates along `directions` are removed first.
+    Whitened: divided by √S of `null`. The projection on `directions` (`known_directions`) is subtracted first.
     """
     j = ordinates_of(effect, data, grid)
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
@@ -147,7 +151,7 @@ def signal_beside(
 
 
 def _bin_sums(values: Array, j: NDArray[np.int64], data: Data) -> Array:
-    """Sum in each bin of the values at the ordinates j, shape (bins,)."""
+    """Sums of `values` (given at the ordinates j) over each bin, shape (bins,)."""
     total = np.zeros(data.bins.count.size)
     np.add.at(total, _bin_of(j, data), values)
     return total
@@ -175,9 +179,9 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 
 
 def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Array:
-    """Orthonormal basis of the whitened low ordinates that known functions can fit, shape (ordinates, directions).
+    """Orthonormal basis of the slow known functions of a model, as whitened ordinates, shape (ordinates, directions).
 
-    The basis spans the slow known functions of the model and their derivatives with respect to their shape parameters.
+    The basis spans the functions and their derivatives with respect to their shape parameters. Shape (0, 0) without any.
     """
     low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
     if not low:
@@ -202,13 +206,13 @@ def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Ar
 
 
 def absorbed_ordinates(directions: Array, data: Data) -> Array:
-    """Number of ordinates of each bin that functions with these directions absorb, shape (bins,)."""
+    """Number of degrees of freedom that the `directions` (`known_directions`) remove from each bin, shape (bins,)."""
     j = np.arange(1, len(directions) + 1)
     return _bin_sums((directions**2).sum(axis=1), j, data)
 
 
 def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
-    """Array: index of the bin to which each ordinate j belongs."""
+    """Integer array, shape of j: index of the bin to which each ordinate belongs."""
     return np.searchsorted(data.bins.edges, j, side="right") - 1
 
 

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def labels(model: Model) -> list[str]:
-    """Name of each effect of a model: ``N``, ``GM``, and ``GM2`` for a second one."""
+    """List of texts: unique name of each effect of a model, ``N``, ``GM``, and ``GM2`` for a second one."""
     seen: dict[str, int] = {}
     out = []
     for effect in model:
@@ -65,7 +65,7 @@ def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
 
 
 def _key(label: str, effect: Effect, name: str) -> str:
-    """Name under which a parameter is reported: ``N``, or ``GM.q_c`` with the label of its effect."""
+    """Name of the parameter `name` in the results: ``N`` for a coefficient named as its effect, else ``GM.q_c``."""
     return label if name == effect.short and label == name else f"{label}.{name}"
 
 
@@ -120,7 +120,7 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
 
 
 def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Deterministic]]]:
-    """Groups of (label, effect) of known functions that share ordinates: each line alone, slow functions together."""
+    """Yields lists of (label, effect) of known functions that share ordinates: each line alone, then all slow functions."""
     known = [(n, e) for n, e in zip(names, model, strict=True) if isinstance(e, Deterministic)]
     for one in known:
         if not one[1].low:

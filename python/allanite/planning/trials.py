@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-#: ΔlogL at which the independent intervals of time are counted: a weak significant change of level.
+#: ΔlogL, nats, at which the number of independent intervals of time is evaluated: that of a weak significant level change.
 TYPICAL_DELTA_LOGL = 11.0
 
 
 def family_of(
     base: Model, effect: Effect, null: Solution, data: Data, grid: Data
 ) -> tuple[Family, int]:
-    """Family of searches in which `check` looks for the effect, and the number of families that share the false alarms.
+    """Tuple (family of searches in which `check` looks for the effect, number of families that share the false alarms).
 
     Parameters
     ----------
@@ -42,7 +42,9 @@ def family_of(
     # Lines, levels, disturbances and outliers are searched in every record.
     families = len(arcs) + len(slow) + 4
     if effect.screened == "slow":
-        return Family(effect.family, _arcs(slow.get(effect.family, ()), null, grid), 2), families
+        return Family(
+            effect.family, _arc_lengths(slow.get(effect.family, ()), null, grid), 2
+        ), families
     if effect.screened == "line":
         cycles = np.array([effect.values["frequency"] * data.duration])
         return Family("line", width=float(trials_at(cycles, data.n, data.rate)[0])), families
@@ -58,8 +60,8 @@ def family_of(
     return Family(effect.family, tuple(arcs.get(effect.family, ()))), families
 
 
-def _arcs(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
-    """Arc length (radians) that each slow function covers when its shape varies over the grid of its search."""
+def _arc_lengths(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
+    """Tuple of floats: arc length, rad, that each function covers when its shape parameter varies over its search grid."""
     out = []
     for blank in kinds:
         nothing = np.zeros(grid.n)
