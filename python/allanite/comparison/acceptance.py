@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from allanite.study import Study
 
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
-#: Longest record that is recommended, s: thirty days. Chosen by judgment; not measured.
+#: Maximum recommended length of a record, s: thirty days. Chosen by judgment; not measured.
 MAX_RECORD_S = 30 * 86400.0
 
 
@@ -64,11 +64,11 @@ class FigureVerdict:
 
     @property
     def unit(self) -> str:
-        """Unit of limit and measurement, as printed in the sheet."""
+        """Unit of `limit`, `measured`, `low` and `high`: the unit that the sheet prints."""
         return self.figure.unit
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: name, printed value, unit, limit, measured, interval, verdict, needs_s, remark."""
+        """Dict for JSON: name, printed, unit, limit, measured, interval (list), verdict, needs_s, remark."""
         return {
             "name": self.figure.name,
             "printed": self.figure.value,
@@ -84,7 +84,7 @@ class FigureVerdict:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Acceptance:
-    r"""The acceptance test of one axis.
+    r"""Result of the acceptance test of one axis: a verdict on each figure of its data sheet.
 
     Attributes
     ----------
@@ -125,13 +125,13 @@ class Acceptance:
 
     @property
     def verdict(self) -> str:
-        """*does not meet* if any figure does not meet its limit; *meets* if all do; *undecided* otherwise."""
+        """``"does not meet"`` if any figure does not, ``"meets"`` if all figures do, else ``"undecided"``."""
         found = {figure.verdict for figure in self.figures}
         return next(v for v in (DOES_NOT_MEET, UNDECIDED, MEETS) if v in found)
 
     @property
     def needs(self) -> float | None:
-        """Length of a record in s that would probably decide every undecided figure; None if no length is known."""
+        """Largest `needs` of all figures: record length, s, that would probably decide them. None if no figure has one."""
         return max((f.needs for f in self.figures if f.needs is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:
@@ -168,10 +168,7 @@ class Acceptance:
         return "\n".join([*lines, *(f"! {remark}" for remark in self.remarks)])
 
     def plot(self, path: Any = None) -> Any:
-        """Figure of the measured Allan deviation, the last model and the limits of the sheet.
-
-        Written to `path` if given.
-        """
+        """Figure of the measured Allan deviation, last model and limits of the sheet; written to `path` if given."""
         from allanite.plots import plot_compare
 
         recording = self.recording
@@ -187,11 +184,9 @@ class Acceptance:
 
 
 def limit_line(figure: Quoted, unit: str, tau: Any, margin: float = 1.0) -> tuple[Any, Any] | None:
-    """Averaging times and Allan deviation of an effect whose coefficient is the figure of the sheet times `margin`.
+    """Tuple (`tau`, Allan deviation in `unit`) of an effect whose coefficient is the figure of the sheet times `margin`.
 
-    The deviation is in `unit`.
-
-    The result is None for a figure without an effect.
+    For the minimum of the Allan deviation, the line is constant. None for a figure without an effect.
     """
     limit = figure.in_unit(unit) * margin
     if figure.coefficient == MINIMUM:
@@ -257,7 +252,7 @@ def accept(
 
 
 def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptance:
-    """Acceptance test with the last model of a study. The data sheet `own` must be for the same kind of sensor."""
+    """`Acceptance` with the last model of a study; nothing is fitted. `own` has only figures of this kind of sensor."""
     fit = study.fit
     tested = []
     for figure in own.figures:
@@ -274,7 +269,10 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
 
 
 def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
-    """Verdict on a figure that states a coefficient."""
+    """`FigureVerdict` on a figure that states a coefficient, from the coefficient's 95 % interval in the fit.
+
+    Undecided if the model has no such coefficient.
+    """
     unit = fit.recording.unit
     try:
         measured = fit[figure.coefficient]
@@ -310,7 +308,7 @@ def _verdict(low: float, high: float, limit: float) -> str:
 def _needed_length(
     duration: float, value: float | None, low: float, high: float, limit: float, power: float
 ) -> float | None:
-    """Length of a record in s whose interval would probably exclude the limit; None above 30 days.
+    """Length of a record, s, whose 95 % interval would probably exclude the limit; None above 30 days.
 
     The width of an interval decreases with the square root of the length T. If an effect is not detected in white noise
     N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of
@@ -335,7 +333,7 @@ def _too_close(verdict: str, needs: float | None) -> str:
 
 
 def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
-    """Verdict on a figure that states the minimum of the Allan deviation.
+    """`FigureVerdict` on a figure that states the minimum of the Allan deviation.
 
     The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected.
     """

@@ -59,7 +59,7 @@ class Drawn:
         return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
 
     def near(self, tau: float) -> Drawn | None:
-        """Curve with one point at the averaging time τ (s), interpolated in the logarithms; None outside of the curve.
+        """`Drawn` with one point at the averaging time τ (s), interpolated in the logarithms; None outside of the curve.
 
         Logs with different rates have different averaging times, so that interpolation is needed.
         """
@@ -67,7 +67,7 @@ class Drawn:
             return None
 
         def value(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-            """The values interpolated at τ, shape (1,), or None."""
+            """`values` interpolated at τ, shape (1,); None for None."""
             if values is None:
                 return None
             logs = np.interp(np.log(tau), np.log(self.tau), np.log(np.maximum(values, 1e-300)))
@@ -82,7 +82,7 @@ class Drawn:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: name, kind, unit, and a list of points."""
+        """Dict for JSON: name, kind, unit, and points, a list of dicts (tau_s, deviation, and low and high if known)."""
         points = [
             {"tau_s": float(t), "deviation": float(d)}
             for t, d in zip(self.tau, self.deviation, strict=True)
@@ -95,9 +95,9 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Several curves; the others are compared with the first.
+    """Allan deviations of several logs and models. As text: a table with the ratio of each curve to the first.
 
-    The printed table shows each curve in the unit of the first curve of the same kind of sensor.
+    The table shows each curve in the unit of the first curve of the same kind of sensor.
 
     Examples
     --------
@@ -153,7 +153,7 @@ class Curves:
 
 
 def _in_first_unit(curve: Drawn, curves: Sequence[Drawn]) -> Drawn:
-    """The curve, converted to the unit of the first among `curves` of the same kind of sensor."""
+    """`Drawn`: curve converted to the unit of the first curve in `curves` of the same kind of sensor."""
     kind = parse_unit(curve.unit).kind
     unit = next(one.unit for one in curves if parse_unit(one.unit).kind == kind)
     if unit == curve.unit:
@@ -169,7 +169,9 @@ def _in_first_unit(curve: Drawn, curves: Sequence[Drawn]) -> Drawn:
 
 
 def _ratio(one: Drawn | None, other: Drawn | None) -> str:
-    """Text of the ratio of two points, with a 95 % interval if at least one point has an interval; a dash if unknown.
+    """Text ``1.234 (1.1 … 1.4)``: ratio of the first points of two curves, and its 95 % interval if any point has one.
+
+    A dash if a curve is None or the deviation of `other` is 0.
 
     The variances of the logarithms of the two deviations, taken as independent, are added.
     """
@@ -187,7 +189,7 @@ def _ratio(one: Drawn | None, other: Drawn | None) -> str:
 
 
 def _log_distance(point: Drawn, end: str) -> float:
-    """|ln(interval end / deviation)| of a point; `end` is ``"low"`` or ``"high"``. It is 0 without an interval."""
+    """|ln(interval end / deviation)| of the first point; `end` is ``"low"`` or ``"high"``. It is 0 without an interval."""
     values = getattr(point, end)
     return 0.0 if values is None else abs(float(np.log(values[0] / point.deviation[0])))
 
@@ -197,7 +199,7 @@ def compare(
     rate: float | None = None,
     unit: str | None = None,
 ) -> Curves:
-    """Allan deviations of logs and models, for a comparison.
+    """`Curves`: overlapping Allan deviations of logs and Allan deviations of models at common averaging times.
 
     Parameters
     ----------
@@ -271,7 +273,7 @@ def compare(
 
 
 def of_deviations(found: Mapping[str, Deviation]) -> Curves:
-    """`Curves` of some deviations by name, with their intervals if known."""
+    """`Curves` with one curve per entry of `found` (name → deviation), with its interval if known."""
     return Curves(
         tuple(
             Drawn(
@@ -288,7 +290,7 @@ def of_deviations(found: Mapping[str, Deviation]) -> Curves:
 
 
 def of_studies(studies: Mapping[str, Study]) -> Curves:
-    """`Curves` with two curves per column: the measured Allan deviation and that of the last model."""
+    """`Curves` with two curves per column (name → study): the measured Allan deviation and that of the last model."""
     from allanite.plots.curves import interval
 
     curves = []

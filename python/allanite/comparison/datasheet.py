@@ -14,14 +14,14 @@ from allanite.effects import Model, Stochastic, find
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
 from allanite.sources.slips import slip
 
-#: Fewest degrees of freedom of the point of the Allan curve that is used as its minimum. The upper end of the 95 %
-#: interval is then 1.23 times the deviation (chi-squared with 40 degrees of freedom).
+#: Points of the Allan curve with fewer degrees of freedom are not used as its minimum. At 40 degrees of freedom, the
+#: upper end of the 95 % interval is 1.23 times the deviation (chi-squared).
 EDF_OF_MINIMUM = 40.0
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A figure of the sheet and the measured coefficient, both in the canonical unit of the coefficient."""
+    """Figure of a data sheet, measured coefficient and their ratio; `sheet` and `measured` are in the recording's units."""
 
     figure: Quoted
     sheet: float
@@ -32,7 +32,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Ratios of measured coefficients to the figures of a data sheet."""
+    """Ratios of measured coefficients to the figures of a data sheet, one `Row` per figure, and remarks."""
 
     sheet: DataSheet
     column: str
@@ -67,7 +67,9 @@ class Comparison:
             (
                 row.figure.name,
                 f"{row.figure.value:g} {row.figure.unit}",
-                f"{_in_its_unit(row):.4g}" if row.measured.detected else "not detected",
+                f"{_measured_in_printed_unit(row):.4g}"
+                if row.measured.detected
+                else "not detected",
                 _ratio(row.ratio),
             )
             for row in self.rows
@@ -79,13 +81,13 @@ class Comparison:
         return "\n".join([*lines, *remarks, *(f"! {remark}" for remark in self.remarks)])
 
 
-def _in_its_unit(row: Row) -> float:
-    """Measured value in the unit that the sheet prints."""
+def _measured_in_printed_unit(row: Row) -> float:
+    """Measured value in the unit that the sheet prints; NaN if the figure is 0."""
     return row.measured.value * row.figure.value / row.sheet if row.sheet else math.nan
 
 
 def _ratio(ratio: Estimate) -> str:
-    """Text of a ratio with its interval, or of its upper limit if the effect was not detected."""
+    """Text of a ratio with its 95 % interval; ``< limit`` if the effect was not detected."""
     if not ratio.detected:
         return f"< {ratio.interval[1]:.3g}" if ratio.interval else "?"
     if ratio.interval is None:
@@ -94,7 +96,7 @@ def _ratio(ratio: Estimate) -> str:
 
 
 def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
-    r"""Comparison of a fit with a data sheet, with remarks on ratios that are typical of a mistake with units.
+    r"""`Comparison` of a fit with a data sheet, with remarks on ratios that are typical of a mistake with units.
 
     Parameters
     ----------
@@ -141,7 +143,7 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
             measured.detected,
             f"{figure.name} ratio",
         )
-        remark = _remark(figure, ratio) or _remark_on_skipped_samples(
+        remark = _remark_on_unit(figure, ratio) or _remark_on_skipped_samples(
             figure, ratio, sheet, fit.recording
         )
         rows.append(Row(figure, expected, measured, ratio, remark))
@@ -159,7 +161,7 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
 
 
 def with_figures(model: Model, sheet: DataSheet) -> Model:
-    """Model with additional effects, so that it has every coefficient that the sheet states."""
+    """`Model`: `model` plus the effects, without values, that it lacks for the coefficients in the sheet."""
     present = {effect.kind for effect in model}
     for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
         effect = find(name.partition(".")[0])
@@ -170,17 +172,17 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
 
 
 def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
-    """Pair: interval multiplied by a factor, or None."""
+    """Tuple (low, high): `interval` multiplied by `factor`; None for None."""
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
 def minimum_of(fit: Any) -> Estimate:
-    """Minimum of the Allan deviation over τ with its 95 % interval, in the unit of the recording.
+    """`Estimate` of the minimum of the Allan deviation over τ with its 95 % interval, in the unit of the recording.
 
-    The upper end is that of the measured point at which the fitted model is lowest, among points with at least
-    `EDF_OF_MINIMUM` degrees of freedom; the minimum cannot be larger. The lower end is the minimum of the detected effects,
-    each with the lower end of its interval. If no slow noise was detected, the curve still decreases at the end of the
-    record. The lower end is then 0, and the minimum counts as not detected.
+    The value is the measured point at which the fitted model is lowest, among points with at least `EDF_OF_MINIMUM`
+    degrees of freedom. The upper end is that of this point; the minimum cannot be larger. The lower end is the minimum of
+    the detected effects, each with the lower end of its interval. If no slow noise was detected, the curve still
+    decreases at the end of the record. The lower end is then 0, and the minimum counts as not detected.
 
     Parameters
     ----------
@@ -208,7 +210,7 @@ def minimum_of(fit: Any) -> Estimate:
 
 
 def _lowest_deviation(fit: Any) -> float:
-    """Lowest value over τ of the Allan deviation of the detected random effects, with coefficients at their lower limits.
+    """Minimum over τ of the Allan deviation of the detected random effects, with coefficients at their lower limits.
 
     The result is 0 if no effect is detected, or if the deviation still falls at the longest τ.
     """
@@ -233,15 +235,15 @@ def _lowest_deviation(fit: Any) -> float:
     )
 
 
-def _remark(figure: Quoted, ratio: Estimate) -> str:
-    """Text of the typical mistake (such as a wrong unit) that explains a ratio, or an empty text."""
+def _remark_on_unit(figure: Quoted, ratio: Estimate) -> str:
+    """Text of the typical mistake (such as a wrong unit) that explains a ratio; empty if none does or not detected."""
     if not ratio.detected:
         return ""
     return slip(figure.coefficient, ratio.value, _tolerance(ratio))
 
 
 def _tolerance(ratio: Estimate) -> float:
-    """Tolerance of ln(ratio): three standard errors, at least 0.05."""
+    """Tolerance of ln(ratio): three standard errors of ln(ratio), at least 0.05."""
     width = 3 * (ratio.std_error or 0.0) / ratio.value if ratio.value > 0 else 0.0
     return max(width, 0.05)
 
