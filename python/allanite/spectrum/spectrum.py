@@ -1,7 +1,7 @@
 """Spectra: cosine-transform ordinates in log-spaced bins.
 
-The ordinate at f_j = j·rate/2n has, for white noise and for random walks, exactly the variance S(f_j) and no
-correlation with any other (rust/spectrum.rs says why), so a bin of k ordinates follows χ²_k/k.
+For white noise and for random walks, the ordinate at f_j = j·rate/2n has exactly the variance S(f_j), and ordinates are
+uncorrelated (derived in rust/spectrum.rs). The mean square of a bin of k ordinates therefore follows χ²_k/k.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import check_size, positive_rate
 
-#: Cells per decade, each 10 % wide: a corner or peak of a physical effect covers several.
+#: Cells per decade of frequency, each 10 % wide: a corner or peak of a physical effect covers several cells.
 CELLS_PER_DECADE = 24
 #: Groups of bins per decade in which χ² is computed: physical effects are broad on a logarithmic axis, and χ² is more
 #: powerful with fewer terms.
 GROUPS_PER_DECADE = 10
-#: Most bins of a cell, and fewest ordinates of such a bin. They resolve features narrower than a cell.
+#: Maximum number of bins of a cell, and minimum number of ordinates of such a bin. Bins resolve features narrower than a
+#: cell.
 MAX_BINS_PER_CELL, MIN_BIN_ORDINATES = 8, 32
-#: Ordinates of a whole cell at which a model is evaluated; a bin that is part of a cell has at least two.
+#: Number of ordinates of a whole cell at which a model is evaluated; each bin of a divided cell has at least two.
 NODES_PER_CELL = 8
 #: Ordinates per node above which nodes are placed by Gauss-Legendre quadrature instead of evenly.
 MIN_ORDINATES_PER_NODE = 4
@@ -62,7 +63,7 @@ class Bins:
     __repr__ = brief
 
     def mean(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mean of `values` in each bin, shape (bins,). The values are given at the ordinates `nodes`."""
+        """Mean of `values` over the nodes of each bin, shape (bins,). `values` has the shape of `nodes`."""
         weight = np.bincount(self.owner)
         return np.asarray(np.bincount(self.owner, weights=values) / weight)
 
@@ -73,7 +74,7 @@ class Bins:
     def folded(
         self, ordinates: NDArray[np.float64], folds: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Number and sum of squares, both (folds, bins), of the ordinates in each bin with j mod `folds` = fold."""
+        """Tuple (number, sum of squares) of the ordinates in each bin with j mod `folds` = row, each (folds, bins)."""
         number = np.empty((folds, self.count.size))
         total = np.empty_like(number)
         for fold in range(folds):
@@ -87,12 +88,12 @@ class Bins:
         return number, total
 
     def frequency(self, rate: float) -> NDArray[np.float64]:
-        """Geometric center of each bin in Hz."""
+        """Geometric mean of the first and last ordinate's frequency of each bin, Hz, shape (bins,)."""
         center = np.sqrt(self.edges[:-1] * (self.edges[1:] - 1.0))
         return center * rate / (2.0 * self.n)
 
     def limits(self, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper frequency limits of the bins, Hz: two arrays of shape (bins,)."""
+        """Tuple (lower, upper) of the frequency limits of the bins, Hz: two arrays of shape (bins,)."""
         half = rate / (2.0 * self.n)
         edges = (self.edges.astype(np.float64) - 0.5) * half
         return edges[:-1], edges[1:]
@@ -100,9 +101,10 @@ class Bins:
 
 @lru_cache(maxsize=1)
 def _endless_bins() -> tuple[list[int], list[int]]:
-    """Edges of the bins of an endless record and the first bin of each cell: single ordinates, then 24 cells per decade.
+    """Tuple (edges of the bins up to ordinate 2⁵³, index of the first bin of each cell). Cached.
 
-    A cell is cut into up to `MAX_BINS_PER_CELL` bins of at least `MIN_BIN_ORDINATES` ordinates.
+    Low cells hold one ordinate; above, there are 24 cells per decade. A cell is divided into up to `MAX_BINS_PER_CELL`
+    bins of at least `MIN_BIN_ORDINATES` ordinates.
     """
     edges, cells = [1], []
     while edges[-1] < 2**53:
@@ -116,15 +118,15 @@ def _endless_bins() -> tuple[list[int], list[int]]:
 
 @lru_cache(maxsize=64)
 def cells_of(bins: int) -> list[int]:
-    """Index of the first bin of each cell (1/24 decade) among the lowest `bins` bins."""
+    """List of the index of the first bin of each cell (1/24 decade) among the lowest `bins` bins. Cached."""
     return [cell for cell in _endless_bins()[1] if cell < bins]
 
 
 @lru_cache(maxsize=2 * NODES_PER_CELL)
 def _node_positions(most: int, wide: bool) -> NDArray[np.float64]:
-    """Positions of `most` nodes in a bin, from 0 to 1.
+    """Array, shape (most,): positions of the nodes in a bin as a fraction 0 to 1 of its width. Cached.
 
-    Wide bins have Gauss-Legendre pairs if `most` is even; other nodes are evenly spaced.
+    If `wide` and `most` is even, the nodes are Gauss-Legendre pairs; else they are evenly spaced.
     """
     even = (np.arange(most) + 0.5) / most
     if most % 2 or not wide:
@@ -135,7 +137,7 @@ def _node_positions(most: int, wide: bool) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=32)
 def bins_of(n: int) -> Bins:
-    """Bins of a record of n samples.
+    """`Bins` of a record of n samples, with read-only arrays. Cached.
 
     Low frequencies have one ordinate per bin; above, 24 cells per decade have up to 8 bins each.
     """
@@ -176,11 +178,13 @@ def bins_of(n: int) -> Bins:
 def bridge_gaps(
     samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float64]:
-    """Samples as doubles without gaps: NaN, and samples flagged in `missing`, are filled so that the spectrum is preserved.
+    """Samples as float64, shape (n,): NaN, and samples flagged in `missing`, are replaced by plausible values.
 
     Each run of missing samples is bridged by a straight line between the means of up to 8 samples on each side. White
     noise with the record's own sample-to-sample scatter (fixed seed) is added, so that neither steps nor quiet segments
-    appear. The recording counts the filled samples. All deviations skip them and never see filled values.
+    appear. Without missing samples, a float64 input is returned without a copy. Deviations skip missing samples instead.
+
+    Raises `TooShortError` if fewer than two samples are present.
     """
     values = np.ascontiguousarray(samples, dtype=np.float64)
     bad = np.isnan(values)
