@@ -15,7 +15,7 @@ from allanite.common.errors import InputError
 Array = NDArray[np.float64]
 #: Julian year, s.
 YEAR = 31557600.0
-#: Units of time for a rate, in s.
+#: Name of a unit of time for a rate → its length, s.
 PER = {"year": YEAR, "day": 86400.0, "hour": 3600.0, "second": 1.0}
 _SPAN = re.compile(r"\+?(?P<number>\d+(?:\.\d*)?|\.\d+)\s*(?P<unit>s|h|d|y|yr)")
 _SPANS = {"s": 1.0, "h": 3600.0, "d": 86400.0, "y": YEAR, "yr": YEAR}
@@ -24,7 +24,7 @@ _DECIMAL = re.compile(r"(?:19|20|21)\d\d(?:\.\d*)?")
 
 @dataclass(frozen=True)
 class Functions:
-    """The functions of time whose amplitudes are fitted together with the noise.
+    """Known functions of time of a trend: offset, rate, steps, then cosine and sine of each period.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Functions:
     origin: float = 0.0
 
     def at(self, times: Array) -> Array:
-        """Values of all functions at the times (s): shape (2 + steps + 2 · periods, n)."""
+        """Design matrix: values of all functions at the times (s), shape (2 + steps + 2 · periods, n)."""
         rows = [np.ones(times.size), (times - self.middle) / self.per]
         rows += [(times >= step).astype(float) for step in self.steps]
         for period in self.periods:
@@ -57,7 +57,7 @@ class Functions:
 
 
 def seconds_of(text: str, epoch: float | None) -> float:
-    """Time in s since the first sample, from the text of a date or a time.
+    """Parse a date or a time; returns seconds since the first sample.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def seconds_of(text: str, epoch: float | None) -> float:
 
 
 def date_of(seconds: float, epoch: float | None) -> str:
-    """Text of a time (s since the first sample) as a date; without `epoch`, as days since the first sample."""
+    """ISO date of a time in s since the first sample, with the time of day unless midnight; ``12 d`` without `epoch`."""
     if epoch is None or not math.isfinite(epoch):
         return f"{seconds / 86400.0:.6g} d"
     whole = np.datetime64(round(epoch + seconds), "s")

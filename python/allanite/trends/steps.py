@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.noise import StampedNoise
 
 Array = NDArray[np.float64]
-#: Steps that are whitened together, to limit memory.
+#: Number of candidate steps that are whitened together; limits memory.
 STEPS_PER_BLOCK = 256
-#: Distance of the steps that are tried first, in samples. Then every step near the best of these is tried.
+#: Distance in samples of the candidate steps of the first pass. The second pass tries every sample near the best one.
 COARSE_DISTANCE = 8
 
 
 def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
-    """Row of the most significant step, and the square of (height / standard error) of this step.
+    """Tuple (row of the most significant step, square of its height divided by the standard error).
 
     A step at row i changes rows i and later. The amplitudes of the known functions are fitted together with each step.
     """
@@ -35,7 +35,7 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
     values = values - basis @ (basis.T @ values)
 
     def squares(rows: NDArray[np.int64]) -> Array:
-        """Square of (height / standard error) of a step at each of these rows."""
+        """Array, shape of `rows`: square of (height / standard error) of a step at each row."""
         out = np.zeros(rows.size)
         for first in range(0, rows.size, STEPS_PER_BLOCK):
             stop_if_unwanted()

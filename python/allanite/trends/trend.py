@@ -41,13 +41,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Default periods: annual and semi-annual terms, s.
 PERIODS = (YEAR, 0.5 * YEAR)
-#: Shortest record to which the default periodic terms are fitted, in years.
+#: Default periodic terms are fitted to records of at least this length, years.
 MIN_YEARS = 1.0
-#: Fewest samples for the noise, in addition to one for each known function. Chosen by judgment; not measured.
+#: Minimum number of samples, in addition to one for each known function. Chosen by judgment; not measured.
 MIN_SAMPLES = 16
 #: Probability that a record without steps has a false step.
 FALSE_ALARM = 0.01
-#: Most steps that are searched for. Chosen by judgment; not measured.
+#: Maximum number of steps that the search adds. Chosen by judgment; not measured.
 MAX_STEPS = 50
 #: Multiples of the length of the record for which the standard error of the rate is predicted.
 LENGTH_MULTIPLES = (1.0, 2.0, 4.0)
@@ -55,7 +55,7 @@ LENGTH_MULTIPLES = (1.0, 2.0, 4.0)
 
 @dataclass(frozen=True)
 class Step:
-    """A step of the series.
+    """Step of a series, with its time and fitted height.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Wave:
 
 @dataclass(frozen=True, eq=False)
 class Trend:
-    """The rate of a series, and the other functions and the noise that were fitted with it.
+    """Result of `trend`: rate of a series, and the other functions and the noise that were fitted with the rate.
 
     Attributes
     ----------
@@ -182,7 +182,7 @@ class Trend:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the results of one column."""
+        """Dict for JSON with the results of this column: rate, offset, steps, waves, noise, residual and more."""
         return {
             "column": self.column,
             "unit": self.unit,
@@ -226,7 +226,7 @@ class Trend:
     def __str__(self) -> str:
         low, high = self.rate.interval or (np.nan, np.nan)
         noise = ", ".join(f"{name} {size:.3g} {unit}" for name, size, unit in self.parts)
-        record = f"{_duration_text_of(self.duration)}{', uneven times' if self.uneven else ''}"
+        record = f"{_duration_text(self.duration)}{', uneven times' if self.uneven else ''}"
         lines = [
             f"{self.column}: rate {self.rate} (95 %: {low:.4g} to {high:.4g}) under {noise}",
             f"  offset {self.offset} at the middle; {self.n} samples, {self.missing} missing, {record}",
@@ -243,7 +243,7 @@ class Trend:
         lines.append(
             "  standard error with record length: "
             + ", ".join(
-                f"{_duration_text_of(duration)} {error:.2g}" for duration, error in self.longer
+                f"{_duration_text(duration)} {error:.2g}" for duration, error in self.longer
             )
         )
         return "\n".join(lines)
@@ -253,7 +253,7 @@ class Trend:
 
 
 class Trends(Several[Trend]):
-    """Trends of several columns by name.
+    """Mapping from column name to `Trend`.
 
     Examples
     --------
@@ -355,7 +355,7 @@ def trend(
         return several
 
     def report(done: int, total: int) -> None:
-        """Call `progress` with the column's name, the number of fits done, and the number of all fits."""
+        """Call `progress`, if given, with the column's name, the number of fits done, and the number of all fits."""
         if progress is not None:
             progress(recording.columns[0], done, total)
 
@@ -372,7 +372,7 @@ def trend(
 
 
 def trend_columns(recording: Recording, **options: Any) -> Trends:
-    """The trend of each column of a recording, by column.
+    """`Trends`: mapping from each column of a recording to its trend.
 
     Parameters
     ----------
@@ -404,7 +404,10 @@ def trend_columns(recording: Recording, **options: Any) -> Trends:
 
 
 def _candidates(model: str | None) -> tuple[Candidate, ...]:
-    """Noise models to compare: all if `model` is None, else the one with this name."""
+    """Tuple of noise models to compare: all eight if `model` is None, else the one with this name.
+
+    The order of the parts of the name is free. Raises `InputError` for an unknown name.
+    """
     white, flicker, walk = AngleRandomWalk(), BiasInstability(), RateRandomWalk()
     free, range_ = PowerLaw(), (-1.99, -0.01)
     known = (
@@ -472,7 +475,7 @@ def _trend(
         )
 
     def fit(known: Functions) -> tuple[StampedSeries, list[FittedNoise]]:
-        """Series with these known functions, and the fits of all noise candidates, highest evidence first."""
+        """Tuple (series with these known functions, list of the fits of all noise candidates, highest evidence first)."""
         series = StampedSeries(times, values, known.at(times))
         return series, _fits(series, candidates, column.rate, report)
 
@@ -480,7 +483,7 @@ def _trend(
     found: list[float] = []
     while find_steps and len(found) < MAX_STEPS:
         row, square = best_step(series, fits[0].noise)
-        if not _significant(square, times.size):
+        if not _is_significant(square, times.size):
             break
         found.append(float(times[row]))
         functions = replace(functions, steps=tuple(sorted((*functions.steps, found[-1]))))
@@ -538,7 +541,7 @@ def _trend(
 def _given_step_times(
     steps: Sequence[float | str], epoch: float | None, times: Array, name: str
 ) -> tuple[float, ...]:
-    """Times of given steps, s, ascending.
+    """Tuple of the times of given steps, s since the first sample, ascending.
 
     Raises `InputError` unless samples lie before, between and after all steps.
     """
@@ -561,7 +564,10 @@ def _fits(
     rate: float,
     report: Callable[[int, int], None],
 ) -> list[FittedNoise]:
-    """Fit of each noise candidate, highest evidence first. Larger models start from the results of smaller ones."""
+    """List of the fits of all noise candidates, highest evidence first. Larger models start from fits of smaller ones.
+
+    `report` is called before each fit and at the end.
+    """
     fits: list[FittedNoise] = []
     for candidate in candidates:
         stop_if_unwanted()
@@ -578,8 +584,11 @@ def _fits(
     return sorted(fits, key=lambda f: -f.evidence)
 
 
-def _significant(square: float, n: int) -> bool:
-    """True if noise alone makes the largest of n squares of (height / error) that large in under 1 % of records."""
+def _is_significant(square: float, n: int) -> bool:
+    """True if noise exceeds `square`, the largest of n squares of (height / standard error), in under 1 % of records.
+
+    Bonferroni correction for n trials.
+    """
     from scipy.special import chdtrc
 
     return n * float(chdtrc(1, square)) < FALSE_ALARM
@@ -595,7 +604,7 @@ class _Estimates:
     unit: str
 
     def one(self, at: int, name: str, unit: str | None = None) -> Estimate:
-        """Amplitude with index `at` as an `Estimate` with its 95 % interval."""
+        """`Estimate` of the amplitude with index `at`, with its 95 % interval (Student's t)."""
         from scipy.special import stdtrit
 
         value, error = float(self.amplitudes[at]), float(self.errors[at])
@@ -606,7 +615,10 @@ class _Estimates:
 
 
 def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
-    """Amplitude of a periodic term as an `Estimate`, from its cosine and sine and their covariance."""
+    """`Estimate`: amplitude of a periodic term, from its (cosine, sine) and their covariance.
+
+    `detected` is True if cosine and sine differ from 0 at 95 % (χ²₂).
+    """
     size = float(np.hypot(*pair))
     direction = pair / size if size > 0.0 else np.array([1.0, 0.0])
     error = float(np.sqrt(direction @ covariance @ direction))
@@ -616,7 +628,7 @@ def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
 
 
 def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
-    """Name, size and unit of each part of the noise in the convention of geodesy.
+    """Tuple of (name, size, unit) of each part of the noise in the convention of geodesy.
 
     The unit is U for white noise and U/yr^(−κ/4) for a power law with exponent κ, where U is the unit of the series.
     """
@@ -657,8 +669,8 @@ def _predicted_error(
     return float(np.sqrt(found.covariance[1, 1]))
 
 
-def _duration_text_of(seconds: float) -> str:
-    """Text of a duration in years, days, hours or seconds."""
+def _duration_text(seconds: float) -> str:
+    """Text of a duration in years, days or hours if it is at least two of them, else in seconds: ``3.2 years``."""
     for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.3g} {name}"
