@@ -48,7 +48,7 @@ def documents_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[dict[str, Any]]:
-    """Model documents (dicts) of a source, one for each axis.
+    """List of model documents (dicts) of a source, one for each axis.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def documents_of(
 def _of_file(
     path: Path, unit: str | None, rate: float | None, record_length: float | None
 ) -> list[dict[str, Any]]:
-    """Model documents in a file, whose suffix selects the reader; other suffixes are read as JSON."""
+    """List of model documents (dicts) in a file. The suffix selects the reader; unknown suffixes are read as JSON."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         from allanite.sources.datasheet import documents_of_sheet, read_datasheet
@@ -127,7 +127,7 @@ def _of_file(
 
 
 def _of_json(path: Path) -> list[dict[str, Any]]:
-    """Model documents in a JSON file: a model file of allanite, a data sheet, or a loadparams file of MATLAB."""
+    """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB."""
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
 
@@ -142,7 +142,10 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
 
 
 def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
-    """Model documents in a parsed JSON record of allanite; `name` is the file's name, for messages."""
+    """List of model documents (dicts) in a parsed JSON record of allanite, one per column; `name` is for messages.
+
+    Raises `InputError` if the record is not one of allanite.
+    """
     if not isinstance(tree, Mapping) or not str(tree.get("schema")).startswith("allanite/"):
         raise InputError(f"{name}: not a model file of allanite: it has no allanite schema")
     documents = tree.get("columns", [tree])
@@ -161,7 +164,7 @@ def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
 
 
 def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy of a document with the other results of `characterize` for its column: working, turn_on, samples."""
+    """Dict: copy of a document with the entries working, turn_on and samples of its column, if `tree` has them."""
     column = str((document.get("recording") or {}).get("column"))
     found = {}
     for name in ("working", "turn_on", "samples"):
@@ -185,7 +188,7 @@ def _check_recording(document: Mapping[str, Any], name: str) -> None:
 
 
 def _last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Dict: document of the last model of a stepwise improvement; other documents are returned unchanged."""
+    """Mapping: document of the last model of a stepwise improvement; other documents are returned unchanged."""
     ladder = document.get("ladder")
     if not ladder:
         return document

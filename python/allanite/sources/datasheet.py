@@ -40,25 +40,26 @@ from allanite.effects import CATALOGUE
 from allanite.sources.documents import PLATEAU, model_document
 from allanite.sources.slips import slip
 
+#: Value of `Quoted.coefficient` for a figure that is the minimum of the Allan deviation.
 MINIMUM = "minimum"
-#: Tables of a sheet, and the kind of sensor that each describes. In ``figures`` the unit of a figure decides its kind.
+#: Table of a sheet → kind of sensor that it describes; None: the unit of each figure decides.
 TABLES = {
     "figures": None,
     "gyroscope": ANGULAR_RATE,
     "accelerometer": ACCELERATION,
     "clock": FREQUENCY,
 }
-#: SI unit of the samples of each kind of sensor.
+#: Kind of sensor → SI unit of its samples.
 SI_OF_KIND = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", FREQUENCY: "1"}
 
-#: Figures that state the minimum of the Allan deviation, not a coefficient; with their other spellings.
+#: Figure that states the minimum of the Allan deviation, not a coefficient → its other spellings.
 CURVE_FIGURES = {"in_run_bias_stability": ("bias_stability", "allan_minimum")}
 #: Figures that are frequencies of the sensor, in Hz, and not noise.
 FREQUENCY_FIGURES = ("bandwidth", "sample_rate")
 
 
 def known_figures() -> dict[str, tuple[str, float | str]]:
-    """Dict from the name of a figure to its coefficient (or `MINIMUM`) and the power of seconds or the unit."""
+    """Dict: name of a figure → (coefficient or `MINIMUM`, power of seconds in its unit U·s^power or the unit as text)."""
     ours = {
         figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
         for e in CATALOGUE
@@ -69,7 +70,7 @@ def known_figures() -> dict[str, tuple[str, float | str]]:
 
 
 def _spellings() -> dict[str, str]:
-    """Dict from each alternative spelling of a figure to its name."""
+    """Dict: alternative spelling of a figure → its name."""
     ours = (p.figures for e in CATALOGUE for p in e.parameters)
     return {
         other: figure
@@ -81,7 +82,7 @@ def _spellings() -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Quoted:
-    """One line of a data sheet.
+    """One figure of a data sheet as printed: name, value and unit.
 
     Attributes
     ----------
@@ -168,7 +169,7 @@ class DataSheet:
         return replace(self, figures=tuple(f for f in self.figures if f.kind == kind))
 
     def folded(self, rate: float) -> tuple[float, float] | None:
-        """Smallest and largest factor by which N rises if samples are skipped to reach a rate of `rate` Hz.
+        """Tuple (smallest, largest factor) by which aliasing raises N if samples are skipped down to `rate` Hz, or None.
 
         Skipping samples without averaging folds all noise of the sensor's band below half the rate, so N rises by
         √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but not
@@ -183,7 +184,10 @@ class DataSheet:
         return math.sqrt(low / rate), math.sqrt(high / rate)
 
     def remarks(self) -> list[str]:
-        """List of texts: remarks on contradictions inside the sheet: figures that state different N. Empty without any."""
+        """List of texts: one remark for each figure of N that contradicts the first one of its kind of sensor.
+
+        Only contradictions that a typical mistake explains (`slips`) are listed.
+        """
         remarks = []
         density = [figure for figure in self.figures if figure.coefficient == "N"]
         first_of = {figure.kind: figure for figure in reversed(density)}
@@ -232,7 +236,7 @@ def read_datasheet(path: str | Path) -> DataSheet:
 
 
 def _read(path: Path) -> DataSheet:
-    """Data sheet read from a file; the messages of errors do not contain the path."""
+    """`DataSheet` read from a TOML or JSON file. Raises `InputError` without the path in its message."""
     text = text_of(path)
     with invalid_as_input_error("not a data sheet in TOML or JSON"):
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
@@ -240,7 +244,7 @@ def _read(path: Path) -> DataSheet:
 
 
 def datasheet_of(parsed: object, name: str) -> DataSheet:
-    """Data sheet from a parsed TOML or JSON document. `name` is used if the document states no name.
+    """`DataSheet` from a parsed TOML or JSON document. `name` is used if the document states no name.
 
     Raises
     ------
@@ -278,7 +282,10 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
 
 
 def _figure(name: str, given: object) -> Quoted:
-    """One figure of a sheet; `given` is a text such as "18 deg/h", or a mapping with value and unit."""
+    """`Quoted` from the name and the value of a figure: a text such as "18 deg/h", or a mapping with value and unit.
+
+    Raises `InputError` for an unknown name, a value that is not positive, or a missing or unknown unit.
+    """
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _spellings().get(key, key)
     if key not in known_figures() and key not in FREQUENCY_FIGURES:
@@ -310,7 +317,7 @@ def _figure(name: str, given: object) -> Quoted:
 
 
 def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
-    """Model documents of a data sheet, one for each kind of sensor, with the assumptions.
+    """List of model documents (dicts) of a data sheet, one for each kind of sensor, with the assumptions.
 
     Parameters
     ----------
@@ -335,7 +342,10 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
 
 
 def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
-    """Dict: model document of one kind of sensor. If two figures state the same coefficient, the larger is used."""
+    """Dict: model document of one kind of sensor. If two figures state the same coefficient, the larger is used.
+
+    Raises `InputError` without a figure for N.
+    """
     unit = SI_OF_KIND[kind]
     table = next(t for t, k in TABLES.items() if k == kind)
     by_coefficient: dict[str, Quoted] = {}
@@ -353,7 +363,7 @@ def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
         side = "two-sided" if "two" in density.unit or "double" in density.unit else "one-sided"
         rule = "N = value" if side == "two-sided" else "N = value / sqrt(2)"
         assumptions.append(
-            f"noise density {density.value:g} {_bare(density.unit)} is {side}: {rule}"
+            f"noise density {density.value:g} {_without_side(density.unit)} is {side}: {rule}"
         )
     others = [f for f in sheet.figures if f.coefficient == "N" and f is not density]
     for other in others:
@@ -374,13 +384,13 @@ def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
             "in-run bias stability is the minimum of the Allan deviation: B = value / 0.664"
         )
     if "K" not in values:
-        assumptions.append(_about_walk(values, unit))
+        assumptions.append(_assumption_on_walk(values, unit))
     assumptions += sheet.remarks()
     return model_document(table, unit, values, source, sheet.sample_rate, assumptions)
 
 
-def _about_walk(values: Mapping[str, float], unit: str) -> str:
-    """Sentence for the file on the rate random walk K that the sheet does not state, with the largest possible K.
+def _assumption_on_walk(values: Mapping[str, float], unit: str) -> str:
+    """Sentence on the rate random walk K that the sheet does not state: the largest K that agrees with B.
 
     The Allan deviation of N and K alone has its minimum at tau = sqrt(3) N/K; the square of this minimum is
     2 N K/sqrt(3). A measured minimum s therefore allows K up to sqrt(3) s^2/(2 N). This largest K is reached if no
@@ -397,6 +407,6 @@ def _about_walk(values: Mapping[str, float], unit: str) -> str:
     )
 
 
-def _bare(unit: str) -> str:
-    """Unit without the words "one-sided" or "two-sided"."""
+def _without_side(unit: str) -> str:
+    """Text of a unit without the words "one-sided", "two-sided", "single-sided" or "double-sided"."""
     return re.sub(r"\s*\b(one|two|single|double)[\s-]?sided\b", "", unit)

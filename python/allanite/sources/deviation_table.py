@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Points per decade that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more points
-#: add no information. Chosen by judgment; not measured.
+#: Points per decade of τ that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more
+#: points add no information. Chosen by judgment; not measured.
 POINTS_PER_DECADE = 8
-#: Coefficients that are fitted.
+#: Short names of the coefficients that are fitted.
 NAMES = ("Q", "N", "B", "K")
-#: Fewest rows of a table: one more than coefficients.
+#: Minimum number of rows of a table: one more than coefficients.
 MIN_ROWS = len(NAMES) + 1
-#: Most rows of a table; a longer file is a log. Chosen by judgment; not measured.
+#: Maximum number of rows of a table; a longer file is a log. Chosen by judgment; not measured.
 MAX_ROWS = 100_000
 
 
@@ -62,7 +62,7 @@ def documents_of_table(
     rate: float | None,
     record_length: float | None,
 ) -> list[dict[str, Any]]:
-    """List of dicts: model document for each column of a table of deviations: Q, N, B, K with intervals.
+    """List of model documents (dicts), one per column of a table of deviations: fitted Q, N, B, K with 95 % intervals.
 
     Parameters
     ----------
@@ -127,7 +127,10 @@ def documents_of_table(
 def curves_of_table(
     path: Path, unit: str | None
 ) -> list[tuple[str, str, NDArray[np.float64], NDArray[np.float64]]]:
-    """Name, unit, averaging times (s) and deviations of each column of a table."""
+    """List of (name, unit, averaging times in s, deviations), one per column of a table of deviations.
+
+    Raises `InputError` if the file is not a table or the unit is missing.
+    """
     header, numbers = _read(path)
     names = header[1:] if header else [f"deviation {i + 1}" for i in range(numbers.shape[1] - 1)]
     units = _units(unit, names, str(path))
@@ -138,7 +141,10 @@ def curves_of_table(
 def _factors(
     tau: NDArray[np.float64], rate: float, source: str
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pair: averaging factors of the points to fit, about eight per decade, and the rows of these points in the table."""
+    """Tuple (averaging factors of the points to fit, about eight per decade; row of each point in the table).
+
+    Raises `InputError` unless each τ is within 5 % of a multiple of the sampling interval.
+    """
     m = np.round(tau * rate).astype(np.int64)
     if m[0] < 1 or np.abs(m / (tau * rate) - 1.0).max() > 0.05:
         raise InputError(
@@ -153,7 +159,10 @@ def _factors(
 
 
 def _units(unit: str | None, names: list[str], source: str) -> list[str]:
-    """List: unit of each column, from a text with one unit, one unit per column, or one per kind of sensor in the names."""
+    """List: unit of each column, from a comma-separated text of one unit, one per column, or one per kind of sensor.
+
+    Raises `InputError` for None, or if the units cannot be assigned to the columns.
+    """
     if unit is None:
         raise InputError(
             f"{source}: the unit of the samples behind the deviations is not known",
@@ -177,7 +186,10 @@ def _units(unit: str | None, names: list[str], source: str) -> list[str]:
 
 
 def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
-    """Names of the columns (empty without a header) and the numbers in a table, shape (points, columns)."""
+    """Tuple (list of the names of all columns, empty without a header; numbers of a table, shape (points, columns)).
+
+    Raises `InputError`, with the row, unless the file is a table of at least two columns and `MIN_ROWS` rows.
+    """
     header: list[str] = []
     rows: list[list[float]] = []
     with path.open(encoding="utf-8", errors="replace") as file:

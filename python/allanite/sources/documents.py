@@ -1,4 +1,4 @@
-"""The result that all sources return: a model document (``allanite/fit/1``) with the assumptions that were made."""
+"""Model documents (``allanite/fit/1``), which all sources return, with the assumptions that were made."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def model_document(
     assumptions: Sequence[str] = (),
     intervals: Mapping[str, tuple[float, float]] | None = None,
 ) -> dict[str, Any]:
-    """Model document (dict) of one axis with its standard coefficients.
+    """Dict: model document (``allanite/fit/1``) of one axis with its coefficients Q, N, B, K, R.
 
     Parameters
     ----------

@@ -16,13 +16,15 @@ from allanite.sources.documents import model_document
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+#: (Property of imuSensor, function that makes its parameters, unit of its samples) of each kind of sensor.
 SENSORS = (("Gyroscope", "gyroparams", "rad/s"), ("Accelerometer", "accelparams", "m/s^2"))
+#: (Field of MATLAB's parameters, coefficient).
 FIELDS = (("NoiseDensity", "N"), ("BiasInstability", "B"), ("RandomWalk", "K"))
 _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
 
 
 def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
-    """List of dicts: model documents from the text of a MATLAB script.
+    """List of model documents (dicts) from the text of a MATLAB script, one per axis.
 
     The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as
     ``imu.Gyroscope.NoiseDensity = …``.
@@ -51,18 +53,21 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
 
 
 def is_matlab_json(tree: object) -> bool:
-    """True if a parsed JSON document is a loadparams file: it has parts with a Gyroscope or an Accelerometer."""
-    return isinstance(tree, dict) and any(_is_part(part) for part in (tree, *tree.values()))
+    """True if a parsed JSON document, or a value in it, is a mapping with a Gyroscope or an Accelerometer (loadparams)."""
+    return isinstance(tree, dict) and any(_has_sensor(part) for part in (tree, *tree.values()))
 
 
-def _is_part(part: object) -> bool:
-    """True if a JSON value is a mapping with a Gyroscope or an Accelerometer."""
+def _has_sensor(part: object) -> bool:
+    """True if a JSON value is a mapping with a mapping Gyroscope or Accelerometer."""
     return isinstance(part, dict) and any(isinstance(part.get(s), dict) for s, _, _ in SENSORS)
 
 
 def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[str, Any]]:
-    """List of dicts: model documents from a loadparams file, which must contain exactly one part."""
-    parts = [part for part in (tree, *tree.values()) if _is_part(part)]
+    """List of model documents (dicts) from a parsed loadparams file, one per axis.
+
+    Raises `InputError` if the file has more than one part (sensor product).
+    """
+    parts = [part for part in (tree, *tree.values()) if _has_sensor(part)]
     if len(parts) > 1:
         raise InputError(
             f"{source}: contains {len(parts)} parts, but only one can be used: delete the others"
@@ -82,7 +87,10 @@ def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[
 def _axes(
     given: Mapping[str, str], sensor: str, unit: str, source: str, rate: str | None
 ) -> list[dict[str, Any]]:
-    """List of dicts: model document for each axis of a sensor; a field with one number applies to all three axes."""
+    """List of model documents (dicts): three named x, y, z if any field has three numbers, else one for the sensor.
+
+    A field with one number applies to all axes. Raises `InputError` without a noise density above 0.
+    """
     numbers = {letter: _numbers(given[key], key, source) for key, letter in FIELDS if key in given}
     if not any(numbers.get("N", ())):
         raise InputError(f"{source}: {sensor} has no NoiseDensity above 0")
@@ -110,7 +118,7 @@ def _axes(
 
 
 def _numbers(text: str, key: str, source: str) -> list[float]:
-    """List of the one or three numbers in the text of a field. Raises `InputError` for any other text."""
+    """List of the one or three non-negative numbers in the text of a field. Raises `InputError` for any other text."""
     try:
         found = [float(word) for word in text.split()]
     except ValueError:

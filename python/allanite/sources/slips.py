@@ -6,7 +6,7 @@ import math
 
 ONE_SIDED = math.sqrt(2)
 
-# Factor by which a figure is wrong, and the mistake that causes this factor.
+#: (Measured divided by stated value, mistake that causes this ratio), for figures of N and for all figures.
 SLIPS_OF_N = (
     (60.0, "a density in deg/s/√Hz was read as a random walk in deg/√h (60 times larger)"),
     (60.0 / ONE_SIDED, "a one-sided density in deg/s/√Hz was read as a random walk in deg/√h"),
@@ -27,7 +27,7 @@ SLIPS_OF_ALL = (
 
 
 def slip(coefficient: str, ratio: float, tolerance: float) -> str:
-    """Text of the typical mistake that explains a ratio of measured to stated value, or an empty text.
+    """Text ``looks as if …`` with the mistake that explains `ratio`, measured divided by stated value; empty if none does.
 
     The logarithm of the ratio must exceed the tolerance, and must agree with that of a known factor to within the
     tolerance or 0.1, whichever is smaller.

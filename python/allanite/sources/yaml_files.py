@@ -22,15 +22,17 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+#: (Name in Kalibr's keys, name in imu_utils' keys, unit of the samples) of each kind of sensor.
 SENSORS = (("gyroscope", "gyr", "rad/s"), ("accelerometer", "acc", "m/s^2"))
+#: Kalibr's keys of N and K, after the name of the sensor.
 KALIBR = ("noise_density", "random_walk")
-#: Largest YAML file that is read, bytes, and most levels. The files of both tools have a few hundred bytes and 3 levels.
-#: The parser needs 10 µs per byte, and with many levels a time that grows with their square.
+#: Maximum size in bytes and maximum nesting depth of a YAML file. The files of both tools have a few hundred bytes and 3
+#: levels. The parser needs 10 µs per byte, and a time that grows with the square of the depth.
 MAX_FILE_BYTES, MAX_DEPTH = 100_000, 20
 
 
-def _check_events(text: str, source: str) -> None:
-    """Raise an error for aliases, with which a few lines stand for gigabytes, and for deep nesting."""
+def _refuse_aliases_and_depth(text: str, source: str) -> None:
+    """Raise `InputError` if a YAML text has aliases (which can expand to gigabytes) or more than `MAX_DEPTH` levels."""
     depth = 0
     for event in yaml.parse(text, yaml.SafeLoader):
         depth += isinstance(event, yaml.CollectionStartEvent)
@@ -42,7 +44,7 @@ def _check_events(text: str, source: str) -> None:
 
 
 def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
-    """List of dicts: model documents from a YAML file of Kalibr or imu_utils.
+    """List of model documents (dicts) from a YAML file of Kalibr or imu_utils, one per sensor or axis.
 
     Parameters
     ----------
@@ -60,7 +62,7 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
     # OpenCV writes "%YAML:1.0", which is not a valid YAML directive.
     text = re.sub(r"\A%YAML:[\d.]+", "", text)
     try:
-        _check_events(text, str(path))
+        _refuse_aliases_and_depth(text, str(path))
         tree = yaml.safe_load(text)
     except InputError:
         raise
@@ -80,14 +82,14 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
 
 
 def _nodes(tree: Any) -> list[dict[str, Any]]:
-    """The document itself and the mappings directly inside it (``imu0:``); empty if it is no mapping."""
+    """List of mappings: the document itself and the mappings directly inside it (``imu0:``); empty if it is no mapping."""
     if not isinstance(tree, dict):
         return []
     return [tree, *(value for value in tree.values() if isinstance(value, dict))]
 
 
 def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
-    """Model documents of one IMU in a Kalibr file. If the file has `several`, the names contain the ROS topic."""
+    """List of model documents (dicts) of one IMU in a Kalibr file, one per sensor; with `several`, named by ROS topic."""
     rate = node.get("update_rate")
     found = []
     for sensor, _, unit in SENSORS:
@@ -103,7 +105,10 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
 
 
 def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list[dict[str, Any]]:
-    """List of dicts: model documents of an imu_utils file: of three axes if all are present, otherwise of their average."""
+    """List of model documents (dicts) of an imu_utils file: three axes per sensor if all are present, else their average.
+
+    Raises `InputError` without the rate.
+    """
     if rate is None:
         raise InputError(
             f"{source}: imu_utils states the noise per sample but not the sampling rate of the log",
