@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from allanite.study import Study
 
-#: Averages in a record at the longest averaging time that is compared: a ratio of two deviations is then known to 10 %.
+#: The longest compared averaging time fits into the record this many times: a ratio of two deviations is known to 10 %.
 MIN_AVERAGES = 50
-#: Names that readers give to columns without one. Their number is a position, not the number of a sensor.
+#: Pattern of the names that readers give to unnamed columns. Their number is a position, not the number of a sensor.
 POSITION_NAME = re.compile(r"x\d+")
 
 
@@ -44,7 +44,7 @@ class Averaged:
     gain: tuple[float, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: columns, weights, tau_s and gain."""
         return {
             "columns": list(self.columns),
             "weights": list(self.weights),
@@ -64,10 +64,10 @@ class Averaged:
 
 
 def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> tuple[Averaged, ...]:
-    """Tuple of `Averaged`: weighted averages, one for each group of columns that measure one axis with several sensors.
+    """Tuple of `Averaged`, one for each axis that several sensors measured.
 
-    The names of the columns of a group differ only in the number of the sensor. Every column has a
-    fitted N.
+    The column names of an axis differ only in the number of the sensor, and the models of these columns have an N. Axes
+    for which `_average_of` returns None are omitted.
     """
     found = []
     for recording in recordings:
@@ -87,7 +87,10 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
 def _average_of(
     recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
 ) -> Averaged | None:
-    """`Averaged` columns with weights 1/N²; None if an N is 0, the samples are angles, or the record is too short."""
+    """`Averaged` of the named columns with weights 1/N²; None if an N is 0, the samples are angles, or the record is short.
+
+    Short: fewer than `MIN_AVERAGES` samples.
+    """
     noise = np.array([float(studies[name].fit["N"]) for name in names])
     most = recording.n // MIN_AVERAGES
     if not (noise > 0.0).all() or recording.quantity == "angle" or most < 1:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensor:
-    """Axes of one gyroscope, accelerometer, magnetometer or clock.
+    """Columns of one gyroscope, accelerometer, magnetometer or clock, and what they have in common.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Sensor:
     cross: tuple[CrossSpectrum, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: sensor, columns, form and cross_spectra."""
         return {
             "sensor": self.name,
             "columns": list(self.columns),
@@ -88,7 +88,7 @@ class Common:
     shared: tuple[SharedNoise, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """The part ``common`` of a characterization's JSON document."""
+        """Dict for JSON (entry ``common``): sensors, lines, events, cross_spectra and shared_noise."""
         return {
             "sensors": [s.to_dict() for s in self.sensors],
             "lines": [line.to_dict() for line in self.lines],
@@ -100,7 +100,7 @@ class Common:
 
 @dataclass(frozen=True, eq=False)
 class Characterization:
-    """Models of every axis of a device.
+    """Result of `characterize`: a study of every axis of a device, and what the axes have in common.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ class Characterization:
 
     @cached_property
     def averages(self) -> tuple[Averaged, ...]:
-        """Tuple: weighted averages, one for each axis that several sensors measured, with the gain in Allan deviation."""
+        """Tuple of `Averaged`, one for each axis that several sensors measured: weights and gain in Allan deviation."""
         return averaged(self.recordings, self.studies)
 
     @property
@@ -156,7 +156,7 @@ class Characterization:
         return not self.failed and all(study.adequate for study in self.studies.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/characterize/1``; its JSON Schema is in ``allanite/schemas``."""
+        """Dict for JSON, schema ``allanite/characterize/1``; its JSON Schema is in ``allanite/schemas``."""
         working = {name: state.to_dict() for name, state in self.working.items()}
         turn_on = {name: bias.to_dict() for name, bias in self.turn_on.items()}
         return {
@@ -263,7 +263,7 @@ class Characterization:
         )
 
     def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
-        """Text table of all axes, as ``print`` shows it; no line is longer than `width`. `words` names parameters."""
+        """Text table of all axes, as ``print`` shows it, wrapped at `width` characters; `words` names parameters."""
         from allanite.axes.table import table
 
         return table(self, width, words)
@@ -294,7 +294,7 @@ def common_of(studies: Mapping[str, Study]) -> Common:
     cross = cross_spectra(fits)
 
     def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:
-        """Function without arguments that compares the named columns and returns their `Sensor`."""
+        """Function without arguments that returns the `Sensor` of the named columns."""
         own = {name: fits[name] for name in names}
         kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
         within = tuple(c for c in cross if own.keys() >= {*c.columns})

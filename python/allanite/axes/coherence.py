@@ -1,8 +1,8 @@
 """Cross-spectra of the residuals: do axes share noise?
 
-Residuals are whitened by their own models, so that the ordinates of a band are alike and nothing leaks. For independent
-axes, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly (Bendat & Piersol, Random Data, 4th ed.,
-9.2.3).
+Residuals are whitened by their own models, so that the ordinates of a band have one variance and no spectral leakage. For
+independent axes, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly (Bendat & Piersol, Random
+Data, 4th ed., 9.2.3).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from allanite.fit.result import Fit
 
-#: Fewest ordinates of a band; bands are octaves from half of the rate down. Chosen by judgment; not measured.
+#: Minimum number of ordinates of a band; bands are octaves from half of the rate down. Chosen by judgment; not measured.
 MIN_BAND_ORDINATES = 16
 #: False-alarm probability of all bands of all pairs together.
 FALSE_ALARM_LEVEL = 0.01
@@ -48,7 +48,7 @@ class CrossBand:
     correlation, interval
         Correlation coefficient (in phase) and its 95 % interval.
     p_value : float
-        Probability of a coherence as large by chance, in this band alone.
+        Probability that independent axes have this coherence or more, in this band alone.
     significant : bool
         True if the coherence is significant, counting every band of every pair.
     """
@@ -64,7 +64,7 @@ class CrossBand:
     significant: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: low_hz, high_hz, coherence, chance, phase_rad, correlation, interval, p_value and significant."""
         return {
             "low_hz": self.low,
             "high_hz": self.high,
@@ -91,12 +91,15 @@ class CrossSpectrum:
         return tuple(sorted((b for b in self.bands if b.significant), key=lambda b: -b.coherence))
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: columns and bands."""
         return {"columns": list(self.columns), "bands": [b.to_dict() for b in self.bands]}
 
 
 def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
-    """Coherence of the residuals of every pair of columns with the same length and rate."""
+    """Tuple of `CrossSpectrum`: coherence of the residuals of every pair of columns with the same length and rate.
+
+    Octaves that a stop band empties in either column are omitted.
+    """
     pairs = {}
     for a, b in combinations(fits, 2):
         data_a, data_b = fits[a].data, fits[b].data
@@ -120,7 +123,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 
 
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
-    """Array: Fourier transform of the whitened residual of a fit, with its ends set to zero."""
+    """Complex array: real-input Fourier transform of the whitened residual of a fit, after its end samples are set to 0."""
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
     # Behind a deep stop band the ends of the transform stand out on every axis, which would look coherent.
@@ -130,9 +133,9 @@ def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
 
 
 def _octaves(last: int) -> list[tuple[int, int]]:
-    """(first, end) of each octave of ordinates, lowest octave first; `end` is exclusive and at most `last`.
+    """List of (first, end) of each octave of ordinates, lowest octave first; `end` is exclusive and at most `last`.
 
-    Ordinate 0 is excluded, and octaves with too few ordinates are omitted.
+    Ordinate 0 is excluded. Octaves with fewer than `MIN_BAND_ORDINATES` ordinates are omitted.
     """
     out = []
     high = last
@@ -149,7 +152,10 @@ def _cross_band(
     step: float,
     level: float,
 ) -> CrossBand:
-    """`CrossBand` of two whitened transforms in one band: squared coherence, phase, correlation, p-value."""
+    """`CrossBand` of two whitened transforms at the ordinates `edge` (first, end); significant if p is below `level`.
+
+    `step` is the frequency of ordinate 1, Hz.
+    """
     a, b = x[slice(*edge)], y[slice(*edge)]
     count = a.size
     size = float(np.sqrt(np.vdot(a, a).real * np.vdot(b, b).real)) or 1.0

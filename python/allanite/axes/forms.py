@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.several.many import Pooled
 
-#: p-value, divided by the number of parameters, below which axes differ.
+#: Axes differ in a parameter if its p-value times the number of parameters is below this level.
 DIFFERENCE_LEVEL = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
-    """A parameter of the form over the axes that have a value of it.
+    """Comparison of one parameter of a model form over the axes that detect the parameter.
 
     Attributes
     ----------
@@ -50,13 +50,13 @@ class Agreement:
     sample_unit: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: entries of the pooled value, and columns."""
         return {**self.pooled.to_dict(), "columns": list(self.columns)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Form:
-    """Random effects that every axis of a sensor has, or may have with the values of the others.
+    """Model form: random effects that every axis of a sensor detects, or cannot exclude with the values of another axis.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Form:
     besides : mapping of str to tuple of str
         Short names of further effects of each column; lines, drifts and outliers always count as such.
     numbers : tuple of Agreement
-        Parameters that two or more axes show.
+        Parameters that two or more axes detect.
     """
 
     model: str
@@ -79,7 +79,7 @@ class Form:
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: model, agree and parameters."""
         return {
             "model": self.model,
             "agree": self.agree,
@@ -88,20 +88,15 @@ class Form:
 
 
 def common_form(fits: Mapping[str, Fit]) -> Form | None:
-    """Model form that holds for every axis, or None if there is none, or only one axis.
+    """`Form`: model form that holds for every axis; None for fewer than two axes or without a common noise process.
 
-    An effect belongs to the form if every axis shows it, or if the axes that do not cannot exclude it with the values of
-    another axis: a weak axis does not contradict. An effect that no axis shows belongs to the form if every model has it.
+    An effect belongs to the form if every axis detects it, or if the axes that do not cannot exclude it with the values
+    of another axis. An effect that no axis detects belongs to the form if every model has it.
 
     Parameters
     ----------
     fits : mapping of str to Fit
         Last fit of each column.
-
-    Returns
-    -------
-    Form or None
-        The form.
     """
     if len(fits) < 2:
         return None
@@ -118,47 +113,47 @@ def common_form(fits: Mapping[str, Fit]) -> Form | None:
         return None
     return Form(
         Model(tuple(lasting[label] for label in kept)).name,
-        {axis.column: axis.shown_beside(kept) for axis in axes},
+        {axis.column: axis.detected_besides(kept) for axis in axes},
         tuple(number for label in kept for number in _agreements(label, axes)),
     )
 
 
 def _may_be_shared(effect: Effect) -> bool:
-    """True if the effect may belong to the form: no event of one record, and no known function of time."""
+    """True if the effect is a noise process, or a modifier that acts on the whole record, such as a filter."""
     passing = isinstance(effect, Modifier) and (effect.removes or effect.passing)
     return isinstance(effect, (Stochastic, Modifier)) and not passing
 
 
 class _Axis:
-    """A column with its effects and their estimates, by labels that are the same on all axes."""
+    """Column with its fit, effects and estimates; effects and estimates are dicts by labels that all axes share."""
 
     def __init__(self, column: str, fit: Fit, labels: Sequence[str]) -> None:
         self.column, self.fit = column, fit
         self.effects = dict(zip(labels, fit.model, strict=True))
         self.values = dict(zip(labels, fit.estimates, strict=True))
 
-    def shows(self, label: str) -> bool:
-        """True if the axis has the effect and detects it."""
+    def detects(self, label: str) -> bool:
+        """True if the model of the axis has the effect and, for a noise process, the fit detects its coefficient."""
         effect = self.effects.get(label)
         if not isinstance(effect, Stochastic):
             return effect is not None
         found = self.values[label].get(effect.coefficient)
         return not isinstance(found, Estimate) or found.detected
 
-    def shown_beside(self, kept: Sequence[str]) -> tuple[str, ...]:
-        """Short names of the detected effects whose labels are not in `kept`."""
+    def detected_besides(self, kept: Sequence[str]) -> tuple[str, ...]:
+        """Tuple of short names of the detected effects whose labels are not in `kept`."""
         return tuple(
             effect.short
             for label, effect in self.effects.items()
-            if label not in kept and self.shows(label)
+            if label not in kept and self.detects(label)
         )
 
-    def may_have(self, label: str, other: _Axis) -> bool:
-        """True if the record of this axis allows the labeled effect with the values of the `other` axis.
+    def allows(self, label: str, other: _Axis) -> bool:
+        """True if the record of this axis does not exclude the labeled effect with the values of the `other` axis.
 
-        The coefficient is the lower end of the interval on the `other` axis. The remaining effects
-        may change, and logL may fall by what a 95 % interval allows. If the model of this axis is
-        not adequate and lacks the effect, its record does not allow the effect.
+        The effect is held fixed; its coefficient is the lower end of the interval on the `other` axis. The other effects
+        are fitted again. True if logL falls by at most ½ χ²₁ (95 %). False if the model of this axis is not adequate and
+        lacks the effect.
         """
         if label not in self.effects and not self.fit.adequate:
             return False
@@ -173,35 +168,34 @@ class _Axis:
         names = tuple(p.name for p in effect.parameters if p.role != "derived")
         given = effect.with_values(**least, hold=names, limits={}, at_limit=())
         rest = (e for e in self.fit.model if e is not self.effects.get(label))
-        model, least_told = Model((*rest, given)), self.fit.solution.log_likelihood - HALF_CHI2_95
+        model, threshold = Model((*rest, given)), self.fit.solution.log_likelihood - HALF_CHI2_95
         # With fixed shapes, logL is a lower bound. The full fit is needed only if the bound is a little too low.
         rough = solve(self.fit.data, model, like=self.fit.solution, polish=False)
-        if not -MAX_POLISH_DELTA_LOGL < rough.log_likelihood - least_told < 0.0:
-            return rough.log_likelihood >= least_told
-        return refitted(self.fit, model).solution.log_likelihood >= least_told
+        if not -MAX_POLISH_DELTA_LOGL < rough.log_likelihood - threshold < 0.0:
+            return rough.log_likelihood >= threshold
+        return refitted(self.fit, model).solution.log_likelihood >= threshold
 
 
 def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
-    """True if each axis shows the effect, or its record allows the effect with the values of an axis that shows it.
+    """True if each axis detects the effect, or does not exclude the effect with the values of an axis that detects it.
 
-    If no axis shows the effect, true if the model of each axis has it.
+    If no axis detects the effect, True if every model has it.
     """
-    showing = [axis for axis in axes if axis.shows(label)]
-    if not showing:
+    detecting = [axis for axis in axes if axis.detects(label)]
+    if not detecting:
         return all(label in axis.effects for axis in axes)
-    others = [axis for axis in axes if axis not in showing]
-    return all(any(axis.may_have(label, one) for one in showing) for axis in others)
+    others = [axis for axis in axes if axis not in detecting]
+    return all(any(axis.allows(label, one) for one in detecting) for axis in others)
 
 
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
-    """Yields one comparison per parameter of an effect, over the axes that show it.
+    """Yields one `Agreement` per parameter of an effect, over the axes that detect it.
 
-    Values are compared in logarithms, by their standard errors. Parameters known on fewer than two
-    axes are omitted.
+    Values are compared in logarithms, by their standard errors. Parameters known on fewer than two axes are omitted.
     """
-    showing = [axis for axis in axes if axis.shows(label)]
-    for parameter in showing[0].effects[label].parameters if showing else ():
-        found = {axis: axis.values[label].get(parameter.name) for axis in showing}
+    detecting = [axis for axis in axes if axis.detects(label)]
+    for parameter in detecting[0].effects[label].parameters if detecting else ():
+        found = {axis: axis.values[label].get(parameter.name) for axis in detecting}
         known = {
             axis: value
             for axis, value in found.items()
@@ -213,7 +207,8 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
         try:
             estimates = [value.to(unit) for value in known.values()]
         except InputError:
-            continue  # different dimensions: levels of power laws with different exponents
+            # Levels of power laws with different exponents have different dimensions.
+            continue
         name = parameter.name if parameter.name == label else f"{label}.{parameter.name}"
         columns = tuple(axis.column for axis in known)
         pooled = pooled_by_errors(name, estimates)
@@ -223,8 +218,8 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
     """List of tuples: labels of the effects of each model; corresponding effects of different axes have the same label.
 
-    Several effects of a kind are numbered by their first shape, on the axis that has most of these
-    effects. On another axis, each effect gets the label of the effect with the nearest shape.
+    Several effects of a kind are numbered in the order of their first shape parameter, on the axis with the most effects
+    of this kind. On another axis, each effect gets the label of the effect with the nearest shape parameter.
     """
     most: dict[str, list[float]] = {}
     for model in models:
@@ -235,9 +230,9 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 
 
 def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
-    """Labels of the effects of one model, such as ``SIN`` and ``SIN2``.
+    """Tuple of labels of the effects of one model, such as ``SIN`` and ``SIN2``.
 
-    `most` holds, by kind, the logarithms of the first shapes that belong to the labels 1, 2, ….
+    `most` maps each kind to the logarithms of the first shape parameters of its labels 1, 2, ….
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -251,7 +246,7 @@ def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...
 
 
 def _first_shape(effect: Effect) -> float:
-    """Natural logarithm of the first fitted shape of an effect; 0 if there is none, or if it is not a positive number."""
+    """Natural logarithm of the first free shape parameter of an effect; 0 if none, or if it is not a positive float."""
     shapes = [effect.values[name] for name in effect.free_shapes]
     return (
         float(np.log(shapes[0]))

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from allanite.fit.result import Fit
 
-#: Largest difference of two equal frequencies or times, in standard errors of the difference: about 1 % false separations
-#: over ten pairs.
+#: Two frequencies or times agree if their difference is at most this many standard errors of the difference. For ten pairs
+#: of equal frequencies, about 1 % are separated.
 MAX_DIFFERENCE = 3.3
 
 
@@ -32,7 +32,7 @@ class CommonLine:
     columns, kinds : tuple of str
         Columns that have it, and the kind of effect on each.
     p_value : float
-        Probability of frequencies this different if they are one.
+        Probability of differences at least this large if the columns have one frequency.
     """
 
     frequency: float
@@ -42,7 +42,7 @@ class CommonLine:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: frequency_hz, std_error_hz, columns, kinds and p_value."""
         return {
             "frequency_hz": self.frequency,
             "std_error_hz": self.std_error,
@@ -74,7 +74,7 @@ class CommonEvent:
     kinds: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: time_s, std_error_s, columns and kinds."""
         return {
             "time_s": self.time,
             "std_error_s": self.std_error,
@@ -106,7 +106,7 @@ def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
 
 
 def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
-    """List of the events at which the bias of several columns changed at one time, earliest first."""
+    """Tuple of `CommonEvent`: times at which the bias of several columns changed, earliest first."""
     return tuple(
         CommonEvent(
             *_weighted_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group)
@@ -116,13 +116,15 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 
 
 def _groups(
-    fits: Mapping[str, Fit], seen_by: Callable[[str, Fit], list[_Occurrence]]
+    fits: Mapping[str, Fit], occurrences_of: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
-    """List of lists: groups of frequencies or times that agree within their errors; each group has at least two columns.
+    """List of lists: groups of frequencies or times that agree within their errors, lowest first.
 
-    `seen_by` returns the frequencies or times of one column.
+    Groups of fewer than two columns are omitted. `occurrences_of` returns the frequencies or times of one column.
     """
-    seen = sorted((s for pair in fits.items() for s in seen_by(*pair)), key=lambda s: s.value)
+    seen = sorted(
+        (s for pair in fits.items() for s in occurrences_of(*pair)), key=lambda s: s.value
+    )
     groups: list[list[_Occurrence]] = []
     for one in seen:
         if groups and _belongs_to(groups[-1], one):
@@ -133,12 +135,12 @@ def _groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
-    """Frequencies (Hz) of the lines and bands of a fit, and rates at which bands or level changes repeat.
+    """List of `_Occurrence`: frequencies (Hz) of the lines and bands of a fit, and rates at which bands or levels repeat.
 
-    A moving band counts with its mean frequency.
+    A moving band counts with its mean frequency. Equal repetition rates are listed once.
     """
     out: list[_Occurrence] = []
-    coming: list[_Occurrence] = []
+    repeating: list[_Occurrence] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if isinstance(effect, Moving) and effect.stretches:
             bands = np.array([p.occupies for p in effect.stretches])
@@ -150,20 +152,22 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
             found = values.get(name)
             if isinstance(found, Estimate) and found.std_error and found.unit == "Hz":
                 seen = _Occurrence(float(found), float(found.std_error), column, effect.kind)
-                (coming if name in companions else out).append(seen)
+                (repeating if name in companions else out).append(seen)
         period = effect.values.get("period")
         if period is not None and isinstance(effect, Modifier):
             # The period is known to half a period over the record.
-            coming.append(_Occurrence(1.0 / period, 0.5 / fit.data.duration, column, effect.kind))
+            repeating.append(
+                _Occurrence(1.0 / period, 0.5 / fit.data.duration, column, effect.kind)
+            )
     # Several harmonics have one repetition rate.
-    for one in sorted(coming, key=lambda s: s.error):
+    for one in sorted(repeating, key=lambda s: s.error):
         if not any(_agree(other, one) for other in out):
             out.append(one)
     return out
 
 
 def _times(column: str, fit: Fit) -> list[_Occurrence]:
-    """Times (s) at which one-time effects of a fit change the bias."""
+    """List of `_Occurrence`: times (s) at which steps, excursions and other single events of a fit begin."""
     out = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if not isinstance(effect, Deterministic) or not effect.happens_once:
@@ -179,7 +183,7 @@ def _times(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
-    """Start time (s) of each excursion of an effect."""
+    """List of `_Occurrence`: start time (s) of each excursion of an effect; empty if the times have no standard error."""
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
     if isinstance(own, Regressed):
@@ -192,14 +196,14 @@ def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
 
 
 def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
-    """Pair: mean frequency or time of a group, weighted by the standard errors, and its standard error."""
+    """Tuple (mean frequency or time of a group, weighted by 1/error², standard error of this mean)."""
     weights = np.array([s.error**-2 for s in group])
     mean = float(weights @ [s.value for s in group] / weights.sum())
     return mean, float(weights.sum() ** -0.5)
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if an occurrence agrees with the mean of a group, and the group has no occurrence of the same column."""
+    """True if `line` agrees with the mean of a group, and the group has no occurrence of the same column."""
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)
@@ -207,12 +211,12 @@ def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
 
 
 def _agree(one: _Occurrence, other: _Occurrence) -> bool:
-    """True if two frequencies or times agree within their standard errors."""
+    """True if two frequencies or times differ by at most `MAX_DIFFERENCE` standard errors of the difference."""
     return abs(one.value - other.value) <= MAX_DIFFERENCE * float(np.hypot(one.error, other.error))
 
 
 def _common_line(group: list[_Occurrence]) -> CommonLine:
-    """Common line of a group."""
+    """`CommonLine` with the weighted mean frequency of a group and the χ² p-value of equal frequencies."""
     from scipy.special import chdtrc
 
     mean, error = _weighted_mean(group)

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.study import Study
 
-#: SI unit of the samples of each kind of sensor.
+#: Kind of inertial sensor → SI unit of its samples.
 SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
-#: Further units that data sheets use.
+#: (Label of a parameter, kind of sensor) → additional unit in the table, which data sheets use.
 FURTHER_UNITS = {("N", ACCELERATION): "ug/sqrt(Hz)"}
 #: Cell of a parameter that the model of an axis does not have.
 ABSENT = "–"
@@ -28,14 +28,14 @@ ABSENT = "–"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A label, and a text for each column."""
+    """Row of a table: a label, and one text per axis."""
 
     label: str
     cells: tuple[str, ...]
 
 
 def rows(studies: Mapping[str, Study]) -> list[Row]:
-    """List of `Row`: model, coefficients in data-sheet units with SI below, shapes, discrepancy and verdict."""
+    """List of `Row` with one cell per study: model, parameters (data-sheet units, then SI), discrepancy δ and verdict."""
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
     labels = labels_of([fit.model for fit in fits])
@@ -48,13 +48,13 @@ def rows(studies: Mapping[str, Study]) -> list[Row]:
 
 
 def legend(studies: Mapping[str, Study]) -> str:
-    """Names of the effects for this kind of sensor: ``N angle random walk, B bias instability``."""
+    """Text with the names of all effects in the models: ``N angle random walk, B bias instability``."""
     names = {e.short: s.fit.display_name(e) for s in studies.values() for e in s.fit.model}
     return ", ".join(f"{short} {name}" for short, name in names.items())
 
 
 def convention(fits: Iterable[Fit]) -> str:
-    """Sentences on how coefficients compare with the values of a data sheet; empty for clocks."""
+    """Text of sentences on how coefficients compare with the values of a data sheet; empty for clocks."""
     inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in SI)
     remarks = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
     return "; ".join(filter(None, remarks))
@@ -64,9 +64,9 @@ _Cell = tuple["Effect", "Parameter", Any]
 
 
 def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
-    """Yields pairs (row label, cell) of the parameters to show: ``N``, ``GM sigma``, ``SIN2 frequency``.
+    """Yields (row label, cell) of each parameter in the table; labels: ``N``, ``GM sigma``, ``SIN2 frequency``.
 
-    Effects of one kind follow each other.
+    A cell is a tuple (effect, parameter, estimate). Effects of one kind follow each other.
     """
     kinds = [effect.kind for effect in fit.model]
     labeled_effects = zip(fit.model, fit.estimates, labels, strict=True)
@@ -83,9 +83,9 @@ def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
 
 
 def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
-    """List: rows of one parameter, one per unit: first the data-sheet unit with intervals, then further units without them.
+    """List of `Row` of one parameter, one per unit: the data-sheet unit with intervals, then other units without.
 
-    A unit that cannot be converted, such as per °C, has a row of its own.
+    A unit that cannot be converted, such as per °C, has its own row.
     """
     unit = fits[0].recording.unit
     kind = parse_unit(unit).kind
@@ -117,7 +117,7 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 
 
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
-    """Text of a cell: value and 95 % interval, or the limit of a parameter that was not detected."""
+    """Text of a cell: value and 95 % interval, ``< limit`` if not detected, or a dash for None."""
     if cell is None:
         return ABSENT
     effect, parameter, value = cell
@@ -131,7 +131,7 @@ def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = 
 
 
 def _discrepancy_text(fit: Fit) -> str:
-    """Text of the model discrepancy with its interval."""
+    """Text ``0.5 % (0.1 … 0.9)``: model discrepancy of a fit with its interval."""
     found = fit.discrepancy
     low, high = found.interval
     return f"{found.percent:.2g} % ({low:.2g} … {high:.2g})"

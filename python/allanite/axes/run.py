@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     Start = Model | Effect | str
 
-#: Suggestions of an adequate model that are kept for display.
+#: Number of suggestions that a study keeps in any case; further ones are kept only if significant.
 KEPT_SUGGESTIONS = 2
 #: Time limit, s, of a column that begins after the common limit: only its first model is fitted.
 MIN_SECONDS = 1e-3
@@ -43,7 +43,7 @@ def characterize(
     working: Recording | Sequence[Recording] = (),
     further: Sequence[Sequence[Recording]] = (),
 ) -> Characterization:
-    """Models of every axis, built two axes at a time, and what the axes have in common.
+    """`Characterization`: models of every axis, and what the axes have in common.
 
     Parameters
     ----------
@@ -123,9 +123,10 @@ def characterize(
 
 
 def _without_search_data(study: Study) -> Study:
-    """The study without suggestions that are never shown; the data that only a search needs are deleted.
+    """Copy of a study with the significant suggestions and the first `KEPT_SUGGESTIONS`. Saves memory.
 
-    Each of these holds a fit, which is as large as the record.
+    Side effect: the fits of all steps forget the data that only a search needs. A suggestion holds a fit, which is as
+    large as the record.
     """
     check = study.check
     for rung in study.ladder:
@@ -145,19 +146,21 @@ def improve_columns(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
-    """List: one entry per column: its study, or the error that explains why there is none. Two columns are built at a time.
+    """List with one entry per column: its study, or the exception that explains why there is none.
 
-    `models` are the initial models of the columns. The other parameters are those of
-    `characterize`. The columns share `seconds`; `allanite.improve_columns` gives `seconds` to each
-    column.
+    `models` are the initial models of the columns. The other parameters are those of `characterize`. Columns are computed
+    in parallel and share `seconds`; `allanite.improve_columns` gives `seconds` to each column.
     """
     end = None
     if seconds is not None:
         end = time.monotonic() + positive(seconds, "seconds", "s", "give seconds, such as 60")
     waiting = list(columns)
 
-    def share() -> float | None:
-        """Time limit (s) of the column that begins, from an equal share of the remaining time; None without a limit."""
+    def time_share() -> float | None:
+        """Time limit (s) of the next column: an equal share of the remaining time. None without a limit.
+
+        Side effect: removes a column from `waiting`.
+        """
         left = len(waiting)
         waiting.pop()
         if end is None:
@@ -169,14 +172,15 @@ def improve_columns(
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
-            """Pass on the number of steps done on this column to `on_progress`."""
+            """Call `on_progress` with this column and its number of steps done, unless it is complete."""
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 
         def study() -> Study:
-            """Study of this column within its share of the time."""
-            own = share()
-            _ = column.audit  # kept by the column
+            """Build the study of this column within its share of the time; calls `on_progress` and `on_study`."""
+            own = time_share()
+            # Computed here, in the thread of the column; the column caches the audit.
+            _ = column.audit
             try:
                 found: Study = improve(column, model, report, limit, tolerance, own)
             finally:

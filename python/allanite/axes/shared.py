@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Smallest ratio of the coherence that a common line would cause to the measured one, from which the line explains it.
-#: Chosen by judgment; shares of a spectrum are known roughly.
+#: A common line explains a coherence if the coherence that the line would cause is at least this fraction of the measured
+#: one. Chosen by judgment; fractions of a spectrum are known roughly.
 MIN_EXPLAINED_COHERENCE = 0.5
 
 
@@ -48,7 +48,7 @@ class SharedNoise:
     line: CommonLine | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: columns, low_hz, high_hz, pair, coherence, and line_hz (None without a line)."""
         return {
             "columns": list(self.columns),
             "low_hz": self.low,
@@ -77,10 +77,10 @@ _Pair = tuple[tuple[str, str], "CrossBand"]
 def shared_noise(
     cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
 ) -> tuple[SharedNoise, ...]:
-    """List of the sources of significant coherent noise: first common lines, then the others by frequency.
+    """Tuple of `SharedNoise`, one per source of significant coherent noise: common lines, then others by frequency.
 
-    Pairs of one octave that share a column are one source. So are neighboring octaves if the
-    columns of one octave are among those of the other octave.
+    Pairs of one octave that share a column are one source. Neighboring octaves are one source if the columns of one
+    octave are among those of the other octave.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     rest: list[_Pair] = []
@@ -93,11 +93,12 @@ def shared_noise(
                 of_lines.setdefault(line, []).append(one)
             else:
                 rest.append(one)
-    octaves = _joined(
+    octaves = _connected_groups(
         rest, lambda a, b: _is_same_octave(a[1], b[1]) and not {*a[0]}.isdisjoint(b[0])
     )
     groups = [
-        [one for octave in group for one in octave] for group in _joined(octaves, _are_neighbors)
+        [one for octave in group for one in octave]
+        for group in _connected_groups(octaves, _are_neighbors)
     ]
     groups.sort(key=lambda group: min(band.low for _, band in group))
     named = [_source_of(line.columns, pairs, line) for line, pairs in of_lines.items()]
@@ -110,7 +111,7 @@ def shared_noise(
 def _source_of(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
-    """Shared noise of some pairs, represented by the pair with the clearest coherence."""
+    """`SharedNoise` of some pairs, represented by the pair with the largest coherence relative to its 95 % quantile."""
     # Few ordinates have a larger coherence by chance.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
     low, high = min(b.low for _, b in pairs), max(b.high for _, b in pairs)
@@ -118,17 +119,17 @@ def _source_of(
 
 
 def _columns(pairs: Iterable[_Pair]) -> set[str]:
-    """Names of all columns of some pairs."""
+    """Set of the names of all columns of some pairs."""
     return {column for pair, _ in pairs for column in pair}
 
 
 def _is_same_octave(one: CrossBand, other: CrossBand) -> bool:
-    """True if two bands are the same octave."""
+    """True if two bands have the same limits."""
     return (one.low, one.high) == (other.low, other.high)
 
 
 def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
-    """True if two octaves are neighbors and the columns of one are among those of the other."""
+    """True if two octaves are adjacent in frequency and the columns of one are among those of the other."""
     (_, a), (_, b) = one[0], other[0]
     if a.high != b.low and a.low != b.high:
         return False
@@ -136,8 +137,8 @@ def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
     return mine <= yours or mine >= yours
 
 
-def _joined(items: Iterable[T], joins: Callable[[T, T], bool]) -> list[list[T]]:
-    """Groups of items: two items are in one group if `joins` is true for them, or if other items connect them."""
+def _connected_groups(items: Iterable[T], joins: Callable[[T, T], bool]) -> list[list[T]]:
+    """List of lists: connected components of the items, where `joins(a, b)` is True for connected items."""
     groups: list[list[T]] = []
     for item in items:
         near = [any(joins(item, one) for one in group) for group in groups]
@@ -156,7 +157,7 @@ def _coherence_of_line(
 
     It is 0 if the line is not on both columns.
     """
-    shares = [_share(line, name, fits[name]) for name in pair if name in line.columns]
+    shares = [_power_fraction(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:
         return 0.0
     data = fits[pair[0]].data
@@ -165,8 +166,8 @@ def _coherence_of_line(
     return float(width @ np.sqrt(shares[0] * shares[1]) / max(width.sum(), 1)) ** 2
 
 
-def _share(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
-    """Fraction of the power in each bin that a line's random process has on a column, shape (bins,).
+def _power_fraction(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
+    """Power of a line's random process divided by the spectrum of the fit, in each bin, shape (bins,).
 
     It is 0 for a line that is a known function of time, because a fit subtracts the line.
     """
@@ -175,9 +176,9 @@ def _share(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
     if not own:
         return np.zeros(fit.solution.spectrum.size)
 
-    def away(place: int) -> float:
-        """Distance in Hz from the line to the middle of the band of process number `place`."""
+    def distance(place: int) -> float:
+        """Distance in Hz from the line to the middle of the band of `own[place]`."""
         middle = np.mean(own[place].effect.occupies or line.frequency)
         return abs(float(middle) - line.frequency)
 
-    return np.asarray(own[min(range(len(own)), key=away)].power / fit.solution.spectrum)
+    return np.asarray(own[min(range(len(own)), key=distance)].power / fit.solution.spectrum)

@@ -6,7 +6,13 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import Row, convention, legend, rows
-from allanite.axes.words import at_work, in_common, remarks, seen_by_several, turn_on_sentences
+from allanite.axes.words import (
+    common_form_sentences,
+    remarks,
+    shared_effect_sentences,
+    turn_on_sentences,
+    working_sentences,
+)
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 from allanite.common.numbers import with_readable_numbers
@@ -18,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Sensor
     from allanite.study import Study
 
-#: Text between two columns.
+#: Text between two columns of the table.
 GAP = "  "
 
 
@@ -41,9 +47,9 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     if compared:
         lines += ["", *wrap(compared, width)]
     sections = {
-        "at work": at_work(found),
+        "at work": working_sentences(found),
         "bias at switch-on": turn_on_sentences(found),
-        "seen by several axes": seen_by_several(found.common),
+        "seen by several axes": shared_effect_sentences(found.common),
         "averaging sensors of one axis": [
             with_readable_numbers(str(one)) for one in found.averages
         ],
@@ -58,16 +64,16 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
 
 
 def _wrapped_lines(text: str, width: int) -> list[str]:
-    """List of texts: lines of an indented sentence."""
+    """List of texts: lines of `text`, indented and wrapped at `width` characters."""
     return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
 
 
 def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
-    """List of texts: lines of the table of one sensor, with its legend and sentences."""
+    """List of texts: lines of the table of one sensor, its legend and its sentences; axes beyond `width` follow below."""
     lines = []
     names = list(studies)
     while names:
-        # As many axes side by side as fit; one always does.
+        # The largest number of axes that fits side by side; at least one.
         for count in range(len(names), 0, -1):
             part = {name: studies[name] for name in names[:count]}
             drawn = _table_lines([Row(sensor.name, tuple(part)), *rows(part)])
@@ -76,13 +82,13 @@ def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str
         lines += [*drawn, ""]
         names = names[count:]
     lines += wrap(legend(studies), width, initial_indent="  ", subsequent_indent="  ")
-    for sentence in in_common(sensor):
+    for sentence in common_form_sentences(sensor):
         lines += _wrapped_lines(sentence, width)
     return lines
 
 
 def _table_lines(block: Sequence[Row]) -> list[str]:
-    """List of texts: lines of a table with aligned columns."""
+    """List of texts: lines of a table with aligned columns, with a rule below the first row."""
     cells = [(row.label, *row.cells) for row in block]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     texts = [GAP.join(map(str.ljust, row, widths)).rstrip() for row in cells]
@@ -90,19 +96,19 @@ def _table_lines(block: Sequence[Row]) -> list[str]:
 
 
 def html(found: Characterization) -> str:
-    """HTML of a characterization: a table for each sensor, and sentences below."""
+    """HTML text of a characterization: a table for each sensor, and sentences below."""
     out = [html_list([heading(found)])]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}
         body = [(row.label, *row.cells) for row in rows(studies)]
         out.append(html_table(sensor.name, ("", *sensor.columns), body))
-        out.append(html_list([legend(studies), *in_common(sensor)]))
+        out.append(html_list([legend(studies), *common_form_sentences(sensor)]))
     out.append(
         html_list(
             [
-                *at_work(found),
+                *working_sentences(found),
                 *turn_on_sentences(found),
-                *seen_by_several(found.common),
+                *shared_effect_sentences(found.common),
                 *remarks(found),
             ]
         )

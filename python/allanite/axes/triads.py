@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-#: Name of the sensor for each kind of unit.
+#: Kind of sensor → name of the sensor.
 NAMES = {
     ANGULAR_RATE: "gyroscope",
     ACCELERATION: "accelerometer",
@@ -23,7 +23,7 @@ NAMES = {
 
 
 def columns_by_sensor(columns: Iterable[Recording]) -> list[tuple[str, ...]]:
-    """List of tuples: names of the columns of each sensor, in their order.
+    """List of tuples: names of the columns of each sensor, in the order of the columns.
 
     Columns of one kind of unit whose names differ only in the letter of the axis are one sensor. If no name has such a
     letter, all columns of one kind are one sensor.

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-#: Fewest logs for a fit of temperature: a straight line leaves two degrees of freedom.
+#: Minimum number of logs for a regression on temperature: a straight line leaves two degrees of freedom.
 MIN_LOGS_FOR_TEMPERATURE = 4
-#: p-value, divided by the number of columns, below which a temperature explains the bias.
+#: A temperature column explains the bias if its p-value times the number of columns is below this level.
 SIGNIFICANCE_LEVEL = 0.05
 
 
@@ -68,7 +68,7 @@ class TurnOn:
         return text
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: logs, mean, sigma, interval, temperature (None without one) and unit."""
         return {
             "logs": self.logs,
             "mean": self.mean,
@@ -89,7 +89,7 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """Dict: bias at switch-on of each column that another log has too.
+    """Dict from the name of each column that at least one other log has to its `TurnOn`.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def turn_on_biases(
     for one in first:
         for column in one.measured:
             name = column.columns[0]
-            found = [column, *(c for log in others if (c := _find(log, name)) is not None)]
+            found = [column, *(c for log in others if (c := _column_named(log, name)) is not None)]
             if len(found) > 1:
                 own = [c.to(column.unit) for c in found]
                 out[name] = turn_on_bias(
@@ -114,19 +114,19 @@ def turn_on_biases(
 
 
 def column_means(recording: Recording) -> dict[str, float]:
-    """Dict: mean of each logged column, such as the temperature, by the name of the column."""
+    """Dict from the name of each logged column (covariate), such as a temperature, to its mean without NaN."""
     return {name: float(np.nanmean(values)) for name, values in recording.covariates.items()}
 
 
-def _find(log: Sequence[Recording], name: str) -> Recording | None:
-    """`Recording`: column of a log by its name, or None."""
+def _column_named(log: Sequence[Recording], name: str) -> Recording | None:
+    """`Recording` of the column of a log with this name; None if there is none."""
     return next((c for one in log for c in one.measured if c.columns[0] == name), None)
 
 
 def turn_on_bias(
     biases: Sequence[float], temperatures: Sequence[Mapping[str, float]], unit: str
 ) -> TurnOn:
-    """`TurnOn`: spread of the bias between logs.
+    """`TurnOn`: mean and spread of the bias between logs, and the temperature that explains a part.
 
     Parameters
     ----------
@@ -143,20 +143,19 @@ def turn_on_bias(
     free = means.size - 1
     sigma = float(means.std(ddof=1))
     ends = sigma * np.sqrt(free / chi2.ppf([0.975, 0.025], free))
-    column, share, residual, slope = _temperature(means, temperatures)
+    column, share, residual, slope = _best_temperature(means, temperatures)
     interval = float(ends[0]), float(ends[1])
     return TurnOn(
         means.size, float(means.mean()), sigma, interval, column, share, residual, slope, unit
     )
 
 
-def _temperature(
+def _best_temperature(
     means: NDArray[np.float64], temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
     """Tuple (name, share of the variance, residual deviation, slope) of the logged column that explains most of the means.
 
-    The name is empty and the numbers are 0 if no column explains a significant share, or if there
-    are too few logs.
+    ("", 0, 0, 0) if no column is significant, or if there are fewer than `MIN_LOGS_FOR_TEMPERATURE` logs.
     """
     from scipy.stats import linregress
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from allanite.study import Study
 
-#: Largest share of rounding in the variance of the white noise. Above it the samples take few values, and the rounding
-#: is not simulated separately. Chosen by judgment; not measured.
+#: Rounding is simulated separately if its variance is at most this share of the variance of the white noise. Above, the
+#: samples take few values. Chosen by judgment; not measured.
 MAX_ROUNDING_SHARE = 0.5
 #: Sentence about errors that no noise model contains.
 ABSENT_ERRORS = (
@@ -46,10 +46,10 @@ class Twin:
 
 
 def samples_of(study: Study) -> dict[str, Any]:
-    """Properties of a column's samples that its model lacks, by name for JSON.
+    """Dict for JSON of a column's sample statistics: mean, minimum, maximum, step, clipped and references.
 
-    They are the mean, range and step, the values at which samples were clipped, and the means of
-    logged columns.
+    `step` is the quantization step or None. `clipped` lists the values at which samples were clipped. `references` maps
+    each logged column to its mean.
     """
     recording = study.recording
     x = recording.rate_samples()
@@ -81,7 +81,7 @@ def twin(
     seed: int = 0,
     covariates: Mapping[str, ArrayLike] | None = None,
 ) -> Twin:
-    """Simulated recording of every axis of a saved characterization.
+    """`Twin`: simulated recording of every axis of a saved characterization, and what the simulation lacks.
 
     Each axis is simulated independently with the same seed. It has the mean of the measured axis, is rounded to its step
     and clipped where the measured axis was. Filters, lines, drifts and steps are those of its model.
@@ -155,7 +155,7 @@ def twin(
 
 
 def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
-    """List of sentences on shared noise that a simulation lacks; common lines are simulated and not named."""
+    """List of sentences, one per shared noise that a simulation lacks; deterministic common lines are not listed."""
     steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
@@ -167,9 +167,9 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
 
 
 def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
-    """Pair: part of a model that can be simulated, and a sentence on each effect that is omitted.
+    """Tuple (model of the effects that can be simulated, list of a sentence on each omitted effect).
 
-    Omitted are excluded samples, and effects of logged columns that are not given.
+    Omitted are outliers (excluded samples), and effects of logged columns that are not given.
     """
     kept = [e for e in model if e.follows is None or e.follows in covariates]
     omitted = [
@@ -185,10 +185,10 @@ def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Mod
 
 
 def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
-    """Pair: model whose white noise lacks the variance step²/12 that rounding adds again, and the step.
+    """Tuple (model whose white noise is smaller by the variance step²/12 that rounding will add, `step`).
 
-    The step is None if it is too coarse, or if a filter acted before the rounding, so that less N would change the
-    spectrum.
+    The tuple is (`model`, None) if there is no step or no white noise, if the step is too coarse (`MAX_ROUNDING_SHARE`),
+    or if the model has a filter, so that a smaller N would change the spectrum.
     """
     white = model.white
     filtered = any(not (e.passing or e.removes) for e in model.modifiers)
@@ -206,7 +206,7 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 def _as_recorded(
     samples: NDArray[np.float64], known: Mapping[str, Any], step: float | None
 ) -> NDArray[np.float64]:
-    """Array: samples with the measured mean, rounded to the step and clipped at the ends of the sensor's range."""
+    """Array: `samples` plus the measured mean, rounded to `step` unless None, and clipped at the values in `known`."""
     out = samples + float(known.get("mean", 0.0))
     if step is not None:
         # A mean beyond all sensors gives infinite samples, which a recording refuses.

@@ -34,8 +34,11 @@ def title(found: Characterization) -> str:
     return " · ".join(parts)
 
 
-def in_common(sensor: Sensor) -> list[str]:
-    """List of texts: sentences on the common model form, on parameters that agree or differ, and on shared noise."""
+def common_form_sentences(sensor: Sensor) -> list[str]:
+    """List of texts: sentences on a sensor's common model form, on parameters that agree or differ, and on correlation.
+
+    Empty for a sensor of one column.
+    """
     if len(sensor.columns) < 2:
         return []
     if sensor.form is None:
@@ -53,16 +56,16 @@ def in_common(sensor: Sensor) -> list[str]:
     return [with_readable_numbers(sentence) for sentence in out]
 
 
-def seen_by_several(common: Common) -> list[str]:
-    """List of texts: sentences on lines, events and noise that several axes share, each once."""
+def shared_effect_sentences(common: Common) -> list[str]:
+    """List of texts: one sentence per line, event and noise that several axes share."""
     of_lines = {one.line: one for one in common.shared if one.line is not None}
     rest = [one for one in common.shared if one.line is None]
     lines = [of_lines.get(line, line) for line in common.lines]
     return [with_readable_numbers(str(one)) for one in (*lines, *common.events, *rest)]
 
 
-def at_work(found: Characterization) -> list[str]:
-    """List of texts: sentences on what the working log adds to the noise of each column."""
+def working_sentences(found: Characterization) -> list[str]:
+    """List of texts: one sentence per column on what the working log adds to its noise."""
     return [
         with_readable_numbers(f"{name}: {'; '.join(w.reasons)}")
         for name, w in found.working.items()
@@ -70,28 +73,28 @@ def at_work(found: Characterization) -> list[str]:
 
 
 def turn_on_sentences(found: Characterization) -> list[str]:
-    """List of texts: sentences on the bias at switch-on of each column."""
+    """List of texts: one sentence per column on its bias at switch-on."""
     return [with_readable_numbers(f"{name}: {bias}") for name, bias in found.turn_on.items()]
 
 
 def _clause_on_single_axes(form: Form) -> str:
-    """Clause on the effects of single axes: ``; acc_x also has SIN``."""
+    """Clause on the effects of single axes: ``; acc_x also has SIN``; empty without any."""
     own = [f"{name} also has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]
     return f"; {', '.join(own)}" if own else ""
 
 
 def _list_text(words: Sequence[str]) -> str:
-    """Words joined by commas and "and"."""
+    """Text ``a, b and c`` of at least one word."""
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def _p_text(value: float) -> str:
-    """Printed text of a p-value."""
+    """Text of a p-value with one digit, or ``below 1e-99``."""
     return f"{value:.1g}" if value >= 1e-99 else "below 1e-99"
 
 
 def _over_axes(number: Agreement, sensor: Sensor) -> str:
-    """Clause that names the axes with a value of the parameter; empty if all axes have a value."""
+    """Clause `` over gyro_x and gyro_y``: axes with a value of the parameter; empty if all axes have one."""
     return (
         "" if len(number.columns) == len(sensor.columns) else f" over {_list_text(number.columns)}"
     )
@@ -103,7 +106,7 @@ def _difference_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def _agreement_text(number: Agreement, sensor: Sensor) -> str:
-    """Clause on a parameter that agrees, with its common value."""
+    """Item ``N = 0.3 (0.2 … 0.4) °/√h, p 0.4`` for a list of parameters that agree between axes."""
     pooled, declared = number.pooled, number.parameter
     value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
     value = to_table_unit(value, declared.unit, declared.sheet, number.sample_unit)
@@ -114,7 +117,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
-    """List of remarks below a table: failed columns, warnings of the audit, inadequate models, alternative explanations."""
+    """List of texts below a table: failed columns, warnings of the audit, inadequate models, alternative explanations."""
     out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
     # A missing unit is no warning, since the column may be a clock's, but it is a remark.

@@ -5,8 +5,8 @@ The log at rest gives the noise of the sensor. The spectrum of the working log a
 * Lines are single frequencies far above their neighbors. Multiples that fold at half of the rate are named as aliases.
 * Motion is excess that falls from the lowest frequency on, below 10 Hz: no vehicle is steered faster. A filter must follow
   motion, so it is not noise.
-* Vibration is the rest of the excess. Its density in the octave above motion, or up to 10 Hz, adds to N, because an
-  integral accumulates it. Each higher band becomes a line of its power, which adds the same to an angle or a velocity.
+* Vibration is the remaining excess. Its density in the octave above motion, or up to 10 Hz, adds to N, because an
+  integral accumulates it. Each higher band becomes a line of the same power, which adds as much to an angle or a velocity.
 
 Slow noise is that of the log at rest, since motion hides it.
 """
@@ -41,25 +41,27 @@ Array = NDArray[np.float64]
 
 #: Highest frequency of motion, Hz: attitude loops of small multicopters cross over at 2 to 8 Hz, other vehicles are slower.
 MAX_MOTION_FREQUENCY = 10.0
-#: Segments of half overlap whose spectra are averaged: each density is then known to 18 %. Fewest samples of a segment.
+#: Number of segments (half overlap) whose spectra are averaged, so that each density is known to 18 %, and minimum number
+#: of samples of a segment.
 SEGMENTS, MIN_SEGMENT_SAMPLES = 32, 64
-#: Variance of an average of overlapping Hann segments over that of as many independent ones.
-OVERLAP = 1.0 + 2.0 / 36.0
-#: Largest relative difference of the rates of both logs. Chosen by judgment; a line moves by less than a bin.
+#: Variance of an average over Hann segments with half overlap, divided by that over as many independent segments.
+OVERLAP_VARIANCE_RATIO = 1.0 + 2.0 / 36.0
+#: Maximum relative difference of the rates of both logs. Chosen by judgment; a line moves by less than a bin.
 MAX_RATE_DIFFERENCE = 0.01
-#: Bins from zero that the window mixes with the mean, and that are omitted.
+#: Number of bins from frequency zero on that are omitted, because the window mixes them with the mean.
 OMITTED_BINS = 3
-#: Probability that white noise shows a line anywhere in a spectrum.
+#: False-alarm probability: that white noise shows a line anywhere in a spectrum.
 FALSE_LINE_PROBABILITY = 1e-3
-#: Bins on each side of a line whose median is its level, and bins of half of the window's main lobe.
+#: Number of bins on each side of a line whose median is the noise level, and half width of the window's main lobe in bins.
 LEVEL_BINS, LOBE_BINS = 15, 2
-#: Standard errors by which a band must exceed the valley above it to be motion. Chosen by judgment; not measured.
+#: A band shows motion if it exceeds the minimum of the excess above it by this many standard errors. Chosen by judgment;
+#: not measured.
 MIN_MOTION_EXCESS = 4.0
-#: Bands of an octave in which spectra are averaged.
+#: Number of bands per octave in which spectra are averaged.
 BANDS_PER_OCTAVE = 3
-#: Smallest excess over the density at rest that is reported, as a share of it. Chosen by judgment; not measured.
+#: Excess is reported from this share of the density at rest on. Chosen by judgment; not measured.
 MIN_REPORTED_EXCESS = 0.1
-#: Highest multiple of a line that is searched among the other lines.
+#: Highest harmonic of a line that is searched among the other lines.
 MAX_MULTIPLE = 12
 
 
@@ -74,7 +76,7 @@ class Line:
     rms : float
         Unit of the samples.
     multiple, base : int, float
-        The line is this multiple of the base frequency (Hz), after aliasing; 1 and 0 for a line of its own.
+        The line is the (aliased) harmonic of this order of the base frequency (Hz); 1 and 0 for a line without a base.
     """
 
     frequency: float
@@ -132,7 +134,7 @@ class Working:
 
     @property
     def reasons(self) -> list[str]:
-        """List of texts: sentences on what the working state adds, in ASCII."""
+        """List of texts: one ASCII sentence for each thing that the working state adds (N, bands, lines, motion)."""
         out = []
         if self.level > 1.0 + MIN_REPORTED_EXCESS:
             half = 0.5 * self.rate
@@ -152,7 +154,7 @@ class Working:
         return out or ["nothing above the noise at rest"]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record; exported files use its `effects` and `notes`."""
+        """Dict for JSON: source, N, level, broad_hz, lines, bands, motion, model, effects and notes."""
         return {
             "source": self.source,
             "N": {"value": self.N, "interval": list(self.interval)},
@@ -175,7 +177,7 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """Dict: noise at work of each column that a working log has.
+    """Dict from the name of each column of both logs to its `Working` (noise at work).
 
     Raises
     ------
@@ -189,10 +191,10 @@ def working_states(
 
 
 def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) -> None:
-    """Raise an error unless the working log can be compared with the log at rest.
+    """Raise `InputError` or `TooShortError` unless the working log can be compared with the log at `rest`.
 
-    At least one column must be in both logs. Each common column needs the same kind of unit, the same rate and enough
-    samples.
+    At least one column must be in both logs. Each common column needs the same kind of unit, the same rate within 1 %,
+    and enough samples.
     """
     kinds = {
         name: (parse_unit(unit).kind, unit, one.rate)
@@ -226,14 +228,17 @@ def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) ->
 
 
 def _working_state(fit: Fit, log: Recording) -> Working:
-    """`Working`: noise at work of one column."""
+    """`Working`: noise at work of one column, from its fit at rest and its working log.
+
+    Raises `InputError` if the model at rest has no white noise.
+    """
     rest = fit.recording
     model = fit.model.steady((0.0, rest.duration))
     white = model.white
     if white is None:
         raise InputError(f"{rest.columns[0]}: the model at rest, {model.name}, has no white noise")
     f, S, count, variance = _spectrum(log.to(rest.unit))
-    nu = 2.0 * count / OVERLAP
+    nu = 2.0 * count / OVERLAP_VARIANCE_RATIO
     quiet = model.psd(f, rest.rate)
     lines, smooth = _lines(f, S, nu, log.rate)
     begin = _end_of_motion(f, smooth, quiet, nu)
@@ -276,7 +281,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
         level=N / at_rest,
         lines=lines,
         broad=broad,
-        bands=_joined(bands, width),
+        bands=_merge_adjacent(bands, width),
         motion=(float(begin), motion) if moving.any() else (0.0, 0.0),
         rate=log.rate,
         unit=rest.unit,
@@ -284,7 +289,10 @@ def _working_state(fit: Fit, log: Recording) -> Working:
 
 
 def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
-    """Frequencies (Hz), two-sided density, number of averaged segments, and variance of the samples."""
+    """Tuple (frequencies in Hz, two-sided Welch density, number of averaged segments, variance of the samples).
+
+    The lowest `OMITTED_BINS` bins and the last one are omitted. Gaps are filled.
+    """
     from scipy.signal import welch
 
     x = bridge_gaps(log.rate_samples())
@@ -295,7 +303,7 @@ def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
 
 
 def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
-    """Pair: lines of a spectrum, and the density without them: the level of the neighboring frequencies replaces each line.
+    """Tuple (lines of a spectrum, density in which the median of the neighboring frequencies replaces each line).
 
     `nu` is the number of degrees of freedom of a density, `rate` the sampling rate in Hz.
     """
@@ -320,14 +328,13 @@ def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...]
 
 
 def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
-    """The lines, where each (aliased) multiple of the base line states its order and the base frequency.
+    """List of the lines; each (aliased) harmonic of the base line states its order and the base frequency.
 
-    The base is the line with the most multiples among the lines. `width` is the frequency
-    resolution, Hz.
+    The base is the line with the most harmonics among the lines. `width` is the frequency resolution, Hz.
     """
 
     def multiples(base: Line) -> dict[int, int]:
-        """Order of the multiple of `base` at each line that is a multiple, by the index of the line."""
+        """Dict from the index of each line that is a harmonic of `base` to the order of the harmonic."""
         out: dict[int, int] = {}
         for k in range(2, MAX_MULTIPLE + 1):
             whole = k * base.frequency
@@ -350,8 +357,7 @@ def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
     """Frequency in Hz below which the log shows motion; the lowest frequency of the spectrum if there is no motion.
 
-    It is the lowest point of the excess over the `quiet` density below 10 Hz, if lower bands are
-    clearly above it.
+    It is the band with the minimum excess over the `quiet` density below 10 Hz, if lower bands are significantly above.
     """
     top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
     count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)
@@ -371,9 +377,10 @@ def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
 
 
 def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
-    """Bands with vibration (lowest and highest frequency in Hz, rms), and the upper end of the noise floor, Hz.
+    """Tuple (list of bands with vibration above `low` Hz, upper end of the noise floor in Hz).
 
-    A band counts if its power is at least a tenth above the floor.
+    A band is (lowest frequency in Hz, highest frequency in Hz, rms). It is listed if its power exceeds the floor by more
+    than a tenth. The noise floor ends at the first band with less than half of its power, else at the last frequency.
     """
     high = float(f[-1])
     count = max(1, round(BANDS_PER_OCTAVE * float(np.log2(high / low))))
@@ -390,8 +397,8 @@ def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], flo
     return found, broad
 
 
-def _joined(bands: list[Any], width: float) -> tuple[Any, ...]:
-    """Bands (lowest and highest frequency in Hz, rms), with adjacent ones joined to one band."""
+def _merge_adjacent(bands: list[Any], width: float) -> tuple[Any, ...]:
+    """Tuple of bands (lowest frequency in Hz, highest frequency in Hz, rms), in which adjacent bands are merged."""
     out: list[list[float]] = []
     for low, high, rms in bands:
         if out and low < out[-1][1] + 1.5 * width:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import convention, legend, rows
-from allanite.axes.words import in_common, remarks, seen_by_several
+from allanite.axes.words import common_form_sentences, remarks, shared_effect_sentences
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.words import COMPLETED, sentence
 
@@ -25,13 +25,13 @@ def overview(found: Characterization) -> list[Block]:
             Table(("", *sensor.columns), body),
             Paragraph(legend(studies), "quiet"),
         ]
-        shared = tuple(sentence(text) for text in in_common(sensor))
+        shared = tuple(sentence(text) for text in common_form_sentences(sensor))
         if shared:
             out.append(Bullets(shared))
     stated = convention(study.fit for study in found.studies.values())
     if stated:
         out.append(Paragraph(f"{stated}.", "quiet"))
-    seen = tuple(seen_by_several(found.common))
+    seen = tuple(shared_effect_sentences(found.common))
     if seen:
         out.append(Heading("Effects found on several axes"))
         out.append(Bullets(seen))

@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 from allanite.axes.characterization import Sensor
 from allanite.axes.forms import Form, common_form
-from allanite.axes.words import in_common
+from allanite.axes.words import common_form_sentences
 
 NAMES = ("gyro_x", "gyro_y", "gyro_z")
 
@@ -23,7 +23,7 @@ def fits_of(truths, models, units=("deg/s",) * 3, n=8000, rate=10.0, seed=3):
 
 
 def sentences(fits):
-    return in_common(Sensor("gyroscope", tuple(fits), common_form(fits), ()))
+    return common_form_sentences(Sensor("gyroscope", tuple(fits), common_form(fits), ()))
 
 
 def test_axes_in_different_units_are_compared_in_the_first():
@@ -135,4 +135,4 @@ def test_axes_of_different_noise_have_no_common_form():
 def test_what_an_axis_has_beside_the_common_form_is_said():
     form = Form("N", {"gx": (), "gy": ("SIN", "OUT")}, ())
     sensor = Sensor("gyroscope", ("gx", "gy"), form, ())
-    assert in_common(sensor)[0] == "N fits all axes; gy also has SIN+OUT"
+    assert common_form_sentences(sensor)[0] == "N fits all axes; gy also has SIN+OUT"

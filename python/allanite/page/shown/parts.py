@@ -136,7 +136,7 @@ def _study_document(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes."""
-    from allanite.axes.words import in_common, seen_by_several
+    from allanite.axes.words import common_form_sentences, shared_effect_sentences
 
     names = tab.work.recording.columns
     steps = [(n, one.step) for n, one in zip(names, tab.board.ladders, strict=True)]
@@ -146,10 +146,10 @@ def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     found = _common_of_fits(fits)
     return {
         "sensors": [
-            {"name": s.name, "columns": list(s.columns), "sentences": in_common(s)}
+            {"name": s.name, "columns": list(s.columns), "sentences": common_form_sentences(s)}
             for s in found.sensors
         ],
-        "lines": seen_by_several(found),
+        "lines": shared_effect_sentences(found),
     }
 
 
