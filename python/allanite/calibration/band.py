@@ -1,4 +1,4 @@
-"""The 95 % band of the thermal law b(T), from the joint distribution of all fitted numbers and the noise."""
+"""The 95 % band of the thermal law b(T), from the joint distribution of all fitted parameters and the noise."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.calibration.forms import design, memory_of, near_the_best
+from allanite.calibration.forms import design, memory_of, with_near_best_evidence
 from allanite.common.parameters import NORMAL
 from allanite.common.showing import brief
 from allanite.effects.covariate import Covariate
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from allanite.calibration.forms import Tried
     from allanite.fit import Fit
 
-#: Laws that are drawn at random for the band. The width of the band then has a standard error of 2 %.
+#: Number of random laws for the band. The width of the band then has a standard error of 2 %.
 DRAWS = 4000
 #: Number of temperatures of the curve, evenly spaced over the range of the logs.
 POINTS = 101
@@ -30,7 +30,7 @@ POINTS = 101
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """The law b(T) at constant temperature, relative to the bias at the reference temperature.
+    """Law b(T) at constant temperature with its 95 % band, relative to the bias at the reference temperature.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Curve:
 
 
 def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] = ()) -> Curve:
-    """`Curve` of a fitted law with its 95 % band, over the range of some temperatures, °C.
+    """`Curve` of a fitted law with its 95 % band at `POINTS` temperatures over the range of `temperature`, °C.
 
     The band is simultaneous: with 95 % confidence it contains the law at all temperatures at once. Its half-width is
     the root mean square deviation of random laws at each temperature, times the 95 % quantile of the largest ratio of a
@@ -76,21 +76,23 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
     """
     reference = float(temperature.mean())
     grid = np.linspace(float(temperature.min()), float(temperature.max()), POINTS)
-    coefficients, loop = _law(fit)
+    coefficients, loop = _coefficients_and_loop(fit)
     bias = _curves(coefficients[None], reference, grid, reference)[0]
-    sources = [(one.fit, one.log_evidence) for one in near_the_best(tried)] or [(fit, 0.0)]
+    sources = [(one.fit, one.log_evidence) for one in with_near_best_evidence(tried)] or [
+        (fit, 0.0)
+    ]
     weight = np.exp([e - max(e for _, e in sources) for _, e in sources])
     rng = np.random.default_rng(0)
-    away = []
+    deviations = []
     for (source, _), count in zip(
         sources, rng.multinomial(DRAWS, weight / weight.sum()), strict=True
     ):
         if count:
             center = float(np.mean(next(iter(source.data.covariates.values()))))
-            away.append(
+            deviations.append(
                 _curves(_random_laws(source, int(count), rng), center, grid, reference) - bias
             )
-    deviation = np.concatenate(away)
+    deviation = np.concatenate(deviations)
     error = np.sqrt((deviation**2).mean(axis=0))
     known = error > 1e-9 * error.max(initial=0.0)
     if not known.any():
@@ -131,8 +133,8 @@ def _power_matrix(fit: Fit) -> NDArray[np.float64]:
     return np.array(rows).reshape(-1, 3)
 
 
-def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
-    """Coefficients of T, T² and T³, shape (3,), and the height of the hysteresis loop (0 without hysteresis)."""
+def _coefficients_and_loop(fit: Fit) -> tuple[NDArray[np.float64], float]:
+    """Tuple (coefficients of T, T² and T³, shape (3,); height of the hysteresis loop, 0 without hysteresis)."""
     amplitudes = [own.amplitudes for own in fit.solution.functions]
     coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _power_matrix(fit)
     play = memory_of(fit, Hysteresis)

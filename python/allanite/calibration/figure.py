@@ -1,4 +1,4 @@
-"""The figure of a thermal calibration: the law with the data, and the Allan deviation before and after correction."""
+"""Figure of a thermal calibration: the law with the data, and the Allan deviation before and after correction."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ def plot_thermal(
         The extension is not one of these, the folder does not exist, or matplotlib is not installed.
     """
     panels = tuple(
-        p for row, axis in enumerate(found.axes) for p in (_law(axis, row), _residual(axis, row))
+        p
+        for row, axis in enumerate(found.axes)
+        for p in (_law_panel(axis, row), _deviation_panel(axis, row))
     )
     logs = len(found.paths)
     figure = Figure(
@@ -50,8 +52,8 @@ def plot_thermal(
     return figure.saved(path, theme)
 
 
-def _law(axis: AxisLaw, row: int) -> Panel:
-    """Panel with the law b(T), its band and the means of the samples."""
+def _law_panel(axis: AxisLaw, row: int) -> Panel:
+    """`Panel` in column 0: law b(T), its band, and the means of the samples while warming and while cooling."""
     document = axis.to_dict()
     measured, curve = document["measured"], axis.curve
     t, bias, direction = (
@@ -64,11 +66,11 @@ def _law(axis: AxisLaw, row: int) -> Panel:
             marks.append(Points(t[own], bias[own], color, label, size=3.0))
     marks.append(Line(curve.temperature, curve.bias, "model", "law"))
     shown = np.concatenate([bias, curve.low, curve.high])
-    room = 0.05 * float(np.ptp(shown)) or 1.0
+    margin = 0.05 * float(np.ptp(shown)) or 1.0
     return Panel(
         linear_axis("temperature (°C)", *axis.range),
         linear_axis(
-            in_unit("bias", axis.unit), float(shown.min()) - room, float(shown.max()) + room
+            in_unit("bias", axis.unit), float(shown.min()) - margin, float(shown.max()) + margin
         ),
         tuple(marks),
         row=row,
@@ -77,8 +79,8 @@ def _law(axis: AxisLaw, row: int) -> Panel:
     )
 
 
-def _residual(axis: AxisLaw, row: int) -> Panel:
-    """Panel with the Allan deviation before and after correction."""
+def _deviation_panel(axis: AxisLaw, row: int) -> Panel:
+    """`Panel` in column 1: Allan deviation before and after correction."""
     r = axis.remainder
     marks = (
         Line(r.tau, r.before, "before", "before correction", dash="dash"),

@@ -26,17 +26,18 @@ if TYPE_CHECKING:
     from allanite.calibration.runs import Runs
     from allanite.effects import Deterministic
 
+#: Name of each highest power of the temperature, 0 to 3.
 POWERS = ("constant", "linear", "quadratic", "cubic")
 #: Highest power of the temperature: PX4 and ArduPilot evaluate polynomials up to the third power.
 MAX_POWER = 3
-#: Most iterations between the fit of the noise and the fit of the law. Many are needed if law and random walk are similar.
-#: Chosen by judgment; not measured.
+#: Maximum number of iterations between the fit of the noise and the fit of the law. Many are needed if law and random walk
+#: are similar. Chosen by judgment; not measured.
 MAX_ROUNDS = 30
 
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """A form of the law.
+    """Form of the thermal law: highest power of the temperature, and kind of memory.
 
     Attributes
     ----------
@@ -61,7 +62,7 @@ class Form:
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """Tuple: effects that make up this form, after one bias step at the start of each run except the first."""
+        """Tuple of effects without values: one bias step at the start of each run except the first, then the law."""
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
             BiasStep(time=start / rate, hold=("time",)) for start in starts
@@ -85,7 +86,7 @@ class Form:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tried:
-    """A fitted form.
+    """Fit of one form of the law, and its evidence relative to the constant form.
 
     Attributes
     ----------
@@ -118,6 +119,8 @@ def tried_forms(
 ) -> tuple[Tried, ...]:
     """Tuple of `Tried`: fits of all forms with the same noise model; the constant form is first.
 
+    Omitted are forms whose hysteresis opposes the linear term.
+
     Parameters
     ----------
     runs : Runs
@@ -134,13 +137,13 @@ def tried_forms(
         effects = form.effects(runs)
         if form.memory != "none":
             effects = _with_best_shape(effects, fits[Form(form.power)])
-        fit = fitted(first, Model((*noise, *effects)))
+        fit = refitted(first, Model((*noise, *effects)))
         fits[form] = fit
         base = fits[FORMS[0]]
         gain = fit.solution.log_likelihood - base.solution.log_likelihood
         more = discrepancy_gain(fit.solution, fit.data) - discrepancy_gain(base.solution, base.data)
         if not _opposes_temperature(fit):
-            found.append(Tried(form, fit, gain, gain - max(more, 0.0) - cost(fit)))
+            found.append(Tried(form, fit, gain, gain - max(more, 0.0) - law_cost(fit)))
         if on_progress is not None:
             on_progress(place + 1, len(FORMS))
     return tuple(found)
@@ -152,14 +155,14 @@ def _opposes_temperature(fit: Fit) -> bool:
     return law is not None and own is not None and law.amplitudes()[0] * own.amplitudes()[0] < 0.0
 
 
-def fitted(first: Fit, model: Model) -> Fit:
-    """Fit of another model to the samples of the fit `first`, from whose solution it starts."""
+def refitted(first: Fit, model: Model) -> Fit:
+    """`Fit` of `model` to the samples of the fit `first`; the optimization starts from the solution of `first`."""
     solution = solve(first.data, model, like=first.solution, rounds=MAX_ROUNDS)
     return Fit(first.recording, solution.model, "whittle", first.data, solution)
 
 
 def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """Tuple: same effects, the last with the value of its lag or hysteresis width that raises the likelihood most.
+    """Tuple: `effects`, where the last one has the lag or hysteresis width (on a grid) that raises the likelihood most.
 
     `plain` is the fit of the same polynomial without lag and hysteresis. The noise of `plain` weights the samples.
     """
@@ -170,15 +173,17 @@ def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[De
     return (*others, points[int(np.argmax(gain))])
 
 
-def near_the_best(tried: Sequence[Tried]) -> list[Tried]:
-    """Fitted forms whose log evidence is at most `MAX_RIVAL_LOG_EVIDENCE` below the highest."""
+def with_near_best_evidence(tried: Sequence[Tried]) -> list[Tried]:
+    """List of the fitted forms whose log evidence is at most `MAX_RIVAL_LOG_EVIDENCE` nats below the highest."""
     top = max((one.log_evidence for one in tried), default=0.0)
     return [one for one in tried if one.log_evidence >= top - MAX_RIVAL_LOG_EVIDENCE]
 
 
 def chosen(tried: Sequence[Tried]) -> Tried:
-    """Form with the fewest coefficients among those of `near_the_best`; for equal numbers, with the higher evidence."""
-    return min(near_the_best(tried), key=lambda one: (one.form.numbers, -one.log_evidence))
+    """`Tried` with the fewest coefficients among `with_near_best_evidence`; with equally many, the higher evidence."""
+    return min(
+        with_near_best_evidence(tried), key=lambda one: (one.form.numbers, -one.log_evidence)
+    )
 
 
 def law_of(fit: Fit) -> list[Deterministic]:
@@ -192,7 +197,7 @@ def memory_of(fit: Fit, kind: type[Deterministic]) -> Deterministic | None:
 
 
 def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Design matrix of the law at the Fourier ordinates of the fit, its fitted values, and a mask of the law's columns.
+    """Tuple (design matrix at the regressed ordinates of the fit, fitted values, mask of the columns of the law).
 
     Returns
     -------
@@ -220,8 +225,8 @@ def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[
     return np.hstack(columns), np.concatenate(values), np.array(own)
 
 
-def cost(fit: Fit) -> float:
-    """Amount by which the coefficients of the law lower the log evidence, nats; 0 without such coefficients.
+def law_cost(fit: Fit) -> float:
+    """Amount, nats, by which the number of coefficients of the law lowers the log evidence; 0 without coefficients.
 
     The cost of a coefficient (`parameter_cost`) grows with the precision to which it is known, given the coefficients
     before it. The order is: offsets of runs, powers, memory.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.calibration.forms import law_of, near_the_best
+from allanite.calibration.forms import law_of, with_near_best_evidence
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
@@ -35,7 +35,7 @@ class NoiseLaw:
     interval : (float, float)
         95 % interval of `percent`, %.
     detected : bool
-        True if so large a change occurs by chance in less than 1 % of records.
+        True if noise alone causes a change this large in less than 1 % of records.
     """
 
     percent: float
@@ -43,7 +43,7 @@ class NoiseLaw:
     detected: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: percent_per_degree, interval and detected."""
+        """Dict for JSON: percent_per_degree, interval and detected."""
         return {
             "percent_per_degree": self.percent,
             "interval": list(self.interval),
@@ -76,7 +76,7 @@ class Loop:
         return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: value, interval, detected and range_celsius."""
+        """Dict for JSON: value, interval, detected and range_celsius."""
         return {
             "value": self.value,
             "interval": list(self.interval),
@@ -101,7 +101,7 @@ class Remainder:
     __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: lists tau_s, before and after."""
+        """Dict for JSON: lists tau_s, before and after."""
         return {
             "tau_s": self.tau.tolist(),
             "before": self.before.tolist(),
@@ -111,7 +111,7 @@ class Remainder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AxisLaw:
-    """The thermal law of one axis: how its bias depends on temperature.
+    """Thermal law of one axis (how its bias depends on temperature), and the noise after correction.
 
     Attributes
     ----------
@@ -165,22 +165,22 @@ class AxisLaw:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Pair: lowest and highest temperature of the logs, °C."""
+        """Tuple (lowest, highest temperature of the logs), °C."""
         return float(self.curve.temperature[0]), float(self.curve.temperature[-1])
 
     @property
     def offset(self) -> float:
-        """Mean of the runs' biases at the reference temperature."""
+        """Mean over the runs of the bias at the reference temperature, in the unit of the samples."""
         return float(np.mean(self.offsets))
 
     @property
     def alternatives(self) -> tuple[Form, ...]:
-        """Tuple of `Form`: forms, other than the chosen one, whose evidence is nearly as high as the highest."""
-        near = (one.form for one in near_the_best(self.tried))
+        """Tuple of `Form`: forms, except the chosen one, whose evidence is nearly the highest."""
+        near = (one.form for one in with_near_best_evidence(self.tried))
         return tuple(form for form in near if form != self.form)
 
     def polynomial(self, reference: float) -> NDArray[np.float64]:
-        """Coefficients x0 to x3 of the bias in powers of (T − reference), shape (4,); x0 includes the mean offset."""
+        """Array, shape (4,): coefficients x0 … x3 of the bias in powers of (T − reference); x0 includes the mean offset."""
         c1, c2, c3 = self.curve.coefficients
         d = reference - self.curve.reference
         return np.array(
@@ -193,9 +193,9 @@ class AxisLaw:
         )
 
     def bias(self, temperature: float | NDArray[np.float64]) -> NDArray[np.float64]:
-        """Bias at some temperatures (°C), with the mean offset of the runs, in the unit of the samples.
+        """Array, shape of `temperature` (°C): bias with the mean offset of the runs, in the unit of the samples.
 
-        Temperatures outside of `range` are limited to it.
+        Temperatures outside of `range` are clipped to `range`.
         """
         low, high = self.range
         u = np.clip(np.asarray(temperature, dtype=float), low, high) - self.curve.reference
@@ -204,7 +204,7 @@ class AxisLaw:
 
     @property
     def random(self) -> dict[str, Estimate]:
-        """Dict of the fitted noise coefficients by name.
+        """Dict from the name of each noise parameter (``N``, ``GM.q_c``) to its `Estimate`.
 
         The lower end of K's interval is reduced by the part that the steps of a coarse thermometer can cause.
         """
@@ -225,7 +225,7 @@ class AxisLaw:
 
     @property
     def numbers(self) -> dict[str, Estimate]:
-        """Dict of the fitted coefficients of the law that have an interval, by name (``COV.coefficient``)."""
+        """Dict from the name of each law parameter with an interval (``COV.coefficient``) to its `Estimate`."""
         out: dict[str, Estimate] = {}
         for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
             if effect.follows is None:
@@ -241,7 +241,7 @@ class AxisLaw:
         name, (low, high) = self.name, self.range
         covered = f"{number(low, 3)} to {number(high, 3)} °C"
         unit = printed(self.unit)
-        after = self._at_long_tau()
+        after = self._correction_clause()
         if not law_of(self.fit):
             text = f"{name}: no dependence on temperature detected over {covered}"
             return f"{text}; 95 % limit {number(self.limit, 2)} {unit}/°C" if self.limit else text
@@ -256,17 +256,17 @@ class AxisLaw:
 
     @property
     def limit(self) -> float | None:
-        """Largest absolute linear coefficient inside its 95 % interval, unit/°C; None without an interval."""
+        """Largest absolute value in the 95 % interval of the linear form's coefficient, unit/°C; None without one."""
         linear = next((one for one in self.tried if one.form.name == "linear"), None)
         if linear is None:
             return None
         found = linear.fit["COV.coefficient"]
         return None if found.interval is None else float(max(map(abs, found.interval)))
 
-    def _at_long_tau(self) -> str:
-        """Text at the end of the headline: the τ at which correcting helps most.
+    def _correction_clause(self) -> str:
+        """Clause at the end of the headline: largest ratio of the Allan deviations before and after correction, and its τ.
 
-        Empty if it helps by less than 10 %.
+        Empty if the ratio is below 1.1.
         """
         remainder = self.remainder
         if not remainder.tau.size:
@@ -328,9 +328,9 @@ class AxisLaw:
 
 
 def _binned_means(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
-    """Means of the samples in bins of temperature, as lists of temperature, bias and direction (1 warming, −1 cooling).
+    """Dict of the lists temperature_celsius, bias and direction (1 warming, −1 cooling): means in bins of temperature.
 
-    The offset of each run is subtracted.
+    The offset of each run is subtracted. Empty bins and samples near a reversal's midpoint are omitted.
     """
     out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
     runs = axis.runs

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.statespace.growth import Growth
 
-#: Fewest averages of the longest run at the longest averaging time. With fewer, the deviation is too uncertain.
+#: A run is used up to the averaging time that fits into the run this many times. Beyond, the deviation is too uncertain.
 MIN_AVERAGES = 4
-#: Times after the last fix for which the error is stated, s; only times shorter than the longest log are used.
+#: Times after the last fix for which the error is stated, s; times longer than the longest run are omitted.
 TIMES_AFTER_FIX = (60.0, 600.0, 3600.0)
 #: Duration of aiding before the last fix, s.
 AIDED = 60.0
-#: Most samples over which the growth of an error is computed, to limit time and memory.
+#: Maximum number of samples over which the growth of an error is computed; limits time and memory.
 MAX_SAMPLES = 1 << 20
 
 
@@ -56,9 +56,9 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
 
 
 def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
-    """Change of the white noise per °C, from the slope of ln(level) against temperature.
+    """`NoiseLaw`: change of the white noise per °C, from the slope of ln(level) against temperature.
 
-    The result is None if the level cannot be followed over time.
+    None if the level cannot be followed over time, or if the temperature is constant.
     """
     from scipy.special import log_ndtr
 
@@ -84,16 +84,17 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
 
 
 def law_signal(fit: Fit) -> NDArray[np.float64]:
-    """Contribution of the law to each sample, with mean zero, shape (n,)."""
+    """Contribution of the thermal law to each sample, in the unit of the samples, with mean zero, shape (n,)."""
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)
 
 
 def walk_of_steps(fit: Fit, runs: Runs) -> float:
-    """Largest random walk K that the steps of a coarse thermometer can cause; 0 without such steps.
+    """Largest random-walk coefficient K that the steps of a coarse thermometer can cause.
 
-    This is the K that results if the rounding of the thermometer passes through the law. The fit uses a temperature
-    without steps, whose error is smaller than the rounding. In the residual, that error looks like a random walk.
+    This is the K of the thermometer's rounding passed through the law. The fit uses a temperature without steps, whose
+    error is smaller than the rounding. In the residual, this error looks like a random walk. 0 without steps, without a
+    law, or if the model has no K.
     """
     walk = next((p for p in fit.solution.processes if p.effect.short == "K"), None)
     if walk is None or runs.step == 0.0 or not law_of(fit):
@@ -120,10 +121,10 @@ def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
     return tuple(float(np.nanmean(left[part])) - mean for part in runs.parts)
 
 
-def remainder(fit: Fit, runs: Runs) -> Remainder:
+def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
     """`Remainder`: Allan deviation of the samples before and after correction, at common averaging times.
 
-    Each run is evaluated separately. Their variances are averaged, weighted by their numbers of terms.
+    Each run is evaluated separately. The variances are averaged, weighted by their numbers of samples.
     """
     x = np.asarray(runs.recording.samples, dtype=float)
     left = x - law_signal(fit)
@@ -147,8 +148,11 @@ def remainder(fit: Fit, runs: Runs) -> Remainder:
     return Remainder(tau[good], curves[0][good], curves[1][good])
 
 
-def growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
-    """Growth of the angle, velocity or phase error due to the random effects (one element); empty for other sensors."""
+def error_growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
+    """Tuple of one `Growth`: angle, velocity or phase error due to the random effects after `TIMES_AFTER_FIX`.
+
+    Empty for other sensors, or if the runs are shorter than all times.
+    """
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()
     longest = max(part.stop - part.start for part in runs.parts) / fit.recording.rate

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Largest relative difference of two sampling rates that count as equal. Clocks of sensors differ by less than 1 %.
-SAME_RATE = 0.01
+#: Maximum relative difference of two equal sampling rates. Clocks of sensors differ by less than 1 %.
+MAX_RATE_DIFFERENCE = 0.01
 #: A change of direction counts if the temperature changes by more than twice this fraction of its range. Chosen by
 #: judgment; not measured.
 TURN_FRACTION = 1.0 / 40.0
-#: Factor and offset that turn a temperature into °C.
+#: Unit of a temperature → (factor, offset) of its conversion to °C.
 CELSIUS = {
     "K": (1.0, -273.15),
     "degK": (1.0, -273.15),
@@ -37,7 +37,7 @@ CELSIUS = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Runs:
-    """One axis of several logs, one after the other, with the temperature.
+    """One axis of several logs (runs), joined in time, with the temperature.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """Runs whose samples are averaged so that about `most` remain; the same object if there are no more."""
+        """`Runs` decimated (averaged) to about `most` samples; the same object if it has at most `most` samples."""
         k = -(-self.recording.n // most)
         if k < 2:
             return self
@@ -92,16 +92,13 @@ class Runs:
 
     @property
     def parts(self) -> list[slice]:
-        """List of `slice`: slice of the samples of each run."""
+        """List of `slice`: the samples of each run in the joined record."""
         edges = [0, *self.starts, self.recording.n]
         return [slice(a, b) for a, b in pairwise(edges)]
 
     @property
     def direction(self) -> NDArray[np.float64]:
-        """Array: direction of the temperature: ½ while it falls, −½ while it rises, between these values near a reversal.
-
-        Shape (n,).
-        """
+        """Direction of the temperature, shape (n,): ½ while it falls, −½ while it rises, in between near a reversal."""
         width = TURN_FRACTION * float(np.ptp(self.temperature))
         found = [
             (play(t, width) - t) / (2.0 * width) for t in np.split(self.temperature, self.starts)
@@ -110,7 +107,7 @@ class Runs:
 
     @property
     def both_ways(self) -> tuple[float, float] | None:
-        """Pair: range of temperatures that were passed both warming and cooling, °C; None if there are none."""
+        """Tuple (lowest, highest temperature that was passed both warming and cooling), °C; None if there is none."""
         direction, t = self.direction, self.temperature
         up, down = t[direction <= -0.45], t[direction >= 0.45]
         if not up.size or not down.size:
@@ -120,12 +117,12 @@ class Runs:
 
 
 def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tuple[str, ...]:
-    """Names of the temperature columns that all logs have; only `temperature` if it is given.
+    """Tuple of the names of the temperature columns that all logs have; only `temperature` if it is given.
 
     Raises
     ------
     InputError
-        The logs have no temperature column in common, or not all have the one that was asked for.
+        The logs have no temperature column in common, or not all have the column `temperature`.
     """
     common = [n for n in recordings[0].covariates if all(n in r.covariates for r in recordings)]
     if temperature is not None:
@@ -166,7 +163,7 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
     first = columns[0]
     samples, temperatures, logged, steps = [], [], [], []
     for own in columns:
-        if abs(own.rate / first.rate - 1.0) > SAME_RATE:
+        if abs(own.rate / first.rate - 1.0) > MAX_RATE_DIFFERENCE:
             raise InputError(
                 f"{own.path or 'a log'}: {own.rate:g} Hz, but {first.path or 'the first log'} has {first.rate:g} Hz",
                 missing="decimate",
@@ -182,7 +179,7 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
         steps.append(coarse_step_of(values))
         temperatures.append(without_steps(values))
         samples.append(np.asarray(own.to(first.unit).rate_samples(), dtype=np.float64))
-        # Samples of an angle become rates by differences, so that there is one rate fewer.
+        # Angles become rates by differences, which are one fewer than the angles.
         temperatures[-1] = temperatures[-1][-samples[-1].size :]
         logged.append(values[-samples[-1].size :])
     temperature = np.concatenate(temperatures)

@@ -1,4 +1,4 @@
-"""The text of a printed thermal calibration."""
+"""Text table of a thermal calibration."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 def thermal_table(found: ThermalCalibration) -> str:
     """Text with a headline for each axis, and below it the details and the noise after correction."""
-    return "\n\n".join("\n".join(_axis(axis)) for axis in found)
+    return "\n\n".join("\n".join(_axis_lines(axis)) for axis in found)
 
 
-def _axis(axis: AxisLaw) -> list[str]:
-    """List of texts: lines of text about one axis."""
+def _axis_lines(axis: AxisLaw) -> list[str]:
+    """List of texts: headline of one axis, then indented lines: coefficients, hysteresis, noise, offsets, deviations."""
     unit = printed(axis.unit)
     lines = [axis.headline]
     if axis.alternatives:
@@ -60,13 +60,18 @@ def _axis(axis: AxisLaw) -> list[str]:
     if len(axis.offsets) > 1:
         each = ", ".join(number(v) for v in axis.offsets)
         lines.append(f"  bias of each run at {number(axis.curve.reference, 4)} °C: {each} {unit}")
-    lines.append(_deviations(axis, unit))
-    lines += [_growth(a, b) for a, b in zip(axis.growth_before, axis.growth_after, strict=True)]
+    lines.append(_deviation_line(axis, unit))
+    lines += [
+        _growth_line(a, b) for a, b in zip(axis.growth_before, axis.growth_after, strict=True)
+    ]
     return [line for line in lines if line]
 
 
-def _deviations(axis: AxisLaw, unit: str) -> str:
-    """Line of text with the Allan deviation before and after correction at up to three averaging times."""
+def _deviation_line(axis: AxisLaw, unit: str) -> str:
+    """Text: Allan deviation before and after correction at up to three τ, and a second line if correcting raises it.
+
+    Empty without averaging times.
+    """
     r = axis.remainder
     if not r.tau.size:
         return ""
@@ -86,8 +91,8 @@ def _deviations(axis: AxisLaw, unit: str) -> str:
     return line
 
 
-def _growth(before: Growth, after: Growth) -> str:
-    """Line of text with the growth of an error after the last fix, without and with correction."""
+def _growth_line(before: Growth, after: Growth) -> str:
+    """Text: growth of an error after the last fix, without and with correction."""
     unit, factor = before.shown
     shown = (
         f"{number(t, 3)} s {number(factor * a, 2)} → {number(factor * b, 2)}"

@@ -20,17 +20,18 @@ if TYPE_CHECKING:
     from allanite.calibration.law import AxisLaw
     from allanite.calibration.thermal import ThermalCalibration
 
-#: Fixed reference temperature of ArduPilot, °C, and the factor by which its coefficients are multiplied
+#: Fixed reference temperature of ArduPilot, °C, and the factor between a coefficient and ArduPilot's parameter
 #: (AP_InertialSensor_tempcal.cpp).
 ARDUPILOT_REFERENCE, ARDUPILOT_SCALE = 35.0, 1e6
-#: Number of gyroscopes, and of accelerometers, that PX4 (TemperatureCompensation.h) and ArduPilot have parameters for.
+#: Maximum number of gyroscopes, and of accelerometers, in the parameters of PX4 (TemperatureCompensation.h) and ArduPilot.
 PX4_SENSORS, ARDUPILOT_SENSORS = 4, 3
+#: Kind of sensor → SI unit of its samples.
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2"}
 
 
 @dataclass(frozen=True, slots=True)
 class _Triad:
-    """The axes of one sensor, by their letters x, y and z."""
+    """Thermal laws of the axes of one sensor, by their letters x, y and z."""
 
     kind: str
     axes: dict[str, AxisLaw]
@@ -47,11 +48,11 @@ class _Triad:
 
     @property
     def reference(self) -> float:
-        """The common reference temperature of the axes, °C."""
+        """Middle of the temperature range that all axes have in common, °C, rounded to 0.01."""
         return round(0.5 * (self.low + self.high), 2)
 
     def polynomials(self, reference: float) -> dict[str, list[float]]:
-        """Dict from x, y and z to the coefficients (x0, x1, x2, x3) in SI units; zeros for a missing axis."""
+        """Dict from x, y and z to the list [x0, x1, x2, x3] about `reference`, SI units; zeros for a missing axis."""
         out = {}
         for letter in "xyz":
             axis = self.axes.get(letter)
@@ -62,7 +63,7 @@ class _Triad:
 
 
 def render(found: ThermalCalibration, target: str) -> str:
-    """Text of a parameter file for a target such as PX4.
+    """Text of a parameter file for PX4, ArduPilot or C, or in CSV or JSON.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def render(found: ThermalCalibration, target: str) -> str:
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
     """List of `_Triad`: sensors of one kind in the order of the log.
 
-    Raises `InputError`, which names `consumer`, for more than `most`.
+    Raises `InputError`, which names `consumer`, for more than `most` sensors.
     """
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
@@ -102,9 +103,9 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
 def _gyroscopes_and_accelerometers(
     found: ThermalCalibration, most: int, consumer: str
 ) -> tuple[list[_Triad], list[_Triad]]:
-    """List of gyroscopes and list of accelerometers.
+    """Tuple (list of gyroscopes, list of accelerometers).
 
-    Raises `InputError` without any, or for more than `most` of one kind.
+    Raises `InputError`, which names `consumer`, without any, or for more than `most` of one kind.
     """
     sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
     if not any(sensors):
@@ -114,8 +115,8 @@ def _gyroscopes_and_accelerometers(
     return sensors[0], sensors[1]
 
 
-def _notes(axes: Sequence[AxisLaw]) -> list[str]:
-    """List of texts: comment lines: form and temperature range of each axis, and what a polynomial cannot represent."""
+def _axis_notes(axes: Sequence[AxisLaw]) -> list[str]:
+    """List of texts: form and temperature range of each axis, and a warning if its law has a memory."""
     notes = []
     for axis in axes:
         low, high = axis.range
@@ -130,8 +131,8 @@ def _notes(axes: Sequence[AxisLaw]) -> list[str]:
     return notes
 
 
-def _head(found: ThermalCalibration, *lines: str) -> list[str]:
-    """Comment lines at the beginning of a file: source, the given `lines`, and notes on the axes."""
+def _comment_lines(found: ThermalCalibration, *lines: str) -> list[str]:
+    """List of texts, without comment characters: title, logs, the given `lines`, and notes on the axes."""
     logs = (
         ", ".join(re.sub(r"\s+", " ", str(p)) for p in found.paths if p) or "recordings in memory"
     )
@@ -139,16 +140,16 @@ def _head(found: ThermalCalibration, *lines: str) -> list[str]:
         "Thermal calibration, written by allanite",
         f"Calibrated from: {logs}",
         *lines,
-        *_notes(found.axes),
+        *_axis_notes(found.axes),
     ]
 
 
 def _px4(found: ThermalCalibration) -> str:
-    """Text of PX4 commands: param set TC_G…, TC_A…."""
+    """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments."""
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = [
         f"# {line}"
-        for line in _head(
+        for line in _comment_lines(
             found,
             "PX4 computes corrected = raw - offset, offset = X0 + X1 dT + X2 dT^2 + X3 dT^3, dT = T - TREF.",
             "PX4 limits the temperature T to TMIN ... TMAX. Units: rad/s, m/s^2, degrees Celsius.",
@@ -177,11 +178,11 @@ def _px4(found: ThermalCalibration) -> str:
 
 
 def _ardupilot(found: ThermalCalibration) -> str:
-    """Text of a parameter file of ArduPilot: INS_TCAL…."""
+    """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments."""
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = [
         f"# {line}"
-        for line in _head(
+        for line in _comment_lines(
             found,
             "ArduPilot computes corrected = raw - (P(T - 35) - P(Tcal - 35)), P(d) = 1e-6 (c1 d + c2 d^2 + c3 d^3).",
             "c1, c2, c3 of an axis are its parameters ACC1, ACC2, ACC3 or GYR1, GYR2, GYR3.",
@@ -206,10 +207,10 @@ def _ardupilot(found: ThermalCalibration) -> str:
 
 
 def _c(found: ThermalCalibration) -> str:
-    """Text of a C header with one function for each axis."""
+    """Text of a C header with one function NAME_bias(celsius) for each axis."""
     lines = [
         f" * {line}"
-        for line in _head(
+        for line in _comment_lines(
             found,
             "NAME_bias(T) returns the bias of an axis at the temperature T in °C: corrected = sample - NAME_bias(T).",
             "Temperatures outside of the measured range are limited to it.",
@@ -240,7 +241,7 @@ def _c(found: ThermalCalibration) -> str:
 
 
 def _identifiers(found: ThermalCalibration) -> list[str]:
-    """List of texts: valid C name for each axis; all names differ."""
+    """List of texts: one valid C identifier for each axis; all differ."""
     names: list[str] = []
     for axis in found:
         name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"
@@ -299,7 +300,7 @@ def _json(found: ThermalCalibration) -> str:
     return json.dumps({"schema": "allanite/thermal-law/1", "axes": axes}, indent=1) + "\n"
 
 
-#: The formats, by their names on the command line.
+#: Name of a format on the command line → function that returns the text of the file.
 TARGETS: dict[str, Callable[[ThermalCalibration], str]] = {
     "px4": _px4,
     "ardupilot": _ardupilot,

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.calibration.band import curve_of
-from allanite.calibration.forms import chosen, fitted, law_of, tried_forms
+from allanite.calibration.forms import chosen, law_of, refitted, tried_forms
 from allanite.calibration.law import AxisLaw
 from allanite.calibration.remains import (
-    growths,
+    deviations_before_and_after,
+    error_growths,
     loop_of,
     noise_law,
     offsets_of,
-    remainder,
     walk_of_steps,
 )
 from allanite.calibration.runs import join, thermometers
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
     from allanite.recording import Recording
 
-#: Most samples, after averaging, on which the forms are compared. The dependence on temperature is slow, so that averages
-#: suffice, and the fit of one form takes about forty Fourier transforms.
+#: Maximum number of samples, after averaging, on which the forms are compared. The dependence on temperature is slow, so
+#: that averages suffice, and the fit of one form takes about forty Fourier transforms.
 MAX_SEARCH_SAMPLES = 8192
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ThermalCalibration:
-    """The thermal law of every axis: how its bias depends on temperature.
+    """Result of `thermal`: the thermal law of every axis (how its bias depends on temperature).
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ def thermal(
     temperature: str | None = None,
     on_progress: Callable[[str, int, int], None] | None = None,
 ) -> ThermalCalibration:
-    """Thermal law b(T) of every axis, fitted to one or more logs in which the temperature changes.
+    """`ThermalCalibration`: law b(T) of every axis, fitted to one or more logs in which the temperature changes.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def thermal(
         report = _reporter(on_progress, name, len(found))
         best = [_joined_with_fits(columns, thermometer, noise, report) for thermometer in found]
         runs, tried = max(best, key=lambda one: chosen(one[1]).log_evidence)
-        axes.append(_axis(runs, tried, noise))
+        axes.append(_axis_law(runs, tried, noise))
     return ThermalCalibration(tuple(axes), tuple(one.path for one in given))
 
 
@@ -192,7 +192,7 @@ def _reporter(
     before = 0
 
     def report(done: int, total: int) -> None:
-        """Call `on_progress` with the axis and the progress over all thermometers."""
+        """Call `on_progress` with the axis, and with the forms done and in all over all thermometers."""
         nonlocal before
         on_progress(name, before + done, total * times)
         before += total * (done == total)
@@ -206,21 +206,21 @@ def _joined_with_fits(
     noise: Model,
     report: Callable[[int, int], None] | None,
 ) -> tuple[Runs, tuple[Tried, ...]]:
-    """Pair: joined logs of one axis with this thermometer, and the fits of all forms to averages of these logs."""
+    """Tuple (joined logs of one axis with this thermometer, fits of all forms to averages of these logs)."""
     runs = join(columns, thermometer)
     return runs, tried_forms(runs.averaged(MAX_SEARCH_SAMPLES), noise, report)
 
 
-def _axis(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
-    """Law of one axis: the chosen form fitted to all samples, with the results after correction."""
+def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
+    """`AxisLaw`: the chosen form fitted to all samples, with the results after correction."""
     best = chosen(tried)
     shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}
     effects: list[Deterministic] = [
         e.with_values(**shapes.get(type(e), {})) for e in best.form.effects(runs)
     ]
     model = Model((*noise, *effects))
-    fit = fitted(fit_model(runs.recording, model), model)
-    before = fitted(fit, Model((*noise, *tried[0].form.effects(runs))))
+    fit = refitted(fit_model(runs.recording, model), model)
+    before = refitted(fit, Model((*noise, *tried[0].form.effects(runs))))
     curve = curve_of(fit, runs.temperature, tried)
     return AxisLaw(
         runs,
@@ -232,7 +232,7 @@ def _axis(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
         noise_law(fit, runs),
         walk_of_steps(fit, runs),
         loop_of(fit, runs, best.form),
-        remainder(fit, runs),
-        growths(before, runs),
-        growths(fit, runs),
+        deviations_before_and_after(fit, runs),
+        error_growths(before, runs),
+        error_growths(fit, runs),
     )
