@@ -27,7 +27,7 @@ from allanite.effects import as_model
 from allanite.recording.recording import QUANTITIES
 from allanite.scale.bets import Bets
 from allanite.summary import Summary
-from allanite.summary.stretch import Stretch
+from allanite.summary.stream_segment import StreamSegment
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
@@ -169,7 +169,7 @@ class Watch:
         self.taken = 0
         self.alarm: Alarm | None = None
         self.position: dict[str, Any] | None = None
-        self._stretch = Stretch.empty(0, 1, 0, self.rate, (unit,))
+        self._segment = StreamSegment.empty(0, 1, 0, self.rate, (unit,))
         #: Samples of the long segment that is not yet complete.
         self._rest = np.zeros(0)
 
@@ -181,9 +181,9 @@ class Watch:
     @property
     def summary(self) -> Summary | None:
         """Summary of all samples so far, which a new fit needs; None before the first sample."""
-        if self._stretch.stop == self._stretch.start:
+        if self._segment.stop == self._segment.start:
             return None
-        return Summary(self.rate, (self.unit,), ("x",), (), {}, None, (self._stretch.copy(),))
+        return Summary(self.rate, (self.unit,), ("x",), (), {}, None, (self._segment.copy(),))
 
     @property
     def e_value(self) -> float:
@@ -221,9 +221,9 @@ class Watch:
             angles = x if self._angle is None else np.concatenate([[self._angle], x])
             x = np.diff(angles) * self.rate
         # If a watch was killed between writing its two files, the summary already has some of these samples.
-        fresh = x[max(0, self._stretch.stop - self.taken) :]
+        fresh = x[max(0, self._segment.stop - self.taken) :]
         if fresh.size:
-            self._stretch.update([np.clip(fresh, -MAX_SUMMARY_SAMPLE, MAX_SUMMARY_SAMPLE)])
+            self._segment.update([np.clip(fresh, -MAX_SUMMARY_SAMPLE, MAX_SUMMARY_SAMPLE)])
         self.taken += x.size
         if self.quantity == "angle":
             self._angle = angle
@@ -322,9 +322,9 @@ class Watch:
             with invalid_as_input_error("damaged, or no state of a watch"):
                 self._restore_state(state)
             if _summary_path(source).is_file():
-                self._stretch = Summary.load(_summary_path(source)).stretches[0]
+                self._segment = Summary.load(_summary_path(source)).stretches[0]
             else:
-                self._stretch = Stretch.empty(self.taken, 1, 0, self.rate, (self.unit,))
+                self._segment = StreamSegment.empty(self.taken, 1, 0, self.rate, (self.unit,))
 
     def _restore_state(self, state: dict[str, Any]) -> None:
         """Set the test to a state that `_state` returned; raises an error for a damaged state."""

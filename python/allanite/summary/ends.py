@@ -1,6 +1,7 @@
-"""Reading of a segment of a stream: its finished tiles and its two ends.
+"""Reading of a stream segment: its finished tiles and its two ends.
 
-Beyond its ends the record continues mirrored, as its cosine transform takes it, and the transform segments end there.
+Beyond the ends of the record, the samples are mirrored, as the cosine transform assumes. No transform segment crosses an
+end.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, resample_power, transform_at_end
-from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, band_sums, is_in_long_gap
+from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, band_sums, long_gap_mask
 from allanite.summary.sums import Sum
 
 Array = NDArray[np.float64]
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SegmentReading:
-    """Octaves of a segment from the highest frequency down, and the samples of the level below them.
+    """Reading of one stream segment: octaves from the highest frequency down, and the samples of the level below them.
 
     Attributes
     ----------
@@ -41,16 +42,15 @@ class SegmentReading:
 
 
 def depth_of(level: Level) -> int:
-    """Depth (number of halvings of the rate) of the first level, from `level` on, that keeps all its samples."""
+    """Depth (number of halvings of the rate) of the first level, from `level` downwards, that keeps all its samples."""
     while not level.whole:
         assert level.deeper is not None
         level = level.deeper
-    # The unread ends may make the level too long.
     return level.depth
 
 
 def read_segment(level: Level, depth: int) -> SegmentReading:
-    """`SegmentReading`: octaves and low-rate samples of a segment after `depth` halvings of the rate.
+    """`SegmentReading`: octaves and low-rate samples of a stream segment after `depth` halvings of the rate.
 
     `depth` must be at least `depth_of(level)`.
     """
@@ -90,37 +90,38 @@ def read_segment(level: Level, depth: int) -> SegmentReading:
 
 
 def _halved_end(
-    found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level
+    found: Octave, x: Array, start: int, record_ends: tuple[bool, bool], level: Level
 ) -> Array:
-    """Samples of one end `x` of a level at half the rate; the power of its transform segments is added to `found`.
+    """Samples of one end `x` of a level at half the rate. Side effect: adds the power of transform segments to `found`.
 
-    NaN if the end is too short or all its samples are missing, and in long gaps. `x` begins at index `start`. `hard` is
-    True for each end of `x` (first, last) at which the record ends. At any other end, `x` has `MARGIN` more samples.
+    The result is NaN if the end is too short or all its samples are missing, and in long gaps. `x` begins at index
+    `start`. `record_ends` is True for each end of `x` (first, last) at which the record ends. At any other end, `x` has
+    `MARGIN` more samples.
     """
-    if hard[0] and start % 2:
+    if record_ends[0] and start % 2:
         x, start = x[1:], start + 1
-    if hard[1] and (start + x.size) % 2:
+    if record_ends[1] and (start + x.size) % 2:
         x = x[:-1]
     stop = start + x.size
-    low = start if hard[0] else start + MARGIN
-    high = stop if hard[1] else stop - MARGIN
+    low = start if record_ends[0] else start + MARGIN
+    high = stop if record_ends[1] else stop - MARGIN
     if high - low < 2 * REACH:
         return np.full(max(0, (high - low) // 2), np.nan)
     gaps = np.isnan(x)
     if gaps.all():
         return np.full((high - low) // 2, np.nan)
     filled = fill_missing(x)
-    left = filled[REACH - 1 :: -1] if hard[0] else filled[MARGIN - REACH : MARGIN]
+    left = filled[REACH - 1 :: -1] if record_ends[0] else filled[MARGIN - REACH : MARGIN]
     right = (
         filled[: -REACH - 1 : -1]
-        if hard[1]
+        if record_ends[1]
         else filled[filled.size - MARGIN : filled.size - MARGIN + REACH]
     )
     half = halved(np.concatenate([left, filled[low - start : high - start], right]))
     if gaps.any():
-        half[is_in_long_gap(gaps[low - start : high - start])] = np.nan
+        half[long_gap_mask(gaps[low - start : high - start])] = np.nan
     if level.spectral and high - low >= SEGMENT:
-        _add_segments(found, filled, gaps, start, (low, high), hard)
+        _add_segments(found, filled, gaps, start, (low, high), record_ends)
     return half
 
 
@@ -130,22 +131,23 @@ def _add_segments(
     gaps: NDArray[np.bool_],
     start: int,
     span: tuple[int, int],
-    hard: tuple[bool, bool],
+    record_ends: tuple[bool, bool],
 ) -> None:
-    """Add the power of the transform segments within `span` to `found`.
+    """Add the power of the transform segments within `span` to `found`, in place. Returns None.
 
-    `hard` is True for each end of the span (first, last) at which the record ends, so that the segment has no neighbor.
+    `record_ends` is True for each end of the span (first, last) at which the record ends, so that its transform segment
+    has no neighbor. Transform segments with more than 1/8 missing samples are omitted.
     """
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT
-    # Less than half a segment at a hard end joins its neighbor.
-    if hard[0]:
+    # Less than half a segment at an end of the record joins its neighbor.
+    if record_ends[0]:
         borders = np.append(low, borders[borders >= low + SEGMENT // 2])
-    if hard[1]:
+    if record_ends[1]:
         borders = np.append(borders[borders <= high - SEGMENT // 2], high)
     size = found.power.high.size
     for i, (a, b) in enumerate(itertools.pairwise(borders)):
-        left, right = hard[0] and i == 0, hard[1] and i == borders.size - 2
+        left, right = record_ends[0] and i == 0, record_ends[1] and i == borders.size - 2
         if gaps[a - start : b - start].mean() > 1.0 / 8.0:
             continue
         begin, end = a - (0 if left else MARGIN), b + (0 if right else MARGIN)

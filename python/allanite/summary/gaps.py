@@ -1,4 +1,4 @@
-"""Filling of missing samples of a stream from the samples around them; a single pass has no model to draw them from."""
+"""Filling of missing samples of a stream from the samples around them. A single pass has no fitted model for this."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from allanite.common.errors import TooShortError
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
-#: Longest run of missing samples that is drawn, neighbors on each side that the draw uses, and number of sweeps.
+#: Maximum length of a missing run that is filled by random draws, number of neighbors on each side that a draw uses, and
+#: number of sweeps over all runs.
 MAX_DRAWN_RUN, NEIGHBORS, SWEEPS = 16, 24, 2
 
 
 def fill_missing(x: Array) -> Array:
-    """Samples in which the missing ones (NaN) are filled so that the spectrum is preserved; `x` itself without any.
+    """Copy of `x` with missing samples (NaN) replaced by plausible values; `x` itself if no sample is missing.
 
-    A long run is filled by mirror images of both sides, a run of up to 16 samples by a normal draw given its neighbors,
-    with the autocovariance of all samples.
+    A run of more than 16 samples is filled by mirror images of both sides. A shorter run is a normal draw given its
+    neighbors, with the autocovariance of all samples. The fill preserves the spectrum and is reproducible.
 
     Raises
     ------
@@ -41,10 +42,10 @@ def fill_missing(x: Array) -> Array:
 def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
     """Copy of `x` in which each missing run `starts` … `ends` − 1 is filled by mirror images of both sides.
 
-    On each side, the mean of as many samples as are missing is computed. The filled values are the line between the two
-    means plus the mirrored deviations of both sides from these means, with weights whose squares have the sum 1. The
-    filled run has the noise level of its surroundings at all frequencies and joins its neighbors without a step. If a
-    mirror image has missing samples, the other image replaces it.
+    A run of k samples uses the mean of k samples on each side. The filled values are the line between the two means, plus
+    the mirrored deviations of both sides from these means. The squares of their weights sum to 1. The filled run has the
+    noise level of its surroundings at all frequencies and joins its neighbors without a step. If one mirror image has a
+    missing sample, only the other one is used.
     """
     sizes = ends - starts
     total = np.concatenate([[0.0], np.cumsum(np.where(bad, 0.0, x))])
@@ -53,7 +54,7 @@ def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, end
     count = [seen[starts] - seen[first], seen[last] - seen[ends]]
     sums = [total[starts] - total[first], total[last] - total[ends]]
     level = [s / np.maximum(c, 1) for s, c in zip(sums, count, strict=True)]
-    # At an end of the record only one side exists; without any sample use the mean of all.
+    # At an end of the record only one side exists. If both sides are missing, the mean of all samples is used.
     whole = np.full(starts.size, float(np.mean(x[~bad])))
     before = np.where(count[0] > 0, level[0], np.where(count[1] > 0, level[1], whole))
     behind = np.where(count[1] > 0, level[1], before)
@@ -100,12 +101,12 @@ def _redraw_short_runs(x: Array, seen: NDArray[np.bool_], starts: Places, sizes:
 
 
 def _neighbor_places(size: int) -> Places:
-    """Indices of the 24 samples before and after a run of `size`, relative to its first sample, shape (48,)."""
+    """Integer array, shape (48,): indices of the 24 samples on each side of a run of `size`, relative to its first one."""
     return np.concatenate([np.arange(-NEIGHBORS, 0), np.arange(size, size + NEIGHBORS)])
 
 
 def _conditional_normal(lags: Array, size: int) -> tuple[Array, Array]:
-    """(weights, root): weights of the 48 neighbors in the conditional mean of a run, and a root of its covariance.
+    """Tuple (weights of the 48 neighbors in the conditional mean of a run, matrix root of the conditional covariance).
 
     Shapes (48, size) and (size, size); root @ root.T is the conditional covariance.
     """
@@ -119,7 +120,7 @@ def _conditional_normal(lags: Array, size: int) -> tuple[Array, Array]:
 
 
 def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
-    """Autocovariance at lags 0 … `lags` − 1, shape (lags,): the variance minus half the mean squared difference.
+    """Autocovariance at lags 0 … `lags` − 1, shape (lags,), estimated as variance minus half the mean squared difference.
 
     Only pairs of present samples count; 0 at lags without pairs. `x` is 0 where a sample is missing (`seen` is False).
     For a random walk, this estimate is far more precise than the mean of products.

@@ -1,8 +1,8 @@
-"""Halving of the rate, and the power of overlapping transform segments that share no information.
+"""Halving of the sampling rate, and a lapped orthogonal transform of overlapping segments.
 
-Segments are transformed by a lapped orthogonal transform (Malvar 1990; Princen, Johnson & Bradley 1987) with a
-Kaiser-Bessel window. The coefficients of all segments are an orthonormal basis of the record. So the power of a band is
-counted once with all its degrees of freedom, and a line stays within a few coefficients.
+The transform (Malvar 1990; Princen, Johnson & Bradley 1987) has a Kaiser-Bessel window. The coefficients of all transform
+segments refer to an orthonormal basis of the record. The power of a band is therefore counted once with all its degrees
+of freedom, and a line stays within a few coefficients.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from allanite import _kernels
 
 Array = NDArray[np.float64]
-#: Samples of a segment, and its lowest coefficient that is used; the next level of the pyramid resolves lower ones better.
+#: Number of samples of a transform segment, and index of its lowest coefficient in use. Deeper levels of the pyramid
+#: resolve lower frequencies better.
 SEGMENT, LOW = 8192, 2457
-#: Samples on each side that a halved sample is computed from.
+#: Half length of the half-band filter: number of samples on each side from which a sample at half the rate is computed.
 REACH = 16
 #: Kaiser parameters of the half-band filter and of the window: below −100 dB in the stop band and far from a line.
 FILTER_BETA, WINDOW_ALPHA = 10.06, 4.0
@@ -25,7 +26,7 @@ FILTER_BETA, WINDOW_ALPHA = 10.06, 4.0
 
 @lru_cache(maxsize=1)
 def _half_band_weights() -> Array:
-    """Weights of the low-pass that halves the rate, shape (REACH,).
+    """Half of the symmetric weights of the low-pass that halves the rate, shape (REACH,). Cached.
 
     The filter is symmetric about the middle between two samples. Weight i belongs to the two samples that are i + ½
     samples away from this middle.
@@ -49,12 +50,12 @@ def low_pass_gain(f: Array, halvings: int) -> Array:
 
 @lru_cache(maxsize=1)
 def kernel() -> _kernels.Lapped:
-    """Object of the compiled core that halves and transforms samples; always the same object."""
+    """`Lapped` object of the compiled core, which halves and transforms samples. Cached: always the same object."""
     return _kernels.Lapped(*_window(), _half_band_weights())
 
 
 def halved(x: Array) -> Array:
-    """Samples at half the rate after a low-pass, shape (n / 2 − 16,); each lies in the middle between two samples.
+    """Samples at half the rate after a low-pass, shape (n / 2 − 16,); their times are midway between two input samples.
 
     The first and the last `REACH`/2 values are omitted. Each sample is a sum in fixed order, so its value does not
     depend on the samples computed with it.
@@ -64,16 +65,16 @@ def halved(x: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def _window() -> tuple[Array, Array]:
-    """(after, before): rising window at ½, 1½, … samples after the border of two segments, and before the border."""
+    """Tuple (after, before), each (SEGMENT/2,): rising window at ½, 1½, … samples after and before a border. Cached."""
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * WINDOW_ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])
     return rise[SEGMENT // 2 :], rise[: SEGMENT // 2][::-1].copy()
 
 
 def _fold_at_border(zones: Array) -> tuple[Array, Array]:
-    """(before, after): folded samples that contribute to the segment before the border and to the one after it.
+    """Tuple (before, after): folded samples that contribute to the transform segments before and after a border.
 
-    Both begin at the border and lead away from it. `zones` has `SEGMENT`/2 samples on each side of the border.
+    Both arrays begin at the border. `zones` has `SEGMENT`/2 samples on each side of the border.
     """
     half = SEGMENT // 2
     after, before = _window()
@@ -82,15 +83,15 @@ def _fold_at_border(zones: Array) -> tuple[Array, Array]:
 
 
 def segments(x: Array) -> Array:
-    """Transform coefficients of consecutive segments, shape (segments, SEGMENT).
+    """Coefficients of the lapped transform of consecutive segments, shape (segments, SEGMENT).
 
-    In addition to these segments, `x` has half a segment at each end.
+    `x` has half a segment more than these segments at each end.
     """
     return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 
 
 def transform_at_end(x: Array, left: bool, right: bool) -> Array:
-    """Transform coefficients of one segment that lies at the beginning or end of the record, or is the whole record.
+    """Coefficients of the lapped transform of one segment at the beginning or end of the record, or of the whole record.
 
     Parameters
     ----------
@@ -113,7 +114,7 @@ def transform_at_end(x: Array, left: bool, right: bool) -> Array:
 
 
 def resample_power(power: Array) -> Array:
-    """Power of a segment of any length, interpolated to `SEGMENT` coefficients with the same sum."""
+    """Array, shape (SEGMENT,): `power` of a transform segment of any length, interpolated with the same sum."""
     total = np.concatenate([[0.0], np.cumsum(power)])
     at = np.linspace(0.0, power.size, SEGMENT + 1)
     return np.diff(np.interp(at, np.arange(power.size + 1.0), total))

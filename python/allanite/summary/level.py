@@ -1,7 +1,7 @@
 """One level of the pyramid: samples at a rate, their power in transform segments, and the level at half the rate.
 
-All work is done in tiles at fixed sample indices of the stream, so that results do not depend on the chunks. A segment of
-the stream keeps the samples at its ends that its neighbors need to complete the tiles between them. The last level, which
+All work is done in tiles at fixed sample indices of the stream, so that results do not depend on the chunks. A stream
+segment keeps the samples at its ends that its neighbors need to complete the tiles between them. The last level, which
 is short, keeps all its samples.
 """
 
@@ -20,14 +20,15 @@ from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segment
 from allanite.summary.sums import Blocks, Sum
 
 Array = NDArray[np.float64]
-#: Samples of a tile, and samples on each side that it needs.
+#: Number of samples of a tile, and number of samples on each side that its transform needs in addition.
 TILE, MARGIN = 16384, SEGMENT // 2
-#: Most samples of a level that keeps them all.
+#: Maximum number of samples of a level that keeps all its samples.
 MAX_KEPT_SAMPLES = 1 << 18
-#: Bands of a level in the map over time and most blocks of the map; the same for the fine map of moving bands.
+#: Map of power over time: number of frequency bands of a level, and maximum number of time blocks.
 BANDS, BLOCKS = 8, 512
+#: The same of the fine map, in which moving bands are found.
 FINE, SECTIONS = 38 * BANDS, 64
-#: Largest share of missing samples of a transform segment that is used. Chosen by judgment; not measured.
+#: Transform segments with a larger share of missing samples are not used. Chosen by judgment; not measured.
 MAX_MISSING_SHARE = 1.0 / 8.0
 
 
@@ -43,7 +44,7 @@ class Octave:
     __repr__ = brief
 
     def add(self, other: Octave | Level) -> None:
-        """Add the power of `other`, another segment of the same stream at the same level."""
+        """Add the power, frames and maps of `other`, another stream segment at the same level, in place."""
         self.power.add(other.power.high, other.power.low)
         self.frames += other.frames
         self.blocks.merge(other.blocks)
@@ -53,7 +54,7 @@ class Octave:
 @align_when_unpickled
 @dataclass(slots=True, eq=False)
 class Level:
-    """Samples `start` … `stop` − 1 of a stream at 2^−depth of its rate.
+    """Level of a pyramid: samples `start` … `stop` − 1 of a stream at 2^−depth of its rate, or their power and ends.
 
     Attributes
     ----------
@@ -98,13 +99,13 @@ class Level:
         return self.tiles is None
 
     def samples(self) -> Array:
-        """Samples in `head` as one array; these are all samples of the level if `whole`."""
+        """Samples in `head` as one array: all samples of the level if `whole`, else those before the first tile."""
         return _joined(self.head)
 
     def extend(self, *pieces: Array) -> None:
-        """Add the samples that follow, in one or more arrays, to this level and to deeper levels.
+        """Append the samples that follow, in one or more arrays, to this level and to deeper levels.
 
-        Kept samples are copied, since the caller may reuse the memory.
+        Kept samples are copied, so that the caller may reuse the memory.
         """
         self.stop += sum(x.size for x in pieces)
         if not self.whole:
@@ -125,9 +126,9 @@ class Level:
             self._finish_tail(first, rest)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
-        """Process all tiles from index `tile` on that the tail and the samples `x` complete.
+        """Process all tiles from index `tile` on that the tail and the samples `x` complete, in place. Returns None.
 
-        The remaining samples become the tail; halved samples go to the deeper level.
+        The remaining samples become the tail. The samples at half the rate are appended to the deeper level.
         """
         assert self.tiles is not None
         tail = _joined(self.tail)
@@ -151,7 +152,7 @@ class Level:
             self.deeper.extend(*halves)
 
     def halve_tiles(self, first: int, x: Array) -> Array:
-        """Samples of consecutive tiles at half the rate, shape (n / 2,); the power of the tiles is added to this level.
+        """Samples of consecutive tiles at half the rate, shape (n / 2,). Side effect: adds the power of the tiles.
 
         `first` is the index of the first tile. `x` has `MARGIN` more samples than the tiles at both ends.
         """
@@ -233,7 +234,7 @@ class Level:
 
 
 def join_levels(left: Level, right: Level) -> Level:
-    """One `Level` from two adjacent levels. Do not use the two levels afterwards; the result shares their arrays."""
+    """`Level` that joins two adjacent levels of one depth. It is one of the two, changed; do not use them afterwards."""
     if right.whole:
         left.extend(right.samples())
         return left
@@ -269,11 +270,10 @@ def join_levels(left: Level, right: Level) -> Level:
 
 
 def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
-    """(samples, power, segments) of a tile: samples at half the rate, summed power at every coefficient, count.
+    """Tuple (samples of a tile at half the rate, summed power at every coefficient, number of transform segments summed).
 
-    `segments` is the number of transform segments in `power`. `x` has `MARGIN` more samples than the tile at both ends.
-    Samples in long gaps are NaN, and segments with more than 1/8 missing samples do not count. Without `spectral`, or
-    with almost no samples, power and number are 0.
+    `x` has `MARGIN` more samples than the tile at both ends. Samples in long gaps are NaN. Transform segments with more
+    than 1/8 missing samples are not summed. Without `spectral`, or with fewer than 16 samples, power and number are 0.
     """
     gaps = np.isnan(x)
     lost = None
@@ -284,7 +284,7 @@ def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
         x = fill_missing(x)
     half = halved(x[MARGIN - REACH : x.size - MARGIN + REACH])
     if lost is not None:
-        half[is_in_long_gap(lost[MARGIN : x.size - MARGIN])] = np.nan
+        half[long_gap_mask(lost[MARGIN : x.size - MARGIN])] = np.nan
     if not spectral:
         return half, np.zeros(SEGMENT), 0.0
     # A large offset would leak, so the mean of the tile is subtracted.
@@ -296,8 +296,8 @@ def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
     return half, found.sum(axis=0), float(found.shape[0])
 
 
-def is_in_long_gap(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mask of shape (n / 2,): True if the sample at half the rate lies in a gap of more than `MARGIN` missing pairs."""
+def long_gap_mask(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Mask of shape (n / 2,), one per pair of samples: True in runs of more than `MARGIN` pairs with both missing."""
     pairs = gaps[0::2] & gaps[1::2]
     change = np.diff(np.concatenate([[0], pairs.astype(np.int8), [0]]))
     out = np.zeros(pairs.size, dtype=bool)
@@ -307,7 +307,7 @@ def is_in_long_gap(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
-    """Add the power of consecutive tiles, shape (tiles, FINE), to `blocks` and `sections` of a level.
+    """Add the power of consecutive tiles, shape (tiles, FINE), to `blocks` and `sections` of a level, in place.
 
     `tile` is the index of the first tile, `frames` the number of segments per tile.
     """
@@ -321,7 +321,7 @@ def band_sums(power: Array) -> Array:
 
 
 def _joined(parts: list[Array]) -> Array:
-    """All arrays of the list as one array, which also replaces them in the list; one array without samples if empty."""
+    """Concatenation of the arrays in `parts`; empty for an empty list. Side effect: it replaces the arrays in the list."""
     if len(parts) != 1:
         parts[:] = [np.concatenate(parts)] if parts else [np.zeros(0)]
     return parts[0]

@@ -13,17 +13,18 @@ from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 if TYPE_CHECKING:
     from allanite.summary.reading import Reading
 
-#: Coefficients on each side that a line reaches, and on each side of the neighborhood that it is compared with.
-LINE_REACH, NEIGHBORHOOD = 6, 48
-#: Smallest normal score of a line; one record in 10 000 has a larger one by chance.
+#: Half width of a line, and half width of the neighborhood whose median is the level, in coefficients.
+LINE_HALF_WIDTH, NEIGHBORHOOD = 6, 48
+#: Minimum normal score of a line; white noise exceeds it in one record of 10 000.
 MIN_LINE_SCORE = 5.6
-#: Largest power beside a line relative to its own; a resonance has more. Chosen by judgment; not measured.
-MAX_POWER_BESIDE = 0.1
+#: Maximum excess power in the coefficients around a line, relative to that of the line; a resonance has more. Chosen by
+#: judgment; not measured.
+MAX_RELATIVE_EXCESS = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line without a phase.
+    """Spectral line of unknown phase.
 
     Attributes
     ----------
@@ -52,9 +53,9 @@ def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
 def without_lines(
     reading: Reading, level: int, rate: float
 ) -> tuple[NDArray[np.float64], list[Line]]:
-    """(power, lines): power of an octave (`octave_power`) with lines replaced by the median around them, and the lines.
+    """Tuple (power of an octave (`octave_power`) with lines replaced by the median around them, list of the lines).
 
-    `lines` is a list of at most 32 `Line`. The search ends at the first peak that is too weak or too wide for a line.
+    At most 32 lines. The search, from the highest score down, ends at the first peak that is too weak or too wide.
     """
     power = octave_power(reading, level)
     freedom = max(reading.octaves[level].frames, 1.0)
@@ -70,11 +71,14 @@ def without_lines(
         top = int(np.argmax(score))
         if score[top] < MIN_LINE_SCORE:
             break
-        low, high = max(0, top - LINE_REACH), min(power.size, top + LINE_REACH + 1)
+        low, high = max(0, top - LINE_HALF_WIDTH), min(power.size, top + LINE_HALF_WIDTH + 1)
         excess = power - middle
-        neighbors = [*excess[max(0, low - LINE_REACH) : low], *excess[high : high + LINE_REACH]]
+        neighbors = [
+            *excess[max(0, low - LINE_HALF_WIDTH) : low],
+            *excess[high : high + LINE_HALF_WIDTH],
+        ]
         whole = float(excess[low:high].sum())
-        if abs(sum(neighbors)) > MAX_POWER_BESIDE * whole:
+        if abs(sum(neighbors)) > MAX_RELATIVE_EXCESS * whole:
             break
         place = np.arange(low, high)
         center = float(

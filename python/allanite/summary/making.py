@@ -16,7 +16,7 @@ from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate
 from allanite.recording import Recording
 from allanite.recording.samples import column_names
-from allanite.summary.stretch import Stretch
+from allanite.summary.stream_segment import StreamSegment
 from allanite.summary.summary import Summary
 
 if TYPE_CHECKING:
@@ -25,11 +25,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-#: Samples processed at a time, and fewest rows of several columns: enough tiles for several threads, little memory.
+#: Number of samples processed at a time, and minimum number of rows if there are several columns: enough tiles for several
+#: threads, little memory.
 SAMPLES_AT_ONCE, MIN_ROWS_AT_ONCE = 1 << 19, 1 << 18
-#: Rows that are transposed at a time, so that they stay in the cache.
+#: Number of rows that are transposed at a time, so that they stay in the cache.
 TRANSPOSED_ROWS = 1 << 13
-#: Bytes of a mapped file after which its pages are released.
+#: The pages of a mapped file are released after this many bytes.
 RELEASED_BYTES = 1 << 23
 
 
@@ -42,7 +43,7 @@ def summarize(
     columns: Sequence[str] | None = None,
     path: str | None = None,
 ) -> Summary:
-    """Summary of a record, made in one pass over its chunks; it takes a few megabytes.
+    """`Summary` of a record, made in one pass over its chunks; it takes a few megabytes.
 
     Parameters
     ----------
@@ -108,13 +109,13 @@ def _summary_with_pool(
     pool: Pool | None,
 ) -> Summary:
     """`Summary` of chunks; `options` are rate, unit and columns. Without a pool, all is computed in this thread."""
-    stretch: Stretch | None = None
+    segment: StreamSegment | None = None
     head: dict[str, Any] = {}
     for chunk in _chunks_of(chunks):
         taken, about = _tables_of(chunk, *options)
-        if stretch is None:
+        if segment is None:
             head, width = about, sum(map(len, taken))
-            stretch = Stretch.empty(
+            segment = StreamSegment.empty(
                 start,
                 len(about["columns"]),
                 len(about["covariates_named"]),
@@ -131,18 +132,18 @@ def _summary_with_pool(
         at_work: list[Future[None]] = []
         for rows in _batches_of_rows(taken, _memory_mapping(chunk)):
             if pool is None:
-                stretch.update(rows)
+                segment.update(rows)
             else:
                 # Rows are read while the rows before them are processed.
                 _wait_for_tasks(at_work)
-                at_work = [pool.submit(task) for task in stretch.tasks(rows)]
+                at_work = [pool.submit(task) for task in segment.tasks(rows)]
         # The caller may reuse the memory of a chunk.
         _wait_for_tasks(at_work)
-    if stretch is None or stretch.stop == stretch.start:
+    if segment is None or segment.stop == segment.start:
         raise TooShortError("no samples")
     _kernels.trim()
     head["path"] = path if path is not None else head["path"]
-    return Summary(**head, stretches=(stretch,))
+    return Summary(**head, stretches=(segment,))
 
 
 def _batches_of_rows(
@@ -165,7 +166,7 @@ def _batches_of_rows(
 
 
 def _contiguous_rows(table: NDArray[Any]) -> NDArray[Any]:
-    """Table of the same shape and values in C order; each row is one column of the record."""
+    """Array with the shape and values of `table` in C order, a copy if needed; each row is one column of the record."""
     if table.shape[0] == 1 or table.flags.c_contiguous:
         return np.ascontiguousarray(table)
     out = np.empty(table.shape, table.dtype)
@@ -175,7 +176,7 @@ def _contiguous_rows(table: NDArray[Any]) -> NDArray[Any]:
 
 
 def _wait_for_tasks(tasks: list[Future[None]]) -> None:
-    """Wait for all tasks, and raise the first error of a task."""
+    """Wait until all tasks have ended. Raises the first exception of a task. Returns None."""
     for task in tasks:
         task.result()
 
@@ -191,7 +192,10 @@ def _memory_mapping(chunk: Any) -> mmap.mmap | None:
 
 
 def _chunks_of(chunks: Any) -> Iterable[Any]:
-    """Iterable of chunks. A recording, an array or a list of numbers is one chunk."""
+    """Iterable of chunks: `chunks` itself, or a list with it if it is a recording, an array or a list of numbers.
+
+    Raises `InputError` for anything else.
+    """
     if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
         return [chunks]
     if isinstance(chunks, (list, tuple)) and chunks and np.isscalar(chunks[0]):
@@ -204,7 +208,7 @@ def _chunks_of(chunks: Any) -> Iterable[Any]:
 def _tables_of(
     chunk: Any, rate: float | None, unit: str | Sequence[str], columns: Sequence[str] | None
 ) -> tuple[list[NDArray[Any]], dict[str, Any]]:
-    """(tables, facts): tables of a chunk, shape (columns, n) each, and a dict with rate, units, names and path.
+    """Tuple (list of tables of a chunk, shape (columns, n) each; dict with its rate, units, names and path).
 
     The first table holds the columns; each covariate has a table of its own, shape (1, n). Raises `InputError` for
     unusable chunks.

@@ -1,4 +1,4 @@
-"""Reading of one column of a summary: octaves of its spectrum, and low-rate samples below them."""
+"""Reading of one column of a summary: octaves of its spectrum, and low-rate samples for the frequencies below them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """A column of a summary.
+    """Column of a summary: octaves of its spectrum, and low-rate samples for the frequencies below them.
 
     Attributes
     ----------
@@ -44,9 +44,10 @@ class Reading:
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:
-    """`Reading` of one column from the levels of all segments in time order; missing between segments is NaN.
+    """`Reading` of one column from the levels of all stream segments in time order; samples between segments are NaN.
 
-    Without `depth`, it is the smallest depth at which every segment keeps all samples, and at most 2^19 samples in all.
+    `depth` is the number of octaves. By default, it is the smallest depth at which every segment keeps all samples and
+    the total is at most 2^19 samples.
     """
     if depth is None:
         depth = max(depth_of(level) for level in levels)

@@ -17,7 +17,7 @@ from allanite.common.files import whole_file
 from allanite.common.memory import require_memory
 from allanite.common.validation import positive_rate
 from allanite.recording.findings import Finding
-from allanite.summary.stretch import Stretch
+from allanite.summary.stream_segment import StreamSegment
 
 if TYPE_CHECKING:
     from allanite.summary.summary import Summary
@@ -62,7 +62,7 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
                 if header["schema"] != SCHEMA:
                     raise InputError(f"{header['schema']} is not {SCHEMA}")
                 stretches = tuple(
-                    Stretch.restored(_with_arrays(one, file)) for one in header["stretches"]
+                    StreamSegment.restored(_with_arrays(one, file)) for one in header["stretches"]
                 )
         except FileNotFoundError:
             raise InputError("no such file") from None
@@ -83,9 +83,9 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
 
 
 def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
-    """The value with each array replaced by ``{"array": i}``.
+    """Copy of a nested `value` in which ``{"array": i}`` replaces each array. Side effect: appends the arrays to `arrays`.
 
-    The array is appended to `arrays`, where its index is i.
+    i is the index of the array in `arrays`.
     """
     if isinstance(value, np.ndarray):
         arrays.append(value)
@@ -98,7 +98,7 @@ def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
 
 
 def _with_arrays(value: Any, arrays: Any) -> Any:
-    """The value with each ``{"array": i}`` replaced by the array ``ai`` of the file.
+    """Copy of a nested `value` in which the array ``ai`` of the file replaces each ``{"array": i}``.
 
     It is the inverse of `_without_arrays`.
     """

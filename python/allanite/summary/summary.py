@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
     from allanite.deviation import Deviation
     from allanite.deviation.accumulator import Accumulator
-    from allanite.summary.stretch import Extremes, Stretch
+    from allanite.summary.stream_segment import Extremes, StreamSegment
 
-#: Kurtosis of the sample-to-sample steps over that of normal noise, from which the audit warns of outliers. Chosen by
-#: judgment; not measured.
+#: The audit warns of outliers if the kurtosis of the sample-to-sample differences, divided by that of normal noise, is at
+#: least this. Chosen by judgment; not measured.
 MIN_KURTOSIS_RATIO = 1.5
-#: Missing samples that are added to a curve at a time; limits the memory.
+#: Number of missing samples that are added to a curve at a time; limits the memory.
 MISSING_AT_ONCE = 1 << 20
 
 
@@ -52,8 +52,10 @@ class Summary(Record):
         Columns that may explain others; only their low frequencies are kept.
     covariate_units : dict of str to str
     path : str or None
-    stretches : tuple of Stretch
+    stretches : tuple of StreamSegment
         Segments of the stream in the order of time; the samples between them are missing.
+    told : tuple of Finding
+        Findings that were given to the summary; `audit` begins with them.
 
     Examples
     --------
@@ -78,7 +80,7 @@ class Summary(Record):
     covariates_named: tuple[str, ...]
     covariate_units: dict[str, str]
     path: str | None
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[StreamSegment, ...]
     told: tuple[Finding, ...] = ()
 
     #: Samples are rates.
@@ -108,7 +110,7 @@ class Summary(Record):
 
     @property
     def whole(self) -> bool:
-        """True if all samples are kept; the summary then behaves like the recording."""
+        """True if the summary keeps all samples, so that `recording` and `rate_samples` work."""
         every = all(level.whole for one in self.stretches for level in one.levels)
         return every and self.n <= 2 * MAX_KEPT_SAMPLES
 
@@ -140,7 +142,7 @@ class Summary(Record):
         )
 
     def __iter__(self) -> Iterator[Summary]:
-        """Yield the columns, each a summary of its own."""
+        """Iterator over the columns, each as a `Summary` of one column."""
         return (self.column(i) for i in range(len(self.columns)))
 
     def merge(self, *others: Summary) -> Summary:
@@ -164,7 +166,7 @@ class Summary(Record):
                 )
             pieces += [(other, one) for one in other.stretches]
         pieces.sort(key=lambda pair: (pair[1].start, pair[1].stop))
-        joined: list[Stretch] = []
+        joined: list[StreamSegment] = []
         fresh: list[bool] = []
         for _, one in pieces:
             if joined and one.start < joined[-1].stop:
@@ -181,7 +183,7 @@ class Summary(Record):
         told = tuple(dict.fromkeys([*self.told, *(f for other in others for f in other.told)]))
         return replace(self, stretches=tuple(joined), told=told)
 
-    # -- what it tells ---------------------------------------------------------------------------
+    # -- results ---------------------------------------------------------------------------------
 
     def reading(self) -> Reading:
         """`Reading` of the only column: octaves of its spectrum, and low-rate samples below them."""
@@ -196,10 +198,7 @@ class Summary(Record):
             )
 
     def low_rate(self, depth: int) -> dict[str, NDArray[np.float64]]:
-        """Dict by name of each covariate: its samples at the sampling rate divided by 2^`depth`.
-
-        Empty without covariates.
-        """
+        """Dict from the name of each covariate to its samples at the sampling rate divided by 2^`depth`."""
         first = len(self.columns)
         return {
             name: read_column([one.levels[first + i] for one in self.stretches], depth).samples
@@ -207,7 +206,7 @@ class Summary(Record):
         }
 
     def recording(self) -> Recording:
-        """Recording with the samples of the summary, if the summary keeps all samples.
+        """`Recording` with the samples of the summary, if the summary keeps all samples.
 
         Raises
         ------
@@ -257,15 +256,12 @@ class Summary(Record):
 
     @property
     def covariates(self) -> dict[str, NDArray[np.float64]]:
-        """Dict by name of each covariate: its samples at the rate of the samples kept for the first column.
-
-        Empty without covariates.
-        """
+        """Dict from the name of each covariate to its samples at the rate of the kept samples of the first column."""
         return self.low_rate(len(self.column(0).reading().octaves)) if self.covariates_named else {}
 
     @property
     def audit(self) -> list[Finding]:
-        """List of findings: those given, then gaps, repeats, outliers and lines of each column."""
+        """List of `Finding`: those in `told`, then gaps, repeated samples, outliers and lines of each column."""
         out = list(self.told)
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
@@ -322,7 +318,7 @@ class Summary(Record):
 
     @classmethod
     def load(cls, path: str | Path) -> Summary:
-        """Summary that `save` has written to `path`.
+        """`Summary` that `save` has written to `path`.
 
         Raises
         ------

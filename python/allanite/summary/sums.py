@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 @align_when_unpickled
 @dataclass(slots=True, eq=False)
 class Sum:
-    """An array of sums, kept as `high + low` with about 106 bits; the order of addition changes only the last few bits."""
+    """Array of sums, stored as `high + low` with about 106 bits; the order of addition changes only the last few bits."""
 
     high: Array
     low: Array
@@ -28,7 +28,7 @@ class Sum:
         return cls(np.zeros(shape), np.zeros(shape))
 
     def add(self, value: Array, low: Array | float = 0.0) -> None:
-        """Add the array `value`, and `low` as the digits below its precision (Knuth's two-sum)."""
+        """Add the array `value`, and `low` as the digits below its precision (Knuth's two-sum), in place."""
         total = self.high + value
         back = total - self.high
         lost = (self.high - (total - back)) + (value - back)
@@ -38,7 +38,7 @@ class Sum:
 
     @property
     def value(self) -> Array:
-        """The sums as doubles."""
+        """Sums as a float64 array: high + low."""
         return self.high + self.low
 
     def state(self) -> dict[str, Any]:
@@ -49,7 +49,7 @@ class Sum:
 @align_when_unpickled
 @dataclass(slots=True, eq=False)
 class Blocks:
-    """Power over time: sums of 2^size consecutive tiles, on a grid anchored at sample 0 of the stream.
+    """Map of power over time and frequency bands: sums of 2^size consecutive tiles, aligned to sample 0 of the stream.
 
     Attributes
     ----------
@@ -81,12 +81,12 @@ class Blocks:
         return cls(state["size"], state["first"], sums, state["frames"].copy(), most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
-        """Add the band powers of consecutive tiles from index `tile` on, shape (tiles, bands).
+        """Add the band powers of consecutive tiles from index `tile` on, shape (tiles, bands), in place.
 
         Each tile has `frames` segments.
         """
         end = tile + power.shape[0]
-        self._make_room(tile >> self.size, ((end - 1) >> self.size) + 1)
+        self._extend_to(tile >> self.size, ((end - 1) >> self.size) + 1)
         at = tile
         while at < end:
             block = at >> self.size
@@ -98,7 +98,7 @@ class Blocks:
             at = until
 
     def merge(self, other: Blocks) -> None:
-        """Add the blocks of `other`, another segment of the same stream."""
+        """Add the blocks of `other`, another segment of the same stream, in place."""
         if other.frames.size == 0:
             return
         while self.size < other.size:
@@ -106,7 +106,7 @@ class Blocks:
         theirs = Blocks(other.size, other.first, other.sums, other.frames, self.most)
         while theirs.size < self.size:
             theirs._coarsen()
-        self._make_room(theirs.first, theirs.first + theirs.frames.size)
+        self._extend_to(theirs.first, theirs.first + theirs.frames.size)
         while theirs.size < self.size:
             theirs._coarsen()
         place = slice(theirs.first - self.first, theirs.first - self.first + theirs.frames.size)
@@ -115,10 +115,10 @@ class Blocks:
         self.sums.high[place], self.sums.low[place] = part.high, part.low
         self.frames[place] += theirs.frames
 
-    def _make_room(self, first: int, end: int) -> None:
-        """Extend the map to blocks first … end − 1 of the present size.
+    def _extend_to(self, first: int, end: int) -> None:
+        """Extend the map in place to blocks first … end − 1 of the present size.
 
-        While there are too many blocks, pairs of blocks are merged.
+        While there are more than `most` blocks, pairs of blocks are merged.
         """
         if self.frames.size == 0:
             self.first = first
@@ -138,7 +138,7 @@ class Blocks:
             self._coarsen()
 
     def _coarsen(self) -> None:
-        """Merge pairs of neighboring blocks, so that a block has twice as many tiles."""
+        """Merge pairs of neighboring blocks in place, so that a block has twice as many tiles."""
         count = self.frames.size
         odd = self.first % 2
         pad = ((odd, (odd + count) % 2), (0, 0))

@@ -1,4 +1,4 @@
-"""One segment of a stream: pyramid, Allan curve and extremes of every column."""
+"""Stream segment: pyramid, Allan curve and extremes of every column of consecutive samples."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from allanite.summary.sums import Sum
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: Averaging times per octave of the Allan curve.
+#: Number of averaging times per octave of the Allan curve.
 TAUS_PER_OCTAVE = 2
-#: Samples processed at a time, so that they stay in the cache.
+#: Number of samples processed at a time, so that they stay in the cache.
 SAMPLES_AT_ONCE = 1 << 16
 
 
 @dataclass(slots=True, eq=False)
 class Extremes:
-    """Counts, extremes and steps of single samples.
+    """Counts, extremes and moments of the differences of consecutive samples of a column.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Extremes:
     low, high : (float, int)
         Smallest and largest sample and its index in the stream.
     steps : Sum, shape (4,)
-        Number of differences of neighbors, number of zeros among them, Σd², Σd⁴.
+        Number of differences d of neighbors, number of zeros among them, Σd², Σd⁴.
     ends : (float, float)
         First and last sample; NaN if missing.
     """
@@ -48,7 +48,7 @@ class Extremes:
     ends: tuple[float, float] | None = None
 
     def update(self, x: NDArray[np.float64], at: int) -> None:
-        """Add consecutive samples; `at` is the index of the first in its stream."""
+        """Add consecutive samples in place; `at` is the index of the first one in its stream."""
         before = None if self.ends is None else self.ends[1]
         low, high, *moments = _kernels.steps(x)
         if np.isnan(moments[1]) or np.isnan(x[0]):
@@ -72,7 +72,7 @@ class Extremes:
         self.ends = float(x[0]) if self.ends is None else self.ends[0], float(x[-1])
 
     def _add_steps(self, d: NDArray[np.float64]) -> None:
-        """Add the differences d of neighboring samples to `steps`; NaN are ignored."""
+        """Add the differences d of neighboring samples to `steps` in place; NaN are ignored."""
         if d.size and np.isnan(d.sum()):
             d = d[~np.isnan(d)]
         square = d * d
@@ -80,7 +80,7 @@ class Extremes:
         self.steps.add(np.array(found, dtype=np.float64))
 
     def merge(self, other: Extremes) -> None:
-        """Add the counts, extremes and steps of `other`, the segment that follows this segment."""
+        """Add the counts, extremes and steps of `other`, the segment that follows this one, in place."""
         if other.ends is None:
             return
         if self.ends is not None:
@@ -121,8 +121,8 @@ class Extremes:
 
 
 @dataclass(slots=True, eq=False)
-class Stretch:
-    """Samples `start` … `stop` − 1 of a stream: level, curve and extremes of each column, and a level of each covariate."""
+class StreamSegment:
+    """Samples `start` … `stop` − 1 of a stream: level, curve and extremes of each column, and level of each covariate."""
 
     start: int
     stop: int
@@ -139,8 +139,8 @@ class Stretch:
         rate: float,
         units: tuple[str, ...],
         threads: int = 1,
-    ) -> Stretch:
-        """`Stretch` without samples that begins at index `start`, for this number of columns and covariates."""
+    ) -> StreamSegment:
+        """`StreamSegment` without samples that begins at index `start`, for this number of columns and covariates."""
         return cls(
             start,
             start,
@@ -153,7 +153,7 @@ class Stretch:
         )
 
     def update(self, columns: list[NDArray[Any]]) -> None:
-        """Add the samples that follow, one array for each column and covariate."""
+        """Append the samples that follow, one array for each column and covariate, in place."""
         for task in self.tasks(columns):
             task()
 
@@ -175,8 +175,8 @@ class Stretch:
             ),
         ]
 
-    def merge(self, other: Stretch) -> None:
-        """Add `other`, the segment that begins where this segment ends.
+    def merge(self, other: StreamSegment) -> None:
+        """Append `other`, the segment that begins where this segment ends, in place.
 
         Do not use `other` afterwards: its arrays are shared.
         """
@@ -187,9 +187,9 @@ class Stretch:
             mine.merge(others)
         self.stop = other.stop
 
-    def one_column(self, place: int, covariates: slice) -> Stretch:
-        """`Stretch` of the column with index `place` and the levels `covariates`, which shares its arrays."""
-        return Stretch(
+    def one_column(self, place: int, covariates: slice) -> StreamSegment:
+        """`StreamSegment` of the column with index `place` and the levels `covariates`, which shares its arrays."""
+        return StreamSegment(
             self.start,
             self.stop,
             [self.levels[place], *self.levels[covariates]],
@@ -197,9 +197,9 @@ class Stretch:
             [self.extremes[place]],
         )
 
-    def copy(self) -> Stretch:
+    def copy(self) -> StreamSegment:
         """Copy of the segment: later changes of one do not affect the other."""
-        return Stretch(
+        return StreamSegment(
             self.start,
             self.stop,
             [level.copy() for level in self.levels],
@@ -218,8 +218,8 @@ class Stretch:
         }
 
     @classmethod
-    def restored(cls, state: dict[str, Any]) -> Stretch:
-        """`Stretch` from the dict that `state()` returned."""
+    def restored(cls, state: dict[str, Any]) -> StreamSegment:
+        """`StreamSegment` from the dict that `state()` returned."""
         return cls(
             state["start"],
             state["stop"],
@@ -232,11 +232,11 @@ class Stretch:
 def _update_column(
     curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: NDArray[np.float64]
 ) -> None:
-    """Add the samples from index `at` on to the Allan curve and the extremes of a column.
+    """Add the samples from index `at` on to the Allan curve and the extremes of a column, in place.
 
-    `x` are the samples `given` as doubles.
+    `x` are the samples `given` as float64.
     """
-    # Integers are passed as they are, since their curve is exact.
+    # The curve of integers is exact, so that they are not converted.
     whole = given if given.dtype.kind in "iu" else x
     for first in range(0, x.size, SAMPLES_AT_ONCE):
         curve.update(whole[first : first + SAMPLES_AT_ONCE])
