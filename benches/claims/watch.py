@@ -22,7 +22,7 @@ import numpy as np
 import allanite as al
 from allanite import _kernels
 from allanite.fit.likelihood.expected import density
-from allanite.scale.bets import share
+from allanite.scale.bets import capital_share
 from allanite.scale.watch import FALSE_ALARM_PROBABILITY, SEGMENT, SEGMENTS_IN_LONG, Watch
 
 RATE = 100.0
@@ -129,14 +129,16 @@ def delays(text, runs, after, seed=1):
         quiet = usual.simulate(n=after * SEGMENT, rate=RATE, seed=seed, axis=run).samples
         mixed, known = -np.inf, 0.0
         for k, segment in enumerate(np.reshape(quiet, (after, SEGMENT))):
-            mixed = np.logaddexp(mixed, np.log(share(k + 1))) + gain(k - after, segment.copy())
+            mixed = np.logaddexp(mixed, np.log(capital_share(k + 1))) + gain(
+                k - after, segment.copy()
+            )
         if watch.update(quiet) is not None:
             out[0, run] = 0
         x = changed.simulate(n=MOST * SEGMENT, rate=RATE, seed=seed + 1, axis=run).samples
         for piece, segment in enumerate(np.reshape(x, (MOST, SEGMENT))):
             gained = gain(piece, segment.copy())
             known += gained
-            mixed = np.logaddexp(mixed, np.log(share(after + piece + 1))) + gained
+            mixed = np.logaddexp(mixed, np.log(capital_share(after + piece + 1))) + gained
             alarmed = (watch.update(segment) is not None, mixed >= enough, known >= enough)
             out[:, run] = np.where((out[:, run] == MOST) & alarmed, piece + 1, out[:, run])
             if out[:, run].max() < MOST:

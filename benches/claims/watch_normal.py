@@ -54,7 +54,7 @@ class NormalBets(any_bets.Bets):
         power = any_bets._line_sums(total)
         wide = np.diff(total[self._edges - 1]) @ self._wide_slope + self._wide_fixed
         gain = np.concatenate([wide, (power * self._narrow_slope + self._narrow_fixed).reshape(-1)])
-        part = any_bets.share(self.segments)
+        part = any_bets.capital_share(self.segments)
         self.kept -= part
         growth = np.exp(np.minimum(gain, any_bets.MAX_LOG_GAIN))
         self.stake = np.minimum(

@@ -1,16 +1,17 @@
-"""Bets against a model on segments of one length, valid for any distribution of the samples.
+"""Bets (sequential tests) against a model on segments of one length, valid for any distribution of the samples.
 
 A segment is whitened: its cosine ordinates are divided by the model's standard deviations and transformed back. If the
-model holds, the whitened samples are independent and have mean square 1. Their distribution may have heavy tails, or
-steps. So the bets split a segment into two parts that need no normal samples:
+model holds, the whitened samples are independent and have mean square 1. Their distribution may have heavy tails or
+steps. A bet therefore has two factors that do not require normal samples:
 
-* The values without their order. They give the total power (`PowerBets`).
-* The order. Given the values, every order is equally likely. The samples are replaced by normal scores of their ranks;
-  the cosine ordinates of these then point in any direction with the same probability. A bet on the shape of the
-  spectrum is the ratio of two angular central Gaussian densities (Tyler 1987) on that sphere, which has mean 1.
+* Power: uses the values without their order (`PowerBets`).
+* Shape: uses the order. Given the values, every order is equally likely. Normal scores of the ranks replace the samples.
+  The vector of their cosine ordinates then has a uniform direction. The factor is the ratio of two angular central
+  Gaussian densities (Tyler 1987) of this direction, whose mean is 1.
 
-The shape bet has mean 1 given the values, so the product of both has mean at most 1. For normal samples the product is
-nearly the likelihood ratio. The capital, shared among alternatives and starts, is a supermartingale that starts at 1.
+The shape factor has mean 1 given the values, so that the product of both has mean at most 1. For normal samples, the
+product is nearly the likelihood ratio. The capital, divided among alternatives and starts, is a supermartingale that
+starts at 1.
 """
 
 from __future__ import annotations
@@ -28,31 +29,31 @@ from allanite.fit.likelihood.expected import density
 from allanite.scale.power_bets import MAX_SQUARE, ClippedPower, PowerBets
 
 Array = NDArray[np.float64]
-#: Power ratios of the alternatives at all frequencies and in octaves.
+#: Power of the alternatives divided by that of the model, at all frequencies and in octaves.
 RATIOS = (0.25, 0.5, 0.7, 0.85, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
-#: Power ratios in noise that a filter passes or removes.
+#: Power ratios of alternatives with additional low-pass noise.
 FILTERED_RATIOS = (1.5, 4.0, 16.0)
-#: Power ratios of a line. Weak lines need long segments: slow noise is often known only to 20 %, which is no line.
+#: Power ratios of a line. Weaker lines need longer segments: slow noise is often known only to 20 %, which is no line.
 LINE_RATIOS = (3.0, 12.0)
-#: Ordinates of a line, and ordinates from one place of a line to the next.
+#: Number of ordinates of a line, and number of ordinates between two tested positions of a line.
 LINE_WIDTH, LINE_STEP = 4, 2
 #: First ordinate of the lowest line.
 FIRST_LINE_ORDINATE = 8
-#: Fields of each bet that a restart needs.
+#: Attributes of `Bets`, one value per bet, that a saved state contains.
 STATE_FIELDS = ("stake", "best", "since", "power")
-#: Limit of ordinates and of the capital of a bet, so that their squares and sums do not overflow.
+#: Ordinates, and the capital of a bet, are clipped at this value, so that their squares and sums do not overflow.
 MAX_VALUE = 1e100
-#: Logarithm of the largest factor by which a segment multiplies a bet.
+#: Natural logarithm of the largest factor by which one segment multiplies the capital of a bet.
 MAX_LOG_GAIN = 400.0
-#: Limit of samples, so that sums over a segment do not overflow.
+#: Samples are clipped at this value, so that sums over a segment do not overflow.
 MAX_SAMPLE = 1e290
-#: Random numbers of this size, in standard deviations, put equal samples into random order. Larger than rounding
-#: errors of the transform (1e-14), smaller than any difference that matters.
+#: Amplitude, in standard deviations, of the random numbers that put equal samples into random order. It is larger than
+#: rounding errors of the transform (1e-14), and smaller than any relevant difference.
 JITTER = 1e-6
 
 
 class Bets:
-    """Capital of all bets on segments of one length.
+    """Sequential test of a model on segments of one length: the capital of all its bets.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ class Bets:
     tolerance : float
         Relative deviation of the noise within which the model holds.
     lines : bool
-        If true, bet only on lines.
+        True to bet only on lines.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class Bets:
             (1.0 + tolerance) ** 2,
         )
 
-        self._edges = _edges(segment)
+        self._edges = _cell_edges(segment)
         wide, spans, weights = _broad_alternatives(self._edges) if not lines else _NOTHING
         cells = np.diff(count[self._edges - 1])
         wide = wide.reshape(-1, cells.size)
@@ -141,7 +142,7 @@ class Bets:
         return np.concatenate([self._wide_fixed - half * wide, narrow], axis=-1)
 
     def take(self, samples: Array) -> None:
-        """Bet on the next segment and update the capital; a segment with missing samples only counts as a segment."""
+        """Bet on the next segment and update the capital, in place. A segment with missing samples is only counted."""
         self.segments += 1
         if np.isnan(samples).any():
             return
@@ -153,7 +154,7 @@ class Bets:
             gain[:wide] += self._power_bets.gains(white, self.clipped.bound())
             self.clipped.update(white)
         # A part of the capital is bet at each start; all parts together are 1.
-        part = share(self.segments)
+        part = capital_share(self.segments)
         self.kept -= part
         fresh = np.log(part) + self.weights
         growth = np.exp(np.minimum(gain, MAX_LOG_GAIN))
@@ -166,7 +167,7 @@ class Bets:
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
-        """Pair: cosine ordinates over their standard deviation under the model, and the samples with these ordinates."""
+        """Tuple (cosine ordinates divided by their standard deviation under the model, samples with these ordinates)."""
         limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):
             ordinates = _cosine_transform(limited - limited.mean())[1:] / self._deviation
@@ -186,10 +187,10 @@ class Bets:
         scores[np.argsort(white + jitter)] = _rank_quantiles(white.size)
         return scores
 
-    def clearest(self) -> tuple[int, int, float, int]:
-        """Tuple (first ordinate, end (exclusive), measured over expected power, start) of the best bet.
+    def best_bet(self) -> tuple[int, int, float, int]:
+        """Tuple (first ordinate, last ordinate + 1, measured divided by expected power, start) of the best bet.
 
-        The start is the index of the segment from which on the power is measured.
+        The power is measured from the segment with index `start` on.
         """
         top = int(np.argmax(self.best))
         low, high = self.spans[top]
@@ -197,7 +198,7 @@ class Bets:
         return int(low), int(high), float(self.power[top] / max(freedom, 1.0)), int(self.since[top])
 
     def state(self) -> dict[str, Any]:
-        """State of the bets as numbers and lists that JSON can hold."""
+        """Dict for JSON with the state of the bets, which `restore` accepts."""
         numbers = {name: getattr(self, name).tolist() for name in STATE_FIELDS}
         # JSON has no infinities: bets that have not begun have the logarithm None.
         numbers["best"] = [None if x == -math.inf else x for x in numbers["best"]]
@@ -205,12 +206,12 @@ class Bets:
         return {**counts, **numbers}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a state.
+        """Set the bets, in place, to a state that `state()` returned.
 
         Raises
         ------
         InputError
-            A state of other bets.
+            The state has another number of bets, or NaN.
         """
         for name in STATE_FIELDS:
             saved = [-math.inf if x is None else x for x in state[name]]
@@ -224,7 +225,7 @@ class Bets:
 
 
 def _cosine_transform(samples: Array) -> Array:
-    """Array: orthonormal cosine transform of samples."""
+    """Array: orthonormal cosine transform (DCT-II) of the samples."""
     # The compiled transform would start threads for each call, which takes longer than the transform of a segment.
     from scipy.fft import dct
 
@@ -232,30 +233,30 @@ def _cosine_transform(samples: Array) -> Array:
 
 
 def _inverse_cosine_transform(ordinates: Array) -> Array:
-    """Samples from their cosine ordinates: the inverse of `_cosine_transform`."""
+    """Array: samples with these cosine ordinates, the inverse of `_cosine_transform`."""
     from scipy.fft import idct
 
     return np.asarray(idct(ordinates, norm="ortho"))
 
 
 def _cumulative_sums(power: Array) -> Array:
-    """Array: cumulative sums, beginning with 0."""
+    """Array, shape (n + 1,): 0, followed by the cumulative sums of the n values."""
     return np.concatenate([[0.0], np.cumsum(power)])
 
 
 @lru_cache(maxsize=4)
 def _rank_quantiles(n: int) -> Array:
-    """Normal quantiles of the n ranks, in ascending order, shape (n,)."""
+    """Normal quantiles of the n ranks, ascending, shape (n,). Cached."""
     from scipy.special import ndtri
 
     return np.asarray(ndtri((np.arange(n) + 0.5) / n))
 
 
 def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
-    """Power ratios that the model still allows and that are nearest to an alternative; they differ at most by `contrast`.
+    """Array: power ratios within a factor `contrast` of each other that are nearest to the alternative `ratios`.
 
-    Total power does not matter: the distance is the Kullback-Leibler divergence after the best
-    scaling. `ratios` is the alternative, and `count` is the number of ordinates of each ratio.
+    The distance is the Kullback-Leibler divergence after the best common scaling. `count` is the number of ordinates of
+    each ratio.
     """
     lows = np.geomspace(ratios.min(), max(ratios.max() / contrast, ratios.min()), 100)
     nulls = np.clip(ratios, lows[:, None], lows[:, None] * contrast)
@@ -266,34 +267,32 @@ def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
 
 
 def _line_sums(total: Array) -> Array:
-    """Sum of the values over each position at which a line is tried, from their cumulative sums, shape (…, positions)."""
+    """Array, shape (…, positions): sum of the values over each tested position of a line, from their cumulative sums."""
     first = FIRST_LINE_ORDINATE - 1
     return total[..., first + LINE_WIDTH :: LINE_STEP] - total[..., first:-LINE_WIDTH:LINE_STEP]
 
 
-def share(segment: int) -> float:
-    """Fraction of the capital that is bet on a change at this segment (the first is 1); the sum over all segments is 1."""
-    # The series telescopes: 1/ln(e + k − 1) decreases by this part at segment k.
+def capital_share(segment: int) -> float:
+    """Fraction of the capital that is bet on a change at this segment (1, 2, …); the sum over all segments is 1."""
+    # The series telescopes: 1/ln(e + k − 1) decreases by this fraction at segment k.
     return float(1.0 / np.log(math.e + segment - 1.0) - 1.0 / np.log(math.e + segment))
 
 
-def _edges(segment: int) -> NDArray[np.int64]:
-    """Array: first ordinate of each half octave, followed by the number of samples of the segment, in ascending order."""
+def _cell_edges(segment: int) -> NDArray[np.int64]:
+    """Integer array, ascending: first ordinate of each half octave, then the number of samples of the segment."""
     halves = (at for k in range(segment.bit_length() - 1) for at in (1 << k, 3 << k >> 1))
     return np.array(sorted({1, *halves, segment}), dtype=np.int64)
 
 
-#: No broad alternatives.
+#: Result of `_broad_alternatives` without any alternative.
 _NOTHING = (np.ones((0, 1)), np.zeros((0, 2)), np.zeros(0))
 
 
 def _broad_alternatives(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Three arrays for k alternatives that change many ordinates.
+    """Tuple (power ratios, shape (k, cells); spans, shape (k, 2); shares of the capital, shape (k,)) of k alternatives.
 
-    They are the power ratios, shape (k, cells); the first and last ordinate of the strongest change, shape (k, 2); and the
-    shares of the capital that bets on them, shape (k,).
-    Noise of another level, noise that a filter passes or removes, and octaves get a quarter of the capital each. The rest
-    is for lines.
+    A span is the first ordinate of the strongest change, and its last one + 1. The alternatives are another level, filtered
+    noise, and octaves; each kind gets a quarter of the capital. The last quarter is for lines.
     """
     low, high, segment = edges[:-1], edges[1:], int(edges[-1])
     middle = np.sqrt(low * (high - 1.0))

@@ -18,9 +18,9 @@ from allanite.summary.making import summary_of_chunks
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Summaries that one task merges.
+#: Number of summaries that one task merges.
 MERGED_AT_ONCE = 8
-#: Threads of one task; the scheduler runs as many tasks as there are processors.
+#: Number of threads of one task; the scheduler runs as many tasks as there are processors.
 TASK_THREADS = 1
 
 
@@ -90,19 +90,22 @@ def summarize(
     from dask import delayed
 
     if hasattr(source, "to_delayed") and hasattr(source, "chunks"):
-        return _computed([_tree(source, rate, unit or "1", columns)], client)[0]
+        return _results([_summary_task(source, rate, unit or "1", columns)], client)[0]
     paths = [str(path) for path in ([source] if isinstance(source, (str, Path)) else source)]
     if not paths:
         raise InputError("no logs: give at least one")
     delayed_summary = delayed(_summary_of_log, pure=False)
-    found = _computed([delayed_summary(path, rate, unit, columns) for path in paths], client)
+    found = _results([delayed_summary(path, rate, unit, columns) for path in paths], client)
     good = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, Summary)}
     bad = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, str)}
     return Summaries(good, bad)
 
 
-def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | None) -> Any:
-    """Dask task whose result is the summary of a whole array, merged from the summaries of its chunks."""
+def _summary_task(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | None) -> Any:
+    """Dask task whose result is the `Summary` of a whole array, merged from the summaries of its chunks.
+
+    Raises `InputError` for a wrong shape, no rate, or unknown chunks.
+    """
     from dask import delayed
 
     if array.ndim not in (1, 2):
@@ -127,8 +130,8 @@ def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | No
     return level[0]
 
 
-def _computed(tasks: list[Any], client: Any) -> list[Any]:
-    """List: results of Dask tasks, in their order; each is fetched from the worker that has it."""
+def _results(tasks: list[Any], client: Any) -> list[Any]:
+    """List of the results of Dask tasks, in the order of the tasks; waits for them. Without a client, Dask's default."""
     # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
         if client is not None:
@@ -144,17 +147,17 @@ def _computed(tasks: list[Any], client: Any) -> list[Any]:
 def _summary_of_block(
     block: NDArray[Any], rate: float, unit: Any, start: int, columns: Sequence[str] | None
 ) -> Summary:
-    """Summary of a block of an array."""
+    """`Summary` of a block of an array that begins at index `start`."""
     return summary_of_chunks(block, rate, unit, start, columns, None, TASK_THREADS)
 
 
 def _merged(parts: list[Summary]) -> Summary:
-    """One summary, merged from the summaries of consecutive parts."""
+    """`Summary` merged from the summaries of consecutive parts."""
     return parts[0].merge(*parts[1:])
 
 
 def _summary_of_log(path: str, rate: float | None, unit: Any, columns: Any) -> Summary | str:
-    """Summary of a log, or the reason why it cannot be read."""
+    """`Summary` of a log, or a text with the reason why the log cannot be read."""
     from allanite.readers import read
 
     try:

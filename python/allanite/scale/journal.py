@@ -12,7 +12,7 @@ from typing import Any
 
 from allanite.common.errors import InputError
 
-#: Suffix that the name of a table gets for its journal.
+#: Suffix of a journal, appended to the name of its table.
 JOURNAL = ".journal"
 #: Version of the format of a line.
 FORMAT_VERSION = 2
@@ -22,7 +22,7 @@ Rows = list[dict[str, Any]]
 
 @contextmanager
 def _naming_errors(path: Path) -> Iterator[None]:
-    """Context in which an error of the operating system names the file, also for a full or broken disk."""
+    """Context that raises `InputError` with `path` for an `OSError` without a file name, such as that of a full disk."""
     try:
         yield
     except OSError as error:
@@ -32,7 +32,10 @@ def _naming_errors(path: Path) -> Iterator[None]:
 
 
 def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
-    """Rows of the finished logs by key; damaged lines are reported to `on_note` and skipped."""
+    """Dict from the key of each finished log to its list of rows; {} without a file.
+
+    Damaged lines are skipped; `on_note` is called once with a line about them.
+    """
     if not path.exists():
         return {}
     if not path.is_file():
@@ -56,7 +59,7 @@ def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
 
 
 def _parse_line(line: bytes) -> tuple[str, Rows]:
-    """Pair: key of a log and its rows, from one line of a journal; raises an error if the line is damaged."""
+    """Tuple (key of a log, list of its rows) from one line of a journal; raises `ValueError` or others if damaged."""
     value = json.loads(line)
     if value["form"] != FORMAT_VERSION or value["check"] != _checksum(value["key"], value["rows"]):
         raise ValueError(value["form"])
@@ -64,12 +67,12 @@ def _parse_line(line: bytes) -> tuple[str, Rows]:
 
 
 def _checksum(key: str, rows: str) -> str:
-    """Checksum of a journal line with this key and these rows."""
+    """Text of 16 hexadecimal digits: checksum of a journal line with this key and these rows."""
     return hashlib.sha256(f"{key}\n{rows}".encode()).hexdigest()[:16]
 
 
 class Journal:
-    """Journal that is open for further logs."""
+    """Journal file that is open for appending; use it in a ``with`` block."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -79,11 +82,11 @@ class Journal:
             if end:
                 self._file.seek(end - 1)
                 if self._file.read(1) != b"\n":
-                    # A line that was cut off would take the next one with it.
+                    # Ends a truncated last line, so that the next line is readable.
                     self._write(b"\n")
 
     def add(self, key: str, rows: Rows) -> None:
-        """Write a finished log; it is on the disk when this returns."""
+        """Append a finished log; its line is on the disk when this returns."""
         text = json.dumps(rows)
         line = {"form": FORMAT_VERSION, "key": key, "check": _checksum(key, text), "rows": text}
         with _naming_errors(self._path):
@@ -91,7 +94,7 @@ class Journal:
             os.fsync(self._file.fileno())
 
     def _write(self, line: bytes) -> None:
-        """Write all bytes of a line."""
+        """Write all bytes of a line, with as many system calls as needed."""
         left = memoryview(line)
         while left:
             left = left[self._file.write(left) :]

@@ -1,4 +1,4 @@
-"""Process that works on one log at a time: a log that crashes it, hangs or fills its memory costs one row of a fleet.
+"""Child process that works on one log at a time: a log that crashes, hangs or fills its memory affects only its own row.
 
 The parent writes pickles to the standard input of the child: a `Setup`, then the path of each log. The child answers with
 one line of JSON for each log, and may ask for more time before. The child ends when its input is closed, so that no child
@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 #: Time limit for the start of a process, s. It takes 1 to 3 s on an idle machine, whatever the logs.
 START_SECONDS = 300.0
-#: Time after its deadline at which a child ends itself, s, in case its parent was killed.
+#: A child ends itself this long after its deadline, s, in case its parent was killed.
 GRACE_SECONDS = 10.0
 #: Resolution of time stamps, s: a file changed more recently may change again without a later stamp (2 s on FAT).
 TIME_STAMP_SECONDS = 2.0
 #: Command of the child.
 COMMAND = "from allanite.scale.log_process import serve; serve()"
-#: Explanations of signals that damaged or truncated files cause.
+#: Name of a signal → explanation of a process that ended with it.
 SIGNALS = {
     "SIGBUS": "the log became shorter while it was read (SIGBUS)",
     "SIGKILL": "its process was killed from outside (SIGKILL), probably because the system ran out of memory",
@@ -66,7 +66,7 @@ class Setup:
     rate, unit : optional
         As of `allanite.read`.
     anyway : bool
-        If true, logs in motion are used.
+        True to use logs in motion, too.
     deadline : float
         Time limit of a log, s.
     memory : int
@@ -80,7 +80,7 @@ class Setup:
     paths : tuple of str
         Import path of the caller.
     main : tuple of (str, str)
-        How to import the caller's program, if it registered effects.
+        Arguments by which `multiprocessing.spawn` imports the caller's program, if it registered effects; else empty.
     """
 
     model: Model
@@ -98,7 +98,7 @@ class Setup:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """Rows of a log and its journal key; `rows` is None if the journal has them."""
+    """Rows of a log and its journal key (empty if the log failed); `rows` is None if the journal has them."""
 
     path: str
     key: str
@@ -106,7 +106,7 @@ class Answer:
 
 
 def failed_row(path: str, why: str) -> dict[str, Any]:
-    """Dict: row of a log without values, with the reason."""
+    """Dict: row of a log with the status ``failed``, the reason in ``remarks``, and no values."""
     return {
         "file": plain(path),
         "content": "",
@@ -117,18 +117,18 @@ def failed_row(path: str, why: str) -> dict[str, Any]:
 
 
 def journal_key(settings: str, path: str, content: str) -> str:
-    """Digest of everything that affects the rows of a log, including the suffix of its name, which chooses the reader."""
+    """SHA-256 in hexadecimal of everything that affects the rows of a log: settings, suffix of its name and content."""
     text = json.dumps([settings, Path(path).suffix.lower(), content])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def is_child() -> bool:
-    """True if this process works on the logs of a parent process."""
+    """True if this process is a child that works on the logs of a parent process."""
     return _state["child"]
 
 
 class LogProcess:
-    """Child process that works on logs; it is started when needed, and again after a log that ended it."""
+    """Handle of a child process that works on logs; the child starts when needed, and again after a log that ended it."""
 
     def __init__(self, setup: Setup) -> None:
         self._setup = setup
@@ -137,9 +137,9 @@ class LogProcess:
         self._lock = threading.Lock()
 
     def answer(self, path: str) -> Answer:
-        """`Answer`: rows of a log and its journal key; if the log cannot be used, one row with the reason.
+        """`Answer` with the rows of a log, or with one failed row; waits for the child.
 
-        Earlier logs may have damaged a used child, so a failure is confirmed by a new child.
+        If a used child ends, a new child tries the log again, because earlier logs may have damaged the used child.
         """
         used = self._process is not None
         answer = self._try(path)
@@ -148,19 +148,22 @@ class LogProcess:
         return answer or Answer(path, "", [failed_row(path, self._why)])
 
     def close(self) -> None:
-        """End the child at once."""
+        """Kill the child; no further child is started."""
         with self._lock:
             self._closed = True
         self._end()
 
     def _try(self, path: str) -> Answer | None:
-        """Answer of the child for a log; None if no child starts, or if the log ended the child. The reason is stored."""
+        """`Answer` of the child for a log; None if no child starts, or if the log ended the child.
+
+        Then `_why` is set to the reason.
+        """
         if self._process is None and not self._start():
             return None
         self._send(path)
         seconds = self._setup.deadline
         while True:
-            message, late = self._line(seconds)
+            message, late = self._read_line(seconds)
             if message is None or "wait" not in message:
                 break
             seconds = message["wait"]
@@ -178,7 +181,10 @@ class LogProcess:
         return None
 
     def _start(self) -> bool:
-        """Start a child; True if it is ready. Otherwise the reason is stored."""
+        """Start a child. Returns True if it is ready; otherwise `_why` is set to the reason.
+
+        Raises `InputError` if the child refuses the setup.
+        """
         alone: dict[str, Any] = (
             # A new process group, so that Ctrl-C reaches only the parent, which decides what follows.
             {"process_group": 0}
@@ -199,7 +205,7 @@ class LogProcess:
             )
         self._send((self._setup.paths, self._setup.main))
         self._send(self._setup)
-        message, _ = self._line(START_SECONDS)
+        message, _ = self._read_line(START_SECONDS)
         if message is not None and "refused" in message:
             self._end()
             raise InputError(message["refused"])
@@ -213,19 +219,23 @@ class LogProcess:
         data = pickle.dumps(value)
         assert self._process is not None
         assert self._process.stdin is not None
-        with suppress(OSError, ValueError):  # a child that has ended gives no line either
+        # If the child has ended, `_read_line` notices it.
+        with suppress(OSError, ValueError):
             self._process.stdin.write(len(data).to_bytes(8, "little") + data)
             self._process.stdin.flush()
 
-    def _line(self, seconds: float) -> tuple[dict[str, Any] | None, bool]:
-        """Next line of the child (None if it ended), and whether the time limit passed."""
+    def _read_line(self, seconds: float) -> tuple[dict[str, Any] | None, bool]:
+        """Tuple (next message of the child, None if it ended; True if its time limit of `seconds` passed).
+
+        The child is killed when the time limit passes.
+        """
         process = self._process
         assert process is not None
         assert process.stdout is not None
         late = threading.Event()
 
         def stop() -> None:
-            """Kill the child when its time limit has passed."""
+            """Kill the child and set `late`."""
             late.set()
             process.kill()
 
@@ -234,7 +244,7 @@ class LogProcess:
         timer.start()
         try:
             text = process.stdout.readline()
-        except (OSError, ValueError):  # closed by the end of the run
+        except (OSError, ValueError):  # `close` closed the pipe
             text = b""
         finally:
             timer.cancel()
@@ -244,7 +254,7 @@ class LogProcess:
             return None, late.is_set()
 
     def _ending(self) -> str:
-        """Clause on how the child ended, such as ``its process ended with code 1``."""
+        """Clause on how the child ended, such as ``its process ended with code 1``; waits up to `GRACE_SECONDS`."""
         assert self._process is not None
         try:
             code = self._process.wait(GRACE_SECONDS)
@@ -259,7 +269,7 @@ class LogProcess:
         return SIGNALS.get(name, f"its process crashed ({name}): the file may be damaged")
 
     def _end(self) -> None:
-        """End the child and close its pipes."""
+        """Kill the child, if any, and close its pipes."""
         with self._lock:
             process, self._process = self._process, None
         if process is not None:
@@ -277,7 +287,7 @@ class LogProcess:
 
 
 def serve() -> NoReturn:
-    """`NoReturn`: work on logs until the input is closed."""
+    """Main loop of the child: work on logs until the input is closed, then end the process. Does not return."""
     _state["child"] = True
     answers = os.dup(1)
     # Output of libraries must not mix with the answers.
@@ -294,22 +304,22 @@ def serve() -> NoReturn:
     say({})
     while True:
         path = pickle.loads(orders.get())
-        _end_after(setup.deadline + GRACE_SECONDS)
+        _set_time_limit(setup.deadline + GRACE_SECONDS)
         try:
             say(_answer(path, setup, say))
         except MemoryError:
             most = f"{setup.memory / 1e9:.3g} GB"
             say({"why": f"needs more memory than the {most} of a log: set {VARIABLE} to more"})
             os._exit(0)
-        _end_after(0.0)
-        _release()
+        _set_time_limit(0.0)
+        _free_memory()
 
 
 def _writer(answers: int) -> Callable[[dict[str, Any]], None]:
-    """Function that writes an answer as one line."""
+    """Function that writes a dict as one line of JSON to the file descriptor `answers`."""
 
     def say(value: dict[str, Any]) -> None:
-        """Write an answer as one line."""
+        """Write a dict as one line of JSON."""
         line = memoryview(json.dumps(value).encode() + b"\n")
         while line:
             line = line[os.write(answers, line) :]
@@ -318,8 +328,8 @@ def _writer(answers: int) -> Callable[[dict[str, Any]], None]:
 
 
 def _listen(orders: queue.SimpleQueue[bytes]) -> None:
-    """Queue what the parent sends; when the input ends, end this process, even in the middle of its work."""
-    # A reader of its own: the lock of sys.stdin, held by this thread, would abort the end of the process.
+    """Put the messages of the parent into the queue. When the input ends, end this process at once, even if busy."""
+    # Not sys.stdin: its lock, held by this thread, would abort the end of the process.
     with os.fdopen(os.dup(0), "rb") as stream:
         try:
             while True:
@@ -333,11 +343,11 @@ def _listen(orders: queue.SimpleQueue[bytes]) -> None:
 
 
 def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: bytes) -> Setup:
-    """Setup received from the parent.
+    """`Setup` received from the parent.
 
-    Also registers the caller's effects, module folders and memory limit in this process.
+    Side effects: extends `sys.path`, imports the caller's program, registers its effects, and sets the memory limit.
     """
-    # Behind those of Python: no module beside a log or a program takes the place of one of Python's.
+    # At the end, so that no module next to a log or a program replaces one of Python's.
     sys.path += [path for path in paths if path not in sys.path]
     if main:
         from multiprocessing import spawn
@@ -354,7 +364,10 @@ def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: 
 
 
 def _warm_up(memory: int) -> None:
-    """Import the modules that every log needs, then limit the memory. Time limits of logs do not include the import."""
+    """Import the modules that every log needs, then limit the memory of this process to `memory` bytes.
+
+    Time limits of logs do not include the import.
+    """
     from allanite import _kernels, readers, study
 
     assert readers
@@ -365,7 +378,7 @@ def _warm_up(memory: int) -> None:
 
 
 def _limit_memory(memory: int) -> None:
-    """Limit the address space to `memory` bytes beyond the present use; no core file is written after a crash."""
+    """Limit the address space to `memory` bytes beyond the present use, and disable core files. Linux only."""
     try:
         import resource
     except ModuleNotFoundError:  # not on Windows
@@ -382,14 +395,14 @@ def _limit_memory(memory: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (most, hard))
 
 
-def _end_after(seconds: float) -> None:
-    """Let the system end this process after some seconds, even while Python is blocked; 0 cancels this."""
+def _set_time_limit(seconds: float) -> None:
+    """Let the system end this process after `seconds`, even while Python is blocked; 0 cancels this. POSIX only."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
-def _release() -> None:
-    """Free the memory that a log used, so that the memory limit of the next log does not count it."""
+def _free_memory() -> None:
+    """Free the memory that a log used, so that it does not count for the memory limit of the next log."""
     from allanite import _kernels
 
     gc.collect()
@@ -397,7 +410,10 @@ def _release() -> None:
 
 
 def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Dict: answer for a log: its journal key and its rows, or a row with the reason of a failure."""
+    """Dict of ``key`` and ``rows`` of a log: rows is None if the key is known; key is empty for a failed row.
+
+    Side effect: extends the time limit with `say` before slow steps.
+    """
     from allanite.scale.logs import rows_of
 
     try:
@@ -408,10 +424,10 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
             return {"key": key, "rows": None}
         if not _state["warm"]:
             say({"wait": START_SECONDS})
-            _end_after(0.0)
+            _set_time_limit(0.0)
             _warm_up(setup.memory)
         say({"wait": setup.deadline})
-        _end_after(setup.deadline + GRACE_SECONDS)
+        _set_time_limit(setup.deadline + GRACE_SECONDS)
         rows = rows_of(path, setup.model, setup.rate, setup.unit, anyway=setup.anyway)
         # A time stamp reveals a later change only if it is older than its resolution.
         stamped = _file_stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP_SECONDS
@@ -426,13 +442,13 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
 
 
 def _file_stamp(path: str) -> tuple[int, ...]:
-    """Device, inode, size, and time of the last change (ns) of a file."""
+    """Tuple (device, inode, size in bytes, time of the last change in ns) of a file."""
     found = Path(path).stat()
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
 
 
 def _content_digest(path: str) -> str:
-    """SHA-256 of a file, or of all files of a folder and their names.
+    """SHA-256, in hexadecimal, of a file, or of all files of a folder and their names.
 
     Raises
     ------

@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 
 #: Default time limit of a log, s. Six axes of 5 min at 100 Hz take 2.4 s of processor time.
 DEADLINE = 3600.0
-#: Fewest independent tests by which the p-value of an added effect is multiplied. A search tries all kinds on each step;
-#: the search for one kind alone may count fewer. Chosen by judgment; not measured.
+#: Minimum number of independent tests by which the p-value of an added effect is multiplied. A search tries all kinds in
+#: each step; the search for one kind alone may count fewer. Chosen by judgment; not measured.
 MIN_TRIALS = 1000.0
-#: Number of first lines of a text of which one must name a file if the text is a list of logs. Chosen by judgment.
+#: A text is a list of logs only if one of this many first lines names a file. Chosen by judgment.
 FIRST_PATHS = 100
 #: Maximum length of a path, characters (PATH_MAX of Linux).
 MAX_PATH_LENGTH = 4096
-#: First characters of texts that a spreadsheet takes for formulas.
+#: First characters of texts that a spreadsheet evaluates as formulas.
 FORMULA_STARTS = tuple("=+-@")
 
 
@@ -75,7 +75,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
 def _logs_among(paths: Iterator[Path]) -> list[Path]:
     """List of `Path`: paths without hidden files, folders, journals, and tables that have a journal."""
-    # A pipe, a device or a broken link stays: its row says what it is.
+    # A pipe, a device or a broken link stays in the list, and gets a failed row.
     return [
         path
         for path in paths
@@ -85,16 +85,19 @@ def _logs_among(paths: Iterator[Path]) -> list[Path]:
 
 
 def _journal_of(table: Path) -> Path:
-    """Path of the journal of a table."""
+    """Path of the journal of a table, in the same folder: ``fleet.csv.journal``."""
     return table.with_name(table.name + JOURNAL)
 
 
 def _logs_in_list(path: Path) -> list[Path]:
-    """List of the logs that a text file names, one per line; empty if no line names a file."""
+    """List of `Path`: logs that a text file names, one per line; empty if the file is no list of files.
+
+    Raises `InputError` if the file cannot be read.
+    """
     named: list[Path] = []
     try:
         with path.open(encoding="utf-8") as lines:
-            # A log has lines without end, or more of them than fit into the memory.
+            # A log may have endless lines, or more lines than fit into memory.
             while line := lines.readline(MAX_PATH_LENGTH + 1):
                 if len(line) > MAX_PATH_LENGTH:
                     return []
@@ -125,9 +128,9 @@ def rows_of(
     *,
     anyway: bool = False,
 ) -> list[dict[str, Any]]:
-    """List of dicts: one row for each axis of a log; a log or an axis that cannot be used has a row with the reason.
+    """List of dicts, one per axis of a log; a failed axis, or a log that cannot be read, has a row with the reason.
 
-    Values are a JSON object: name → [value, low, high, standard error], in SI.
+    The entry ``numbers`` is a JSON text: name → [value, low, high, standard error], in the canonical units of the axis.
     """
     from allanite.axes.turn_on import column_means
     from allanite.readers import read
@@ -162,7 +165,7 @@ def rows_of(
 
 
 def _reason(error: Exception) -> str:
-    """One-line reason why there are no values."""
+    """Text of one line: message of an error of allanite, or a request to report any other error."""
     if isinstance(error, AllaniteError):
         return plain(error, 300)
     what = plain(f"{type(error).__name__}: {error}", 200)
@@ -170,7 +173,10 @@ def _reason(error: Exception) -> str:
 
 
 def _study_columns(study: Study) -> dict[str, Any]:
-    """Dict: columns of a row that a study gives: model, verdict, discrepancy, effects and values."""
+    """Dict of the entries model, verdict, discrepancy_percent, effects (JSON) and numbers (JSON) of a row.
+
+    ``effects`` maps each added effect to its p-value.
+    """
     from scipy.special import chdtrc
 
     fit = study.fit
@@ -216,13 +222,13 @@ def run_fleet(
     on_done: Callable[[int, int, str], None] | None = None,
     on_note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
-    """Rows of every axis of every log, from models that are built for each; the table is written to `out`.
+    """List of rows, one per axis of every log, each with its own model; the table is also written to `out`.
 
-    Child processes work on the logs. A log has one row with the reason if it cannot be read, crashes or fills its process,
-    takes longer than `deadline`, or changes while it is read. The other logs are not affected.
+    Child processes work on the logs. A log has one failed row if it cannot be read, crashes or fills its process, takes
+    longer than `deadline`, or changes while it is read. The other logs are not affected.
 
-    A journal next to the table stores each finished log. The next run with the same options takes those logs from the
-    journal, by their content, and works on all others, including failed ones.
+    A journal next to the table stores each finished log. The next run with the same options takes these logs, recognized
+    by content, from the journal. It works on all others, including failed ones.
 
     Parameters
     ----------
@@ -264,7 +270,7 @@ def run_fleet(
     target = Path(out)
     check_target(target)
     if target.suffix.lower() != ".csv":
-        # Missing, it is missed before the work, not after.
+        # If pyarrow is missing, fail before the work.
         import pyarrow.parquet  # noqa: F401
     if not 0.0 < deadline < math.inf:
         raise InputError(f"deadline is {deadline:g} s: it must be above 0 s")
@@ -278,7 +284,7 @@ def run_fleet(
     had_table = target.exists()
     try:
         with Journal(journal) as file:
-            for answer in _run(logs, setup, scheduler, workers):
+            for answer in _answers_of(logs, setup, scheduler, workers):
                 found = answer.rows
                 if found is None:
                     found = [{**row, "file": plain(answer.path)} for row in known[answer.key]]
@@ -297,7 +303,10 @@ def run_fleet(
 
 
 def _without_table(logs: list[Path], target: Path) -> list[Path]:
-    """List: logs without the table that is written, under any name. Raises an error if the table would replace a log."""
+    """List of the logs without the table `target` and its journal, under any name.
+
+    Raises `InputError` if the table would replace a log, or if no log is left.
+    """
     # `Path.resolve` fails for a loop of links.
     own = {os.path.realpath(place) for place in (target, _journal_of(target))}
     found = [path for path in logs if os.path.realpath(path) not in own]
@@ -317,13 +326,13 @@ def _setup(
     workers: int,
     known: dict[str, Any],
 ) -> Setup:
-    """Setup of the child processes."""
+    """`Setup` of the child processes; each of `workers` gets an equal share of the memory. `known` are finished keys."""
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
     from allanite.readers import FORMATS
 
     start = as_model(model)
-    effects = _registered()
+    effects = _registered_effects()
     settings = {
         "version": version(),
         "model": model_to_dict(start),
@@ -348,12 +357,12 @@ def _setup(
         frozenset(known),
         effects,
         tuple(path for path in sys.path if path),
-        _program(effects),
+        _main_program(effects),
     )
 
 
 def _with_digest(declared: Any) -> str:
-    """Name of a class or function, and a digest of the file that declares it, if there is one."""
+    """Text: qualified name of a class or function, and the SHA-256 of the file that declares it, if there is one."""
     file = getattr(sys.modules.get(declared.__module__), "__file__", None)
     try:
         digest = "" if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest()
@@ -362,15 +371,18 @@ def _with_digest(declared: Any) -> str:
     return f"{declared.__module__}.{declared.__qualname__} {digest}".strip()
 
 
-def _registered() -> tuple[type[Effect], ...]:
+def _registered_effects() -> tuple[type[Effect], ...]:
     """Tuple of classes: effect classes of the catalog that are not part of allanite."""
     from allanite.effects.registry import CATALOGUE
 
     return tuple(effect for effect in CATALOGUE if not effect.__module__.startswith("allanite."))
 
 
-def _program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
-    """Tuple of (key, value) by which another process imports the running program, if it declares one of the effects."""
+def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
+    """Tuple of (key, value) by which another process imports the running program; () if it declares no effect.
+
+    Raises `InputError` for an effect that is declared at the prompt.
+    """
     own = [effect for effect in effects if effect.__module__ == "__main__"]
     if not own:
         return ()
@@ -386,22 +398,24 @@ def _program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
     return found
 
 
-def _run(logs: list[str], setup: Setup, scheduler: str | None, workers: int) -> Iterator[Answer]:
-    """Answers of the logs, as soon as they are known."""
+def _answers_of(
+    logs: list[str], setup: Setup, scheduler: str | None, workers: int
+) -> Iterator[Answer]:
+    """Yields the `Answer` of each log as soon as it is known, in any order."""
     if scheduler is not None:
-        yield from _run_by_dask(logs, setup, scheduler)
+        yield from _answers_by_dask(logs, setup, scheduler)
         return
     waiting = deque(logs)
     answers: SimpleQueue[Answer | BaseException] = SimpleQueue()
 
     def work(process: LogProcess) -> None:
-        """Put the answers of waiting logs into the queue until none is left."""
+        """Put the answers of waiting logs, or an exception, into `answers` until no log is left; then close `process`."""
         try:
             while True:
                 answers.put(process.answer(waiting.popleft()))
         except IndexError:
             process.close()
-        except BaseException as error:  # raised again where it is waited for
+        except BaseException as error:  # the main thread raises it again
             answers.put(error)
 
     processes = [LogProcess(setup) for _ in range(workers)]
@@ -420,8 +434,11 @@ def _run(logs: list[str], setup: Setup, scheduler: str | None, workers: int) -> 
             process.close()
 
 
-def _run_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answer]:
-    """Answers of the logs from workers of a Dask scheduler."""
+def _answers_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answer]:
+    """Yields the `Answer` of each log from workers of a Dask scheduler at this address, in any order.
+
+    Raises `InputError` if no scheduler answers.
+    """
     from dask.distributed import Client, as_completed
 
     try:
@@ -443,7 +460,7 @@ def _run_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answ
 
 
 def _answer_in_child(setup: Setup, path: str) -> Answer:
-    """Answer of a log, from a child process of its own."""
+    """`Answer` of a log, from a new child process that ends afterwards."""
     process = LogProcess(setup)
     try:
         return process.answer(path)
@@ -452,14 +469,14 @@ def _answer_in_child(setup: Setup, path: str) -> Answer:
 
 
 def _write_sorted(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:
-    """List of dicts: rows sorted by file and column, after writing them to the table."""
+    """List of the rows sorted by file and column. Side effect: writes them to the table `target`."""
     rows = sorted(rows, key=lambda row: (row["file"], row["column"]))
     write_table(rows, target)
     return rows
 
 
 def write_table(rows: list[dict[str, Any]], target: Path) -> None:
-    """Write rows as Parquet, or as text if the name ends with ``.csv``; `without_quote` reads its texts."""
+    """Write rows as Parquet, or as CSV if the name ends with ``.csv``; `without_quote` restores the texts of a CSV."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     table = {name: [row.get(name) for row in rows] for name in names}
     with whole_file(target) as draft:
@@ -478,7 +495,7 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
 
 
 def _quoted_cells(row: Sequence[Any]) -> list[Any]:
-    """List: cells of a row, with an apostrophe in front of texts that a spreadsheet would compute, or that look quoted."""
+    """List: cells of a row, with an apostrophe in front of texts that a spreadsheet would evaluate, or that look quoted."""
     return [
         f"'{cell}"
         if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA_STARTS)
@@ -488,7 +505,7 @@ def _quoted_cells(row: Sequence[Any]) -> list[Any]:
 
 
 def without_quote(text: str) -> str:
-    """Original text of a cell that `write_table` has written: without the apostrophe in front, if there is one."""
+    """Original text of a CSV cell: `text` without the apostrophe that `write_table` put in front, if any."""
     return (
         text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULA_STARTS) else text
     )

@@ -21,20 +21,20 @@ from allanite.common.showing import brief
 from allanite.readers._isolated import limits_of, refused_as
 from allanite.scale.logs import without_quote
 
-#: Standard deviation of a normal distribution over its median absolute deviation: 1/Φ⁻¹(¾).
+#: Standard deviation of a normal distribution divided by its median absolute deviation: 1/Φ⁻¹(¾).
 SIGMA_OVER_MAD = 1.4826
-#: Largest expected share of false ones among the units named (false discovery rate).
+#: False discovery rate: maximum expected share of false alarms among the units that are named.
 FALSE_DISCOVERY_RATE = 0.01
-#: Fewest units of a population. Chosen by judgment; not measured.
+#: Minimum number of units of a population. Chosen by judgment; not measured.
 MIN_UNITS = 8
-#: Share of the units from which an effect belongs to the type, not to the unit. Chosen by judgment; not measured.
+#: An effect that at least this share of the units has is no deviation of a unit. Chosen by judgment; not measured.
 MIN_COMMON_SHARE = 0.2
-#: Coefficients that are listed first.
+#: Coefficients that a table lists first.
 FIRST_NAMES = ("N", "B", "K")
 #: Maximum processor time per megabyte of a Parquet table, s: three times the 0.16 s that 200 000 rows of short texts take
 #: with pyarrow 26; rows with ten numbers take 0.024 s.
 SECONDS_PER_MEGABYTE = 0.5
-#: Confidence of the limits, and share of all units that they cover.
+#: Confidence of the limits of a population, and share of all units below its maximum.
 CONFIDENCE, COVERED_SHARE = 0.95, 0.95
 
 
@@ -67,23 +67,23 @@ class Population:
     maximum: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: all attributes by name."""
         return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
 class Deviating:
-    """A unit that deviates from the population, and how.
+    """Unit that deviates from the population in an effect or a parameter.
 
     Attributes
     ----------
     file, column : str
     by : str
-        Effect that other units lack, or parameter that deviates.
+        Effect that most other units lack, or parameter that deviates.
     value : float or None
         Value of the parameter; None for an effect.
     p_value : float
-        p-value for the unit belonging to the population.
+        Probability of a deviation at least this large if the unit belongs to the population.
     """
 
     file: str
@@ -93,7 +93,7 @@ class Deviating:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: all attributes by name."""
         return asdict(self)
 
 
@@ -133,7 +133,7 @@ class Fleet:
 
     @property
     def too_few(self) -> str:
-        """Sentence that says why there is no population of units; empty if there is a population."""
+        """Sentence that a population needs more logs; empty if there is a population."""
         if self.population:
             return ""
         return f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files}"
@@ -151,14 +151,14 @@ class Fleet:
         return f"{one.file}, {one.column}: {by} × {one.value / known.median:.2g} (p = {one.p_value:.1g})"
 
     def __getitem__(self, name: str) -> Population:
-        """Population of a parameter by ``column.parameter``, or the first one with this parameter name."""
+        """`Population` named ``column.parameter``, or the first one with this parameter name; `KeyError` if none."""
         for one in self.population:
             if name in (f"{one.column}.{one.name}", one.name):
                 return one
         raise KeyError(f"no {name!r} in the fleet")
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/fleet/1``."""
+        """Dict for JSON, schema ``allanite/fleet/1``."""
         return {
             "schema": "allanite/fleet/1",
             "files": self.files,
@@ -214,12 +214,12 @@ class Fleet:
 
 
 def _sort_key(name: str) -> int:
-    """Sort key by which N, B and K come first."""
+    """Integer sort key by which N, B and K come first, in this order."""
     return FIRST_NAMES.index(name) if name in FIRST_NAMES else len(FIRST_NAMES)
 
 
 def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
-    """Populations and deviating units of the rows that `run_fleet` (``allanite fleet``) wrote.
+    """`Fleet`: populations and deviating units from the rows that `run_fleet` (``allanite fleet``) wrote.
 
     Parameters
     ----------
@@ -291,9 +291,9 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
 
 
 def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
-    """Dict: bias of each column over the logs: mean and spread, by name of the column.
+    """Dict from the name of a column to the `TurnOn` (mean and spread) of its bias over the logs.
 
-    A column needs at least two logs, and the same unit in all of them.
+    Columns with fewer than two logs, without a mean in each log, or with several units are omitted.
     """
     out = {}
     for column in dict.fromkeys(str(row["column"]) for row in rows):
@@ -310,7 +310,7 @@ def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
 
 
 def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
-    """Tuple of `Deviating`: units that deviate significantly, at most one entry per axis.
+    """Tuple of `Deviating`: the significant ones of `found`, at most one entry per axis (effects before parameters).
 
     Significance follows Benjamini & Hochberg (1995) over all units and parameters.
     """
@@ -322,7 +322,7 @@ def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
     best: dict[tuple[str, str], Deviating] = {}
     for one in found[:last]:
         key = one.file, one.column
-        # An effect is named rather than the parameters that it changes.
+        # An effect takes precedence over the parameters that it changes.
         if key not in best or (best[key].value is not None and one.value is None):
             best[key] = one
     return tuple(best.values())
@@ -331,7 +331,7 @@ def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
 def _population(
     column: str, name: str, values: list[list[float | None]]
 ) -> tuple[Population, NDArray[np.float64]]:
-    """Distribution of a parameter over all units, and the p-value of each unit's deviation, shape (units,).
+    """Tuple (`Population` of a parameter over all units, p-value of each unit's deviation, shape (units,)).
 
     `values` are [value, low, high, standard error] of each unit.
     """
@@ -345,7 +345,7 @@ def _population(
         error = error / x
     middle = float(np.median(y))
     scatter = SIGMA_OVER_MAD * float(np.median(np.abs(y - middle)))
-    # Scatter between units beyond the errors of each.
+    # Scatter between units without the standard errors of the estimates.
     own = float(np.sqrt(max(scatter**2 - float(np.median(error)) ** 2, 0.0)))
     width = np.sqrt(np.maximum(own**2 + error**2, (1e-9 * max(abs(middle), 1e-300)) ** 2))
     width = np.maximum(width, scatter)
@@ -356,7 +356,7 @@ def _population(
             width[side] = np.maximum(width[side], one)
     # If most units have the value 0, the width is 0, and these units do not deviate.
     z = np.divide(y - middle, width, out=np.zeros_like(y), where=width > 0.0)
-    # The spread is estimated from the units: Student's distribution with half their number.
+    # The width is estimated from the units: Student's distribution with half their number.
     chance = (
         2.0 * stdtr(max(len(values) // 2, 2), -np.abs(z))
         if len(values) < 200
@@ -382,7 +382,7 @@ def _population(
 
 
 def _upper_limit(order: NDArray[np.float64]) -> float | None:
-    """Value below which 95 % of all units lie with 95 % confidence; None if there are too few units.
+    """Upper tolerance limit: value below which 95 % of all units lie with 95 % confidence; None for too few units.
 
     `order` are the sorted values of the units. The result is one of these values.
     """
@@ -393,7 +393,7 @@ def _upper_limit(order: NDArray[np.float64]) -> float | None:
 
 
 def _median_ranks(n: int) -> tuple[int, int]:
-    """Pair: indices of the order statistics that enclose the median with 95 % confidence."""
+    """Tuple of two indices: order statistics of n values that enclose the median with 95 % confidence."""
     from scipy.special import bdtr
 
     low = int(sum(bdtr(k, n, 0.5) <= (1.0 - CONFIDENCE) / 2.0 for k in range(n // 2)))
@@ -401,7 +401,7 @@ def _median_ranks(n: int) -> tuple[int, int]:
 
 
 def _read_table(path: Path) -> list[dict[str, Any]]:
-    """List of dicts: rows of a table."""
+    """List of dicts: checked rows of a CSV or Parquet table. Raises `InputError` unless it is one of `allanite fleet`."""
     if not path.is_file():
         raise InputError(f"{path}: no such table")
     with about(path), invalid_as_input_error("not a table of `allanite fleet`"):
@@ -412,7 +412,7 @@ def _read_table(path: Path) -> list[dict[str, Any]]:
 
 
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
-    """List of dicts: rows of a table as text."""
+    """List of dicts: rows of a CSV table; all values are texts, without the quotes of `write_table`."""
     import csv
 
     # Cells of a sensor with many effects are longer than the limit of the library.
@@ -430,7 +430,7 @@ def _csv_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def _parquet_rows(path: Path) -> list[dict[str, Any]]:
-    """List: rows of a Parquet table. A child process reads them, because a damaged table may crash or fill the memory."""
+    """List of dicts: rows of a Parquet table. A child process reads them: a damaged table may crash or fill the memory."""
     rows: list[dict[str, Any]] = call_isolated(
         f"{__name__}:serve_parquet_rows",
         {"path": str(path)},
@@ -442,7 +442,7 @@ def _parquet_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
-    """List of dicts: texts and numbers of the rows of a Parquet table; called in the child process."""
+    """List of dicts: rows of a Parquet table with only texts and numbers; runs in the child process."""
     from pyarrow import parquet
 
     with refused_as("a Parquet table"):
@@ -451,7 +451,7 @@ def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
 
 
 def _check_row(row: dict[str, Any]) -> None:
-    """Raise an error if a row lacks values, or if these have another type."""
+    """Raise `TypeError`, `KeyError` or `ValueError` unless a row has the entries and types of `allanite fleet`."""
     for name in ("file", "column", "status"):
         if not isinstance(row[name], str):
             raise TypeError(f"{name} is no text")

@@ -1,13 +1,12 @@
 """Bets on the total power of whitened samples, valid for any distribution of the samples.
 
-Let w be a whitened sample: the model says that w² has mean 1. The bets use v, which is w² clipped at a limit, so that
-no single sample decides anything. The factor 1 + λ (v/m − 1) is never negative. Its mean is at most 1 if the mean of
-v is at most m (λ > 0) or at least m (λ < 0), whatever the distribution of w. The product over independent samples is
-therefore an e-value.
+Let w be a whitened sample; under the model, w² has mean 1. The bets use v, which is w² clipped at a limit, so that no
+single sample dominates. The factor 1 + λ (v/m − 1) is never negative. Its mean is at most 1 if the mean of v is at most m
+(λ > 0) or at least m (λ < 0), for any distribution of w. The product over independent samples is therefore an e-value.
 
-Clipping lowers the mean of v. That makes bets on more power (λ > 0) safer. For bets on less power, the amount must be
-known. It depends on the tails of the samples, and `ClippedPower` bounds it from the exceedances in all earlier
-segments. A sensor that is too quiet from the first sample on has few exceedances, so this bound does not hide it.
+Clipping lowers the mean of v. Bets on more power (λ > 0) are then conservative. Bets on less power need an upper bound on
+the clipped power, which depends on the tails of the samples. `ClippedPower` computes this bound from the exceedances in all
+earlier segments. If a sensor is too quiet from the first sample on, exceedances are rare and the bound is small.
 """
 
 from __future__ import annotations
@@ -19,21 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-#: Bets on less power clip squares of whitened samples at this value (3 standard deviations). Of normal samples, this
+#: Bets on less power clip squares of whitened samples at this value (3 standard deviations). For normal samples, this
 #: removes 0.5 % of the power. A larger value would limit the size of these bets.
 LOW_CLIP = 9.0
 #: Bets on more power clip squares at this value (5 standard deviations). They need no bound on the clipped power.
 HIGH_CLIP = 25.0
-#: Squares of whitened samples above this value (100 standard deviations) are those of wrong samples.
+#: Whitened samples whose square exceeds this value (100 standard deviations) are invalid samples.
 MAX_SQUARE = 1e4
-#: Standard errors from an estimate to its bound: a normal estimate exceeds the bound in 0.1 % of the cases.
+#: Distance of an upper bound from its estimate, in standard errors. A normal estimate is this far off in 0.1 % of cases.
 STANDARD_ERRORS = 3.0
-#: Upper bound on the expected number of events of which none was seen, with probability 99.9 %: −ln 0.001.
+#: Upper 99.9 % bound on the expected number of events if none occurred: −ln 0.001.
 NONE_SEEN = 6.9
-#: Bets for changes of the power that differ by a factor of e. A bet for a change that is 10 % off loses 1 % of its
+#: Number of different bets per factor of e in the change of the power. A bet for a change that is 10 % off loses 1 % of its
 #: growth.
 LEVELS_PER_E = 5
-#: Smallest factor of one sample.
+#: Minimum factor by which one sample multiplies a bet.
 MIN_FACTOR = 0.1
 #: Number of factors that are multiplied before a logarithm is taken. (1 + HIGH_CLIP) to this power must not overflow.
 FACTORS_PER_PRODUCT = 32
@@ -50,9 +49,9 @@ class ClippedPower:
     def bound(self) -> float:
         """Upper bound on the mean of (w² − LOW_CLIP)₊; infinity before the first sample.
 
-        It is the larger of two bounds. The first is the sum of the observed excess. The second is the sum of the excess up
-        to HIGH_CLIP, and assumes that the tail beyond falls at least as w⁻⁴, as with four degrees of freedom. The excess
-        over HIGH_CLIP is then at most HIGH_CLIP times the fraction of samples there.
+        It is the larger of two bounds. The first bounds the mean of the observed excess. The second bounds the mean of the
+        excess up to HIGH_CLIP, and assumes that the tail above falls at least as w⁻⁴, as with four degrees of freedom. The
+        excess over HIGH_CLIP is then at most HIGH_CLIP times the fraction of samples there.
         """
         n = self.samples
         if n == 0:
@@ -63,7 +62,7 @@ class ClippedPower:
         return max(seen, near + HIGH_CLIP * count / n)
 
     def update(self, white: Array) -> None:
-        """Add whitened samples."""
+        """Add whitened samples to the counts and sums, in place."""
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > LOW_CLIP]
         seen, near = square - LOW_CLIP, np.minimum(square, HIGH_CLIP) - LOW_CLIP
@@ -72,11 +71,11 @@ class ClippedPower:
         self.sums += (seen.sum(), seen @ seen, near.sum(), near @ near)
 
     def state(self) -> list[float]:
-        """List of floats: state as plain values."""
+        """List of six numbers for JSON, which `restore` accepts: samples, samples beyond HIGH_CLIP, and `sums`."""
         return [self.samples, self.beyond, *self.sums.tolist()]
 
     def restore(self, state: list[float]) -> None:
-        """Continue from a `state`."""
+        """Set the counts and sums to those that `state()` returned."""
         samples, beyond, *sums = state
         self.samples, self.beyond = int(samples), int(beyond)
         self.sums = np.array(sums, dtype=np.float64)
@@ -92,29 +91,29 @@ def _upper_mean(total: float, squares: float, n: int) -> float:
 
 
 class PowerBets:
-    """Logarithms of the e-values of bets on other levels of the total power.
+    """Bets on other levels of the total power; `gains` returns the logarithms of their e-values.
 
     Parameters
     ----------
     levels : ndarray, shape (n,)
-        Total power of each alternative over the model's.
+        Total power of each alternative divided by that of the model.
     tolerance : float
         Relative deviation of the noise within which the model holds.
     """
 
     def __init__(self, levels: Array, tolerance: float) -> None:
         self._low, self._high = (1.0 - tolerance) ** 2, (1.0 + tolerance) ** 2
-        # Levels that differ by less than 1/LEVELS of their change share a bet, which gains nearly as much.
+        # Levels with nearly the same change share a bet, which gains nearly as much.
         change = np.abs(levels - 1.0)
         size = np.exp(np.round(np.log(np.maximum(change, 1e-9)) * LEVELS_PER_E) / LEVELS_PER_E)
         self._levels, place = np.unique(1.0 + np.sign(levels - 1.0) * size, return_inverse=True)
         self._place = place.reshape(-1)
         self._fractions = np.array(
-            [_fraction(float(level), self._low, self._high) for level in self._levels]
+            [_kelly_fraction(float(level), self._low, self._high) for level in self._levels]
         )
 
     def gains(self, white: Array, clipped: float) -> Array:
-        """Logarithms of the e-values of whitened samples, in the order of `levels`.
+        """Natural logarithms of the e-values of whitened samples, in the order of `levels`, shape (n,).
 
         Parameters
         ----------
@@ -136,15 +135,18 @@ class PowerBets:
 
 @lru_cache(maxsize=4)
 def _squares_of_normal_samples(n: int) -> Array:
-    """Array: quantiles of the squares of standard normal samples at the middles of n equal probabilities."""
+    """Array, shape (n,): quantiles of χ²₁ at the probabilities (i + ½)/n, descending. Cached."""
     from scipy.special import chdtri
 
     return np.asarray(chdtri(1.0, (np.arange(n) + 0.5) / n))
 
 
 @lru_cache(maxsize=1024)
-def _fraction(level: float, low: float, high: float) -> float:
-    """Fraction λ with the largest growth on normal samples of this power (Kelly 1956); 0 between `low` and `high`."""
+def _kelly_fraction(level: float, low: float, high: float) -> float:
+    """Kelly fraction λ: largest expected logarithmic growth on normal samples of power `level`. Cached.
+
+    Positive for more power, negative for less, 0 between `low` and `high`.
+    """
     from scipy.optimize import minimize_scalar
 
     if low <= level <= high:
@@ -160,7 +162,7 @@ def _fraction(level: float, low: float, high: float) -> float:
 
 
 def _log_products(fractions: Array, gain: Array) -> Array:
-    """Σ ln(1 + λ g) over samples, for each λ."""
+    """Array, shape (fractions,): Σ ln(1 + λ g) over the samples g of `gain`, for each λ in `fractions`."""
     factors = 1.0 + fractions[:, None] * gain
     whole = factors.shape[1] // FACTORS_PER_PRODUCT * FACTORS_PER_PRODUCT
     products = factors[:, :whole].reshape(len(fractions), -1, FACTORS_PER_PRODUCT).prod(axis=2)

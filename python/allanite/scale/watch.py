@@ -1,11 +1,10 @@
-"""Watch: does the model still hold? A test whose result may be read at any time.
+"""Watch: sequential test whether a model still holds, valid at any time.
 
-Samples come in segments, on which bets against the model are made (`Bets`): on short segments for every change, and on
-long ones for weak lines, whose power long segments put into few ordinates. While the model holds, the capital of each is
-a supermartingale of its own segments. The probability that it ever reaches c is at most 1/c (Ville 1939; Shafer & Vovk
-2019; Ramdas et al. 2023), however long the run is and whenever one looks. The capital on long segments does not change
-within a segment, while the short segments already depend on it, so the mean of both is no martingale. Therefore each must
-reach its own limit, and the probabilities add.
+`Bets` test the model on segments: short segments for every change, long segments for weak lines, whose power they
+concentrate in few ordinates. While the model holds, the capital of each length is a supermartingale of its own segments.
+The probability that a capital ever reaches c is at most 1/c (Ville 1939; Shafer & Vovk 2019; Ramdas et al. 2023), for any
+duration and any stopping time. The mean of both capitals is no martingale, because a long segment overlaps several short
+ones. Each capital therefore has its own limit, and the probabilities add.
 """
 
 from __future__ import annotations
@@ -33,14 +32,15 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
 
 Array = NDArray[np.float64]
-#: Samples of a short segment, short segments in a long one, and the shares of the capital of both.
+#: Number of samples of a short segment, and number of short segments in a long one.
 SEGMENT, SEGMENTS_IN_LONG = 1024, 8
+#: Shares of the initial capital on short and on long segments.
 CAPITAL_SHARES = (0.75, 0.25)
-#: Probability of a false alarm in the whole run.
+#: Maximum probability of a false alarm in a run of any length.
 FALSE_ALARM_PROBABILITY = 0.01
-#: Default relative deviation of the noise within which the model holds: fits do not know it better.
+#: Default relative deviation of the noise within which the model holds: fits are not more accurate.
 DEFAULT_TOLERANCE = 0.01
-#: Limit of samples in the summary, so that sums of fourth powers do not overflow.
+#: Samples are clipped at this value in the summary, so that sums of fourth powers do not overflow.
 MAX_SUMMARY_SAMPLE = 1e60
 #: Schema of a state file.
 SCHEMA = "allanite/watch-state/3"
@@ -48,7 +48,7 @@ SCHEMA = "allanite/watch-state/3"
 
 @dataclass(frozen=True, slots=True)
 class Alarm:
-    """Alarm: the model no longer holds.
+    """Alarm of a watch: when and at which frequencies the samples contradict the model.
 
     Attributes
     ----------
@@ -59,9 +59,9 @@ class Alarm:
     low_hz, high_hz : float
         Frequencies at which the power differs most.
     ratio : float
-        Power over the model's at these frequencies, since the change.
+        Measured power divided by the model's at these frequencies, since the change.
     e_value : float
-        Evidence. While the model holds, it ever reaches a value with a probability of at most its reciprocal.
+        Evidence against the model. While the model holds, the probability that it ever reaches c is at most 1/c.
     """
 
     time_s: float
@@ -72,7 +72,7 @@ class Alarm:
     e_value: float
 
     def to_dict(self) -> dict[str, float]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: all attributes by name."""
         return asdict(self)
 
     def __str__(self) -> str:
@@ -83,7 +83,7 @@ class Alarm:
 
 
 class Watch:
-    """A sensor under watch: it takes samples, and raises an alarm if the model no longer holds, in constant memory.
+    """Sequential test of a sensor's model in constant memory: `update` adds samples and returns an alarm, if any.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class Watch:
         if quantity not in QUANTITIES:
             raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
         self.quantity = quantity
-        #: Last angle: its difference from the next one is a sample of the rate.
+        #: Last angle; the next angle minus this one, times the rate, is the next sample.
         self._angle: float | None = None
         self.model, self.rate, self.unit = model, positive_rate(rate), unit
         self.tolerance = tolerance
@@ -171,31 +171,31 @@ class Watch:
         self.position: dict[str, Any] | None = None
         self._segment = StreamSegment.empty(0, 1, 0, self.rate, (unit,))
         #: Samples of the long segment that is not yet complete.
-        self._rest = np.zeros(0)
+        self._pending = np.zeros(0)
 
     @property
     def segments(self) -> int:
-        """Number of complete short segments so far; those with missing samples count too."""
+        """Number of complete short segments so far, including those with missing samples."""
         return self._bets[0].segments
 
     @property
     def summary(self) -> Summary | None:
-        """Summary of all samples so far, which a new fit needs; None before the first sample."""
+        """`Summary` of all samples so far, which can be fitted; None before the first sample."""
         if self._segment.stop == self._segment.start:
             return None
         return Summary(self.rate, (self.unit,), ("x",), (), {}, None, (self._segment.copy(),))
 
     @property
     def e_value(self) -> float:
-        """Evidence against the model: the larger capital of both lengths, rarely above 1 while the model holds."""
+        """Evidence against the model: the larger of the capitals on short and on long segments; at most 1 at the start."""
         return max(self._capitals())
 
     def _capitals(self) -> list[float]:
-        """List of floats: share of the capital on short segments and on long segments, [short, long]."""
+        """List of two floats: capital on short segments and on long segments, each times its initial share."""
         return [part * bets.capital for part, bets in zip(CAPITAL_SHARES, self._bets, strict=True)]
 
     def update(self, chunk: Any) -> Alarm | None:
-        """Add the next samples; returns the alarm if they raise it.
+        """Add the next samples; returns the alarm if these samples raise it, else None (also after an earlier alarm).
 
         Parameters
         ----------
@@ -220,7 +220,7 @@ class Watch:
         elif self.quantity == "angle":
             angles = x if self._angle is None else np.concatenate([[self._angle], x])
             x = np.diff(angles) * self.rate
-        # If a watch was killed between writing its two files, the summary already has some of these samples.
+        # The summary may already have some of these samples, if a watch was killed between writing its two files.
         fresh = x[max(0, self._segment.stop - self.taken) :]
         if fresh.size:
             self._segment.update([np.clip(fresh, -MAX_SUMMARY_SAMPLE, MAX_SUMMARY_SAMPLE)])
@@ -228,29 +228,29 @@ class Watch:
         if self.quantity == "angle":
             self._angle = angle
         before = self.alarm
-        joined = np.concatenate([self._rest, x])
-        judged = self._rest.size // SEGMENT * SEGMENT
+        joined = np.concatenate([self._pending, x])
+        judged = self._pending.size // SEGMENT * SEGMENT
         for end in range(judged + SEGMENT, joined.size + 1, SEGMENT):
             for bets in self._bets:
                 if end % bets.segment == 0:
                     bets.take(joined[end - bets.segment : end])
             if self.alarm is None and self.e_value >= 1.0 / FALSE_ALARM_PROBABILITY:
                 self._store_alarm()
-        self._rest = joined[
+        self._pending = joined[
             joined.size // (SEGMENT * SEGMENTS_IN_LONG) * (SEGMENT * SEGMENTS_IN_LONG) :
         ].copy()
         return self.alarm if before is None else None
 
     def interrupt(self) -> None:
-        """State that the next sample does not follow the last one; a segment with samples of both sides is not judged."""
-        self._rest[self._rest.size // SEGMENT * SEGMENT :] = np.nan
+        """Mark a break before the next sample: the present short segment counts as one with missing samples."""
+        self._pending[self._pending.size // SEGMENT * SEGMENT :] = np.nan
         if self._angle is not None:
             self._angle = np.nan
 
     def _store_alarm(self) -> None:
-        """Store the alarm with the best bet."""
+        """Set `alarm` from the best bet on the segments with the larger capital."""
         bets = self._bets[int(np.argmax(self._capitals()))]
-        low, high, ratio, since = bets.clearest()
+        low, high, ratio, since = bets.best_bet()
         hz, seconds = self.rate / (2.0 * bets.segment), bets.segment / self.rate
         self.alarm = Alarm(
             self.segments * SEGMENT / self.rate,
@@ -262,7 +262,7 @@ class Watch:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record: samples, time, e-value and alarm."""
+        """Dict for JSON, schema ``allanite/watch/1``: samples, time_s, segments, e_value, holds and alarm."""
         return {
             "schema": "allanite/watch/1",
             "samples": self.taken,
@@ -299,7 +299,7 @@ class Watch:
             "position": self.position,
             "angle": None if self._angle is None or math.isnan(self._angle) else self._angle,
             # JSON has no NaN.
-            "rest": [None if math.isnan(x) else x for x in self._rest.tolist()],
+            "rest": [None if math.isnan(x) else x for x in self._pending.tolist()],
             "bets": [bets.state() for bets in self._bets],
         }
         summary = self.summary
@@ -309,7 +309,7 @@ class Watch:
                 summary.save(_summary_path(Path(path)))
 
     def restore(self, path: str | Path) -> None:
-        """Continue from a state that `save` has written to `path`.
+        """Set the watch to the state that `save` has written to `path`.
 
         Raises
         ------
@@ -327,7 +327,7 @@ class Watch:
                 self._segment = StreamSegment.empty(self.taken, 1, 0, self.rate, (self.unit,))
 
     def _restore_state(self, state: dict[str, Any]) -> None:
-        """Set the test to a state that `_state` returned; raises an error for a damaged state."""
+        """Set the watch to a parsed state; raises `InputError` or another error for a damaged or foreign state."""
         if state["schema"] != SCHEMA:
             raise InputError(f"{state['schema']}, and this is {SCHEMA}: use another state file")
         if (state["model"], state["rate"]) != (str(self.model), self.rate):
@@ -340,21 +340,21 @@ class Watch:
         # None becomes NaN.
         if not 0 <= taken < 2**63 or rest.ndim != 1 or np.isinf(rest).any():
             raise InputError("damaged, or no state of a watch")
-        self.taken, self._rest = taken, rest
-        self.position = _position(state["position"])
+        self.taken, self._pending = taken, rest
+        self.position = _checked_position(state["position"])
         if self.quantity == "angle":
             last = state.get("angle")
             self._angle = math.nan if last is None else float(last)
         self.alarm = None if state["alarm"] is None else Alarm(**state["alarm"])
 
 
-def _position(saved: object) -> dict[str, Any] | None:
-    """The source position of a saved state, unchanged; raises an error unless it is a dictionary or None."""
+def _checked_position(saved: object) -> dict[str, Any] | None:
+    """`saved`, the source position of a saved state, unchanged; raises `InputError` unless it is a dict or None."""
     if saved is not None and not isinstance(saved, dict):
         raise InputError("damaged, or no state of a watch")
     return saved
 
 
 def _summary_path(path: Path) -> Path:
-    """Path of the summary of a state file."""
+    """Path of the summary of a state file, in the same folder: ``watch.json.summary``."""
     return path.with_name(path.name + ".summary")

@@ -17,7 +17,7 @@ import pytest
 
 import allanite as al
 from allanite.scale import run_fleet
-from allanite.scale.bets import Bets, share
+from allanite.scale.bets import Bets, capital_share
 from allanite.scale.journal import JOURNAL
 from allanite.scale.logs import _study_columns
 from allanite.scale.power_bets import ClippedPower, PowerBets
@@ -261,7 +261,7 @@ def watched(watch, samples, size=5000):
 
 
 def test_shares_of_all_starts_are_one_capital():
-    shares = np.array([share(k) for k in range(1, 100_000)])
+    shares = np.array([capital_share(k) for k in range(1, 100_000)])
     assert (shares > 0.0).all()
     assert shares.sum() < 1.0
 
