@@ -12,6 +12,7 @@
 //! | [`kalman`] | innovations and smoothed mean of a state-space model | Durbin & Koopman 2012 |
 //! | [`lstsq`] | generalized and non-negative least squares | Lawson & Hanson ch. 23 |
 //! | [`likelihood`] | spectrum fits that allow for a discrepancy | Lange, Little & Taylor 1989 |
+//! | [`play`] | values that a quantity with play drags along | Visintin 1994 |
 //! | [`noise`] | samples of colored noise | Kasdin 1995 |
 //! | [`ranks`] | sorting and ranks | |
 //! | [`text`] | numeric columns of a text log | |
@@ -40,6 +41,7 @@ pub mod machine;
 pub mod noise;
 pub mod parallel;
 pub mod phase;
+mod play;
 #[cfg(feature = "python")]
 mod python;
 mod ranks;

@@ -31,6 +31,9 @@ steps = _core.steps
 in_order = _core.in_order
 order = _core.order
 
+# -- play
+play = _core.play
+
 # -- noise
 Simulator = _core.Simulator
 power_law_bank = _core.power_law_bank

@@ -13,6 +13,7 @@ mod likelihood;
 mod lstsq;
 mod machine;
 mod noise;
+mod play;
 mod ranks;
 mod spectrum;
 mod text;
@@ -53,6 +54,10 @@ mod _core {
     // machine
     #[pymodule_export]
     use super::machine::{end_with_line, own_process, release, trim, vector_unit};
+
+    // play
+    #[pymodule_export]
+    use super::play::play;
 
     // noise
     #[pymodule_export]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite._kernels import play
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.effects.hysteresis import play
 from allanite.readers.sensor_names import role_of
 from allanite.recording import Recording
 from allanite.recording.coarse_column import coarse_step_of, without_steps

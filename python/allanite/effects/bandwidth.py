@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
 from allanite.effects._base import Parameter
@@ -215,8 +216,11 @@ class Bandwidth(Modifier):
         lags = np.arange(MIN_MEAN_SAMPLES, int(n / MIN_RECORD_PER_MEAN) + 1)
         if not lags.size:
             return ()
-        logarithm = np.log(np.maximum(power, 1e-300))
-        cepstrum = 2.0 / n * np.fft.rfft(logarithm - logarithm.mean(), 2 * n)[lags].real
+        logarithm = np.maximum(power, 1e-300)
+        np.log(logarithm, out=logarithm)
+        logarithm -= logarithm.mean()
+        # The transform is taken half an ordinate higher, which shortens the longest lags by at most 1.2 %.
+        cepstrum = np.sqrt(2.0 / n) * _kernels.cosine_transform(logarithm)[lags]
         best = int(np.argmin(cepstrum))
         if cepstrum[best] > -MIN_CEPSTRUM_SCORE * np.pi / np.sqrt(n):
             return ()

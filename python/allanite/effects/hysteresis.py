@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite._kernels import play
 from allanite.effects._base import Parameter
 from allanite.effects._follower import COLUMN, Proportional
 
@@ -98,27 +99,3 @@ class Hysteresis(Proportional):
         """Array of the value that the column drags along with the play, shape (n, 1)."""
         values, _ = self._followed(time, covariates)
         return self._by_run(values, lambda run: play(run, self.width or 0.0))[:, None]
-
-
-def play(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Array of the values that `values` drag along with a play of ±`width`, shape (n,).
-
-    It starts in the middle of the play. This is Prandtl's play operator p_k = min(max(p_{k−1}, u_k − w), u_k + w)
-    (Visintin 1994, Differential Models of Hysteresis, III.2). Each step clips the previous value, and several clips
-    combine into one. Therefore √n runs of √n steps are computed in parallel.
-    """
-    n = values.size
-    rows = max(1, int(np.sqrt(n)))
-    length = -(-n // rows)
-    padded = np.concatenate([values, np.full(rows * length - n, values[-1])])
-    low = np.ascontiguousarray((padded - width).reshape(rows, length).T)
-    high = low + 2.0 * width
-    for k in range(1, length):
-        floor, ceiling = low[k].copy(), high[k]
-        np.minimum(np.maximum(low[k - 1], floor), ceiling, out=low[k])
-        np.minimum(np.maximum(high[k - 1], floor), ceiling, out=high[k])
-    start, last = np.empty(rows), float(values[0])
-    for row in range(rows):
-        start[row] = last
-        last = min(max(last, low[-1, row]), high[-1, row])
-    return np.clip(start, low, high).T.reshape(-1)[:n]

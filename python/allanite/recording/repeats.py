@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+#: Samples compared at a time, to limit memory.
+PART_SAMPLES = 1 << 20
 #: Smallest share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
 MIN_SHARE = 0.02
 #: Largest share of samples that equal an earlier one by chance, up to which all equal neighbors are taken as repeats.
@@ -141,9 +143,14 @@ def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tu
     sample, samples) of a record of n samples. Each piece ends with the first sample of the following piece.
     """
     longest, start, run_start, equal = 1, 0, 0, 0
-    for at, piece in pieces:
-        changes = np.flatnonzero(piece[1:] != piece[:-1])
-        equal += piece.size - 1 - changes.size
+    parts = (
+        (at + first, piece[first : first + PART_SAMPLES + 1])
+        for at, piece in pieces
+        for first in range(0, piece.size - 1, PART_SAMPLES)
+    )
+    for at, part in parts:
+        changes = np.flatnonzero(part[1:] != part[:-1])
+        equal += part.size - 1 - changes.size
         if changes.size:
             ends = changes + at + 1
             runs = np.diff(ends, prepend=run_start)

@@ -320,7 +320,7 @@ class Study:
         return "\n".join(lines)
 
     def rows(self) -> list[tuple[str, ...]]:
-        """List of a tuple of texts per step: changes, misfit, discrepancy, Allan error, worst τ, prediction score, model."""
+        """List of a tuple of texts per step: changes, misfit, discrepancy, Allan error, worst τ, prediction, model."""
         out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error

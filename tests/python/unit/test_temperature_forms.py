@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.effects.hysteresis import play
+from allanite._kernels import play
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.shapes.matched import CACHED_ORDINATES, COLUMN_MEANS, regressor_ordinates
 

@@ -17,7 +17,7 @@ __all__ = ["MIN_TRIM_SAMPLES", "ArrayCache", "series_cache", "times_of", "trim_m
 
 #: Minimum size of the cache for series of a record, bytes. Chosen by judgment; not measured.
 MIN_CACHE_BYTES = 3 << 25
-#: Samples up to which the cache grows with the record: it holds five series (8 bytes a sample) of a record.
+#: Samples up to which the cache grows with the record: it holds four series (8 bytes a sample) of a record.
 #: Chosen by judgment; not measured.
 MAX_CACHED_SAMPLES = 10**7
 #: Minimum samples of a record after whose search freed memory is returned to the system: 1 MB per array.
@@ -95,4 +95,4 @@ class ArrayCache:
 
 def series_cache(n: int) -> ArrayCache:
     """An empty cache for series of a record of n samples."""
-    return ArrayCache(max(MIN_CACHE_BYTES, 40 * min(n, MAX_CACHED_SAMPLES)))
+    return ArrayCache(max(MIN_CACHE_BYTES, 32 * min(n, MAX_CACHED_SAMPLES)))

@@ -84,7 +84,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     )
     gap = 1
     usual = apart(places, 1)
-    scales = {gap: _scale(usual)}
+    scales = {gap: _scale(usual.copy())}
     if scales[gap] == 0.0:
         return found
     chance = END_OUTLIER_PROBABILITY / (2 * ends)
@@ -114,12 +114,14 @@ def only_at_the_ends(effect: Modifier, data: Data) -> bool:
 
 
 def _scale(size: NDArray[np.float64]) -> float:
-    """Robust standard deviation from three quantiles of |samples|; the largest of the three estimates.
+    """Robust standard deviation from three quantiles of |samples|; the largest of the three estimates. Reorders `size`.
 
     The quantiles are at 0.6745, 1 and 2 σ of a normal law. With the largest, noise that is merely
     not normal has no outliers.
     """
-    return float(np.max(np.quantile(size, [0.5, 0.6827, 0.9545]) / [0.6745, 1.0, 2.0]))
+    return float(
+        np.max(np.quantile(size, [0.5, 0.6827, 0.9545], overwrite_input=True) / [0.6745, 1.0, 2.0])
+    )
 
 
 def screen_outliers(
@@ -136,16 +138,18 @@ def screen_outliers(
     wanted = [c for c in kinds if c.candidates(solution.model, data.covariates)]
     if not wanted or samples.size < data.n:
         return None
-    distance = samples - np.median(samples)
-    scale = _scale(np.abs(distance))
+    z = samples - np.median(samples)
+    scale = _scale(np.abs(z))
     if scale == 0.0:
         return None
-    z = distance / scale
+    z /= scale
     there = z if data.missing is None else z[~data.missing]
     step = rounding_step(data, samples) / scale
-    up = np.where(z > _limit(there, data.n, step), z, 0.0)
-    down = np.where(-z > _limit(-there, data.n, step), -z, 0.0)
-    z = up + down + at_the_ends(solution, data)
+    usual = (z <= _limit(there, data.n, step)) & (z >= -_limit(-there, data.n, step))
+    del there
+    np.abs(z, out=z)
+    z[usual] = 0.0
+    z += at_the_ends(solution, data)
     index = np.flatnonzero(z)
     if index.size == 0 or index.size > MAX_EXCLUDED_FRACTION * data.n:
         return None

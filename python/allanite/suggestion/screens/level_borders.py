@@ -34,8 +34,11 @@ def most_likely_borders(
         if before == after or high <= low or not 0 < place < power.size:
             continue
         some = power[low:high]
-        worse = np.log(before / after) + some * (1.0 / before - 1.0 / after)
-        out[k] = low + int(np.argmin(np.concatenate([[0.0], np.cumsum(worse)])))
+        worse = some * (1.0 / before - 1.0 / after)  # of a long record, in place
+        worse += np.log(before / after)
+        np.cumsum(worse, out=worse)
+        best = int(np.argmin(worse))
+        out[k] = low + (best + 1 if worse[best] < 0.0 else 0)
     return out
 
 
