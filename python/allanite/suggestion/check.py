@@ -50,7 +50,7 @@ class Check:
 
     @property
     def significant(self) -> tuple[Suggestion, ...]:
-        """Tuple of `Suggestion`: suggestions whose p-value, corrected for all searches, is below 1 %."""
+        """Tuple of the suggestions whose p-value, corrected for all searches, is below 1 %."""
         return tuple(s for s in self.suggestions if s.significant)
 
     @property
@@ -66,7 +66,7 @@ class Check:
         return "limited by quantization" if self.fit.limited_by_quantization else "adequate"
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record of the check, schema ``allanite/check/2``."""
+        """JSON record (dict) of the check, schema ``allanite/check/2``."""
         return {
             **self.fit.to_dict(),
             "schema": "allanite/check/2",
@@ -78,15 +78,16 @@ class Check:
 
     @cached_property
     def rest(self) -> Rest | None:
-        """`Rest`: smooth shape of the spectrum that no effect of the catalog explains; it can be added to the model.
+        """`Rest`: a smooth shape of the spectrum that the model lacks and no effect of the catalog explains.
 
-        None if the model is adequate or an effect of the catalog is significantly missing.
+        None if the model is adequate, an effect of the catalog is significantly missing, or the shape explains too
+        little.
         """
         return None if self.adequate or self.significant else rest_of(self.fit)
 
     @property
     def left(self) -> list[str]:
-        """List of texts: one sentence for each view on which the model fails, and one for the unexplained shape."""
+        """List of sentences: one or two per view on which the model fails, and one for an unexplained shape."""
         return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
 
     @property
@@ -102,9 +103,9 @@ class Check:
 
     @cached_property
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
-        """List of (title, [(rank, suggestion), …]): the best suggestion, its alternatives, and additional effects.
+        """List of (title, [(rank, suggestion), …]): best significant suggestion, alternatives, additional effects.
 
-        If no suggestion is significant, the two best form the only group.
+        Empty groups are omitted. If no suggestion is significant, the two best form the only group.
         """
         ranked = [(rank, s) for rank, s in enumerate(self.suggestions, 1) if s.significant]
         if not ranked:
@@ -173,7 +174,7 @@ class Check:
 
 
 def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
-    """List of texts: lines of a suggestion in the printed check: explanation, evidence, alternatives, how to confirm it."""
+    """List of the lines of a suggestion in the printed check: explanation, evidence, alternatives, how to confirm it."""
     mark = "" if s.significant else " (not significant)"
     evidence = (
         f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"
@@ -188,6 +189,9 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
 
 
 def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
-    """Check of a fit: compare the model with the recording on every view and rank the effects that may be missing."""
+    """`Check` of a fit: residuals on every view, and ranked suggestions of missing effects.
+
+    `on_progress` is called with (stages done, number of stages).
+    """
     whitened = whiten(fit.solution, fit.data)
     return Check(fit, criticise(fit, whitened), suggest(fit, whitened, on_progress))

@@ -34,10 +34,11 @@ MIN_OVERDISPERSION_LEVEL_FIRST = 1.1
 #: an excluded segment if less of its energy lies elsewhere.
 #: Basis: judgment; the order is needed for a phase that wraps at the range of its counter.
 MAX_EXPLAINED_REMAINDER = 0.1
-#: Unit: samples. Mean number of outliers in each cluster from which the outliers are an event.
+#: Unit: samples. Minimum mean number of outliers per cluster with which outliers count as clustered and may go first.
 #: Basis: judgment.
 MIN_OUTLIERS_PER_CLUSTER = 4
-#: Unit: nats. Smallest ΔlogL of a disturbance beside other changes in time.
+#: Unit: nats. Minimum ΔlogL of separate octave levels in the segment of a disturbance that must remain under every other
+#: event in time, for the disturbance to go first.
 #: Basis: derivation; a dozen octaves, ½χ²₁ each, together exceed it once in 200 records.
 MIN_DISTURBANCE_DELTA_LOGL = 14.0
 
@@ -163,10 +164,11 @@ MAX_STEP_TIME_ERROR = 0.02
 #: least the length of one cell, and outliers closer than one cell form one cluster.
 #: Basis: judgment; the clusters are needed for a tap that had been called a resonance.
 LEVEL_CELLS = 256
-#: Unit: fraction. Fewest samples that differ from the sample before; else the noise level depends on the bias.
+#: Unit: fraction. Minimum part of the samples that differ from the previous sample. With fewer, the noise level depends on
+#: the bias, and changes of the level are not searched.
 #: Basis: noise that is rounded to three of its standard deviations.
 MIN_CODE_CHANGE_FRACTION = 0.25
-#: Unit: fraction of the record. Shortest interval, and shortest rest, of a change of the level of a band.
+#: Unit: fraction of the record. Minimum length of the interval of a change of a band's level, and of the time outside it.
 #: Basis: judgment; a shorter ringing is a disturbance.
 MIN_BAND_LEVEL_FRACTION = 1.0 / 64.0
 #: Unit: spectra. Fewest spectra of the interval from which the frequencies of a louder band are found.
@@ -187,7 +189,7 @@ MAX_EXCLUDED_FRACTION = 0.2
 #: Unit: probability. Largest false-alarm probability at which a segment is excluded.
 #: Basis: judgment.
 MAX_EXCLUSION_PROBABILITY = 1e-6
-#: Unit: 1. Power of a disturbance in some band over that at other times.
+#: Unit: 1. Minimum power of a disturbance in some band, relative to the power of the band at other times.
 #: Basis: judgment; 116 of 120 disturbances of twice the noise are found, none in 600 records without one.
 MIN_DISTURBANCE_POWER_RATIO = 2.0
 #: Unit: 1. A band with something narrow at other times must exceed the power ratio by this factor.
@@ -196,16 +198,16 @@ NARROW_DISTURBANCE_FACTOR = 10.0
 #: Unit: 1/√ordinates. Excess of a band over both neighbors, relative to them, from which it holds something narrow.
 #: Basis: judgment.
 MIN_NARROW_PEAK = 8.0
-#: Unit: fraction. Most equal neighbors elsewhere in a record in which a stuck value can be seen.
+#: Unit: fraction. Maximum part of equal neighboring samples elsewhere in the record with which a stuck value is searched.
 #: Basis: judgment.
 MAX_EQUAL_NEIGHBOR_FRACTION = 0.1
 #: Unit: periods. Periods of the middle of a band in the window that finds the ends of a disturbance.
 #: Basis: judgment.
 WINDOW_PERIODS = 8
-#: Unit: 1. A window with less power over the usual power does not belong to the disturbance.
+#: Unit: 1. Maximum power of a window, relative to the usual power, with which it does not belong to the disturbance.
 #: Basis: with 2, a strong shaking of one minute seems longer than it is (`test_disturbances.py`).
 MAX_QUIET_POWER_RATIO = 4.0
-#: Unit: 1. Power over the usual power from which an octave rings beside the disturbance.
+#: Unit: 1. Minimum power of a disturbance, relative to the usual power, with which its octave rings beyond its ends.
 #: Basis: judgment.
 MIN_RINGING_POWER_RATIO = 100.0
 
@@ -217,7 +219,7 @@ DEFAULT_SECONDS = 60.0
 #: Unit: s per sample. Default processor time of a search for each sample.
 #: Basis: judgment.
 DEFAULT_SECONDS_PER_SAMPLE = 1e-5
-#: Unit: steps. Default number of effects that a search adds, beside lines and excluded segments.
+#: Unit: steps. Default maximum number of effects that a search adds, not counting lines and excluded segments.
 #: Basis: judgment.
 MAX_ADDED_EFFECTS = 8
 
@@ -251,6 +253,6 @@ MIN_SIDE_BAND_HALF_WIDTHS = 6.0
 #: Unit: fraction of the frequency of the band. Largest distance of a side band.
 #: Basis: judgment.
 MAX_SIDE_BAND_FRACTION = 0.5
-#: Unit: intervals. As many louder intervals stay separate effects; more become one effect.
+#: Unit: intervals. Maximum number of louder intervals that stay separate effects; more are merged into one effect.
 #: Basis: judgment.
 MAX_SEPARATE_LEVEL_INTERVALS = 2

@@ -21,8 +21,8 @@ from allanite.suggestion.constants import (
     MIN_OUTLIERS_PER_CLUSTER,
 )
 from allanite.suggestion.screens.exclusions import (
-    at_the_ends,
     delta_logl_of_separate_levels,
+    end_outlier_scores,
     only_at_the_ends,
 )
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion excludes samples that no other suggestion explains."""
+    """True if the suggestion excludes samples that no other suggestion in `found` explains."""
     if excludes_segment(one.effect):
         return _disturbance_leads(one, found, fit)
     return _outliers_lead(one, found, fit)
@@ -52,7 +52,7 @@ def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def left(one: Fit) -> float:
-        """ΔlogL by separate levels of each octave in the segment, under the model of a suggestion."""
+        """ΔlogL of separate levels of each octave in the segment, under the model of a suggestion's fit."""
         return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
 
     # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
@@ -65,10 +65,10 @@ def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
 
 
 def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion is outliers that go before all others.
+    """True if the suggestion excludes outliers that go before all other suggestions.
 
-    Outliers go first if their score is far above all others. They also go first if they lie at the ends of the record, lie
-    in a few clusters, or alone cause the best process or filter; but not if something else in time explains them. A
+    Outliers go first if their score is far above all others. They also go first if they lie at the ends of the record,
+    lie in a few clusters, or alone cause the best process or filter; but not if something else in time explains them. A
     settling that begins high above the noise, or a loud segment, makes the first samples stand out; a tap looks like a
     resonance and lost samples look like a fast lag.
     """
@@ -83,13 +83,13 @@ def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
         return False
 
     def power(one: Fit) -> float:
-        """Power of the outliers by the model of a fit: at the ends in raw samples, elsewhere in whitened ones."""
+        """Sum of squares of the outliers by the model of a fit: of scores at the ends, of whitened samples elsewhere."""
         if ends:
-            return float(np.sum(at_the_ends(one.solution, one.data) ** 2))
+            return float(np.sum(end_outlier_scores(one.solution, one.data) ** 2))
         return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
 
     def explains(one: Effect) -> bool:
-        """True if an effect could explain the outliers: at the ends only a transient that may look like them."""
+        """True if the effect could explain the outliers: any effect in time, but at the ends only a transient."""
         return isinstance(one, Deterministic) and one.may_be(effect) if ends else acts_in_time(one)
 
     least = MAX_EXPLAINED_REMAINDER * power(fit)
@@ -101,14 +101,17 @@ def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 
 
 def _is_clustered(taken: NDArray[np.bool_]) -> bool:
-    """True if the excluded samples lie in clusters of at least `MIN_OUTLIERS_PER_CLUSTER` on average."""
+    """True if the samples masked by `taken` lie in clusters of at least `MIN_OUTLIERS_PER_CLUSTER` on average."""
     at = np.flatnonzero(taken)
     places = 1 + np.count_nonzero(np.diff(at) > taken.size // LEVEL_CELLS)
     return bool(at.size >= MIN_OUTLIERS_PER_CLUSTER * places)
 
 
 def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the best process or filter loses its evidence once these outliers are excluded."""
+    """True if the best significant process or filter loses its evidence once these outliers are excluded.
+
+    False without one.
+    """
     stationary = [s for s in found if s.significant and not acts_in_time(s.effect)]
     if not stationary:
         return False
@@ -122,10 +125,10 @@ def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
 
 
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the score of any other significant suggestion is below `MAX_EXPLAINED_REMAINDER` of this score.
+    """True if the score of every other significant suggestion is below `MAX_EXPLAINED_REMAINDER` times this score.
 
-    For a change of the noise level, other changes of the level do not count. Never true in a model with burst noise or a
-    disturbance.
+    For a change of the noise level, other changes of the level do not count. False if burst noise or a disturbance is
+    significant.
     """
     others = [s for s in found if s.significant and s is not one]
     if any(s.effect.screened == "two levels" or excludes_segment(s.effect) for s in others):
@@ -136,12 +139,12 @@ def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
 
 
 def excludes_segment(effect: Effect) -> bool:
-    """True if the effect excludes one segment."""
+    """True if the effect excludes one segment of samples (not single outliers)."""
     return isinstance(effect, Modifier) and effect.removes and effect.when is not None
 
 
 def changes_level(effect: Effect) -> bool:
-    """True if the effect changes the noise level over time."""
+    """True if the effect changes a noise level over time."""
     return isinstance(effect, Modifier) and effect.passing
 
 

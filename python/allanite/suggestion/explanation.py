@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
-    """One or two sentences: name and values of the effect, its share of the Allan variance and where, its physics."""
+    """Sentences: name and values of the effect, its share of the Allan variance and at which τ, `note`, and its physics."""
     values = found.estimates[-1]
     numbers = ", ".join(
         _value_text(n, to_table_unit(v, p.unit, p.sheet, before.recording.unit))
@@ -48,7 +48,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
 
 
 def name_with_lines(effect: Effect, fit: Fit) -> str:
-    """Name of the effect, and of a comb also its harmonics or spacing: ``sinusoid with harmonics 2, 3``."""
+    """Display name of the effect, for a comb with its harmonics or spacing: ``sinusoid with harmonics 2, 3``."""
     name = fit.display_name(effect)
     if isinstance(effect, Periodic) and len(effect.lines) > 1:
         further = [m for m, _, _ in effect.lines[1:]]
@@ -61,14 +61,17 @@ def name_with_lines(effect: Effect, fit: Fit) -> str:
 
 
 def _value_text(name: str, value: Estimate) -> str:
-    """Text of a value with its unit: ``K = 12.3 °/h/√h``."""
+    """Text of a value with its name and unit: ``K = 12.3 °/h/√h``."""
     return (
         f"{name} = {float(value):.3g} {'' if value.unit == '1' else printed(value.unit)}".rstrip()
     )
 
 
 def _slopes_sentence(effect: Effect, found: Fit) -> str:
-    """Sentence for an effect of a column with different slopes at slow and fast time scales, else an empty string."""
+    """Sentence on the slopes of an effect that follows a column, if they differ at slow and fast time scales.
+
+    Otherwise an empty text.
+    """
     if effect.follows is None:
         return ""
     last = found.model.deterministic[-1]

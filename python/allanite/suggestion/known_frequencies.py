@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from allanite.suggestion.constants import MAINS_TOLERANCE
 
+#: Length of a day, s.
 DAY = 86400.0
 #: Known periods, s: the tropical year and its half and third, the draconitic year of GPS (Ray et al. 2008, GPS Solut. 12),
 #: the day and its half and third, the sidereal day and its half (the orbit of GPS), the tides M2, O1 and N2 (Doodson
@@ -30,9 +31,10 @@ MAINS = (50.0, 60.0, 100.0, 120.0)
 
 
 def known_bands(n: int, rate: float) -> NDArray[np.float64]:
-    """Bands in which n samples at `rate` Hz show known frequencies or their aliases, shape (bands, 2), Hz.
+    """Array of the bands (low, high), Hz, in which n samples at `rate` Hz show known frequencies or their aliases.
 
-    A band is at least one resolution 1/T wide. Periods longer than half of the record are omitted.
+    Its shape is (bands, 2). A band is at least one resolution 1/T wide. Periods longer than half of the record are
+    omitted.
     """
     width = rate / n
     exact = np.array([1.0 / period for period in PERIODS])

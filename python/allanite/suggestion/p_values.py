@@ -44,7 +44,7 @@ class Family:
 
 
 def log_p_value(family: Family, x: float) -> float:
-    """Ln of the probability that any candidate of a family raises logL by x if its effect is absent."""
+    """Ln of the probability that any candidate of a family raises logL by x if its effect is absent; at most 0."""
     from scipy.special import log_ndtr
 
     if x <= 0.0:
@@ -61,9 +61,10 @@ def log_p_value(family: Family, x: float) -> float:
 
 
 def log_chi2_tail(gain: float, count: int) -> float:
-    """Ln of the probability that `count` fitted amplitudes raise logL by `gain` by chance.
+    """Ln of the probability that `count` amplitudes fitted to noise raise logL by `gain` or more; at most 0.
 
-    This is Γ(a, x) ≈ xᵃ⁻¹e⁻ˣ/(1 − (a − 1)/x) for x > a − 1, with a = count/2; the error of ln is of the order of (a/x)².
+    This is Γ(a, x) ≈ xᵃ⁻¹e⁻ˣ/(1 − (a − 1)/x) for x > a − 1, with a = count/2; the error of ln is of the order of
+    (a/x)².
     """
     from scipy.special import gammaln
 
@@ -75,7 +76,7 @@ def log_chi2_tail(gain: float, count: int) -> float:
 
 
 def may_become_significant(family: Family, max_gain: float) -> bool:
-    """True if a candidate could be significant, given the largest ΔlogL that its refit can find.
+    """True if a ΔlogL of `max_gain`, the largest that a refit can find, has a p-value below the false-alarm probability.
 
     For a slow function no such limit is known, because the noise was estimated with the function in the record.
     """
@@ -83,14 +84,14 @@ def may_become_significant(family: Family, max_gain: float) -> bool:
 
 
 def min_excess(count: float) -> float:
-    """Standard deviations that the largest of `count` independent normal values exceeds in one of a hundred searches."""
+    """Standard normal value that the largest of `count` independent values exceeds with a probability of 1 %."""
     from scipy.special import ndtri
 
     return -float(ndtri(FALSE_ALARM_PROBABILITY / count))
 
 
 def arc_length(directions: NDArray[np.float64]) -> float:
-    """Total angle between successive rows of unit vectors, shape (points, dimension)."""
+    """Sum of the angles between successive rows of unit vectors, rad; `directions` has shape (points, dimension)."""
     if directions.shape[0] < 2:
         return 0.0
     cosine = np.clip(np.einsum("ij,ij->i", directions[1:], directions[:-1]), -1.0, 1.0)
@@ -103,12 +104,12 @@ def line_trials(n: int) -> float:
 
 
 def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
-    """Array: W of Baluev's formula for lines of so many cycles in n samples, over their share of false alarms.
+    """Array of W of Baluev's formula for lines of `cycles` cycles in n samples, divided by their share of false alarms.
 
-    Baluev's W is proportional to the range of frequencies searched. One share of the probability is divided equally among
-    the octaves from one cycle to n/2, so that a slow line does not pay for all fast ones. A second share covers all
-    frequencies, so that a fast line hardly pays for the octaves. A third share covers frequencies known beforehand, if the
-    record has any.
+    Baluev's W is proportional to the range of frequencies searched. One share of the probability is divided equally
+    among the octaves from one cycle to n/2, so that a slow line does not pay for all fast ones. A second share covers
+    all frequencies, so that a fast line hardly pays for the octaves. A third share covers frequencies known beforehand,
+    if the record has any.
     """
     whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))
@@ -124,7 +125,7 @@ def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.fl
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:
-    """Independent intervals of one octave of length, times the number of octaves, for the p-value of a ΔlogL of x.
+    """Number of independent intervals in one octave of length, times the number of octaves, at a ΔlogL of x.
 
     Lengths are `length` … 2 `length` − 1 of `cells` cells, at steps of an eighth of the length. With little evidence,
     neighboring intervals share more of it: 1.65 x intervals per length of the record are independent. This was found by
@@ -139,9 +140,9 @@ def interval_trials(cells: int, length: int, x: float) -> float:
 def best_interval(
     power: NDArray[np.float64], freedom: float, cells: int
 ) -> tuple[int, int, float, float]:
-    """Tuple: interval of a power series with the lowest p-value: first value, end, ΔlogL, and ln of the p-value.
+    """Tuple (first value, end, ΔlogL, ln p) of the interval of a power series with the lowest p-value for another level.
 
-    `freedom` is the degrees of freedom of each value. Boundaries lie between `cells` equal cells.
+    The end is exclusive. `freedom` is the degrees of freedom of each value. Boundaries lie between `cells` equal cells.
     """
     from scipy.special import log_ndtr
 
@@ -173,7 +174,11 @@ def best_interval(
 def two_levels(
     inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
-    """ΔlogL of a separate mean power inside an interval: −½ Σ d ln ρ, with d = `freedom` per value."""
+    """Array of the ΔlogL of a separate mean power inside an interval: −½ Σ d ln ρ, with d = `freedom` per value.
+
+    `inside` is the sum of the `count` values inside each interval, `total` that of all `n` values; ρ are mean powers
+    relative to the common mean.
+    """
     a = np.maximum(inside / count, 1e-12)
     b = np.maximum((total - inside) / (n - count), 1e-12)
     mean = total / n
@@ -183,10 +188,10 @@ def two_levels(
 def refine(
     power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
 ) -> tuple[int, int, float]:
-    """Tuple: interval and its ΔlogL after moving each boundary in turn, by single values, to the largest ΔlogL.
+    """Tuple (start, end, ΔlogL) of an interval whose boundaries are moved in turn, by single values, to the largest ΔlogL.
 
-    A boundary moves by up to two coarse cells, or by an eighth of a longer interval, the step of its search. The interval
-    keeps at least `least` values, since anything shorter is an outlier and not a level.
+    A boundary moves by up to two coarse cells, or by an eighth of a longer interval, the step of its search. The
+    interval keeps at least `least` values, since anything shorter is an outlier and not a level.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])

@@ -31,7 +31,10 @@ if TYPE_CHECKING:
 
 
 def prior(effect: Effect) -> float:
-    """Prior score, nats: odds of 20 : 1 for a usual cause, and against each coefficient that only describes."""
+    """Prior score of an effect, nats: +3 for a usual cause, 0 for others, −3 per coefficient if it only describes.
+
+    ±3 nats are odds of 20 : 1.
+    """
     slow = effect if isinstance(effect, Deterministic) and effect.screened == "slow" else None
     if effect.last_resort or (slow and slow.refined):
         return -MAX_RIVAL_LOG_EVIDENCE * sum(p.role == "coefficient" for p in effect.parameters)
@@ -42,9 +45,10 @@ def prior(effect: Effect) -> float:
 def in_order(
     found: Iterable[Suggestion], fit: Fit, overdispersion: float
 ) -> tuple[Suggestion, ...]:
-    """Tuple of `Suggestion`: suggestions ranked best first, each with its alternative explanations.
+    """Tuple of the suggestions ranked best first, each with its alternative explanations (`rivals`).
 
-    `overdispersion` is the overdispersion of the spectrum from a missing change of the noise level (1 for a steady record).
+    Disturbances that something else explains are omitted. `overdispersion` is that of the spectrum from a missing
+    change of the noise level (1 for a steady record).
     """
     judged = list(found)
     first = [s for s in judged if goes_first(s, judged, fit)]
@@ -52,7 +56,7 @@ def in_order(
     judged = [s for s in judged if s in first or not excludes_segment(s.effect)]
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
-        """Tuple: significance, class, score.
+        """Sort key (significant, class, score) of a suggestion.
 
         A change of level that makes the spectrum overdispersed leads, because nothing else can be judged before.
         """
@@ -71,7 +75,7 @@ def in_order(
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
-    """Suggestions, each with the kinds that may be confused with it and have a score within `MAX_RIVAL_LOG_EVIDENCE`."""
+    """Tuple of copies with `rivals`: kinds that may be confused and have a score within `MAX_RIVAL_LOG_EVIDENCE`."""
     out = []
     for one in ranked:
         rivals = tuple(

@@ -41,7 +41,8 @@ from allanite.suggestion.screens.slow_functions import screen_slow, with_gains_b
 from allanite.suggestion.screens.spectral import Candidate, Screen, screen_spectral
 from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
 
-#: Searches at a time beside that of the spectrum; a large record gets one, since each search holds copies of it.
+#: Number of searches that run at a time, in addition to that of the spectrum. Large records use one, since each search
+#: holds copies of the record.
 WORKERS = 2
 #: Screens that need no other screen than that of the spectrum.
 OWN_SCREENS: tuple[OwnScreen, ...] = tuple(
@@ -65,27 +66,28 @@ class Suggestion:
     Attributes
     ----------
     effect : Effect
-        With the values found when it is added.
+        The effect with its fitted values.
     significant : bool
-        Whether its p-value, which accounts for the number of effects and frequencies searched, is below 1 %.
+        True if the p-value, corrected for the number of effects and frequencies searched, is below 1 %.
     delta_log_likelihood : float
-        Rise of logL when it is added.
+        ΔlogL of the model with the effect, nats.
     delta_bic : float
-        Fall of the Bayesian information criterion, 2ΔlogL − Σ ln n: positive speaks for the effect.
+        Decrease of the Bayesian information criterion, 2ΔlogL − Σ ln n; positive values favor the effect.
     log10_p : float
         log10 of the corrected p-value (which may underflow).
     trials : float
-        By how much the p-value of a single test was multiplied.
+        Corrected p-value over the p-value of a single test.
     removes_percent : float
-        Share of what a saturated model of the spectrum would gain.
+        Part of the unexplained misfit of the spectrum that the effect removes, %.
     rivals : tuple of str
-        Kinds that explain this record as well (20 : 1 at most).
+        Kinds of alternative explanations whose score differs by less than 3 nats (20 : 1).
     found, before : Fit
-        With the effect and without it.
+        Fit with the effect, and fit without it.
     note : str
-        What else there is to say of it, a clause.
+        Further clause of the explanation; may be empty.
     surplus : float
-        The part of the rise that a discrepancy explained before: counted where the model with the effect needs none.
+        Part of the ΔlogL, nats, that a discrepancy of the model explained before. 0 if the model with the effect needs a
+        discrepancy too.
 
     Examples
     --------
@@ -111,9 +113,10 @@ class Suggestion:
 
     @cached_property
     def score(self) -> float:
-        """Rise of the log evidence plus the prior of the effect, nats; candidates are ranked by it.
+        """Rise of the log evidence plus the prior of the effect, nats; suggestions are ranked by it.
 
-        For a moving band it is the change of marginal logL of the mean spectrum, where the band competes with processes.
+        For a moving band it is the change of marginal logL of the mean spectrum, where the band competes with
+        processes.
         """
         effect = self.effect
         if self.gives_way:
@@ -135,28 +138,28 @@ class Suggestion:
 
     @property
     def gives_way(self) -> tuple[str, ...]:
-        """Kinds that leave the model when the effect is added: in `before`, but not in `found`."""
+        """Tuple of the kinds that leave the model when the effect is added: in `before`, but not in `found`."""
         kinds = [Counter(e.kind for e in fit.model) for fit in (self.before, self.found)]
         return tuple((kinds[0] - kinds[1]).elements())
 
     @property
     def solution(self) -> Solution:
-        """`Solution`: refitted model with the effect."""
+        """`Solution` of the refitted model with the effect."""
         return self.found.solution
 
     @cached_property
     def estimates(self) -> dict[str, Any]:
-        """Values of the effect with standard errors and intervals, by JSON name."""
+        """Dict of the values of the effect with standard errors and intervals, by JSON name."""
         return self.found.estimates[-1]
 
     @cached_property
     def explanation(self) -> str:
-        """Sentences with the name, the values, the share of the Allan variance and the physics of the effect."""
+        """Text of one or more sentences: name, values, share of the Allan variance and physics of the effect."""
         return explain(self.effect, self.found, self.before, self.note)
 
     @cached_property
     def gains(self) -> NDArray[np.float64]:
-        """ΔlogL of each bin of the spectrum, 0 where it falls, shape (bins,); empty if the bins differ."""
+        """Array of the ΔlogL of each bin of the spectrum, 0 where it falls, shape (bins,); empty if the bins differ."""
         before, after = (
             -0.5 * s.count * (np.log(s.spectrum) + s.power / s.spectrum)
             for s in (self.before.solution, self.solution)
@@ -165,7 +168,7 @@ class Suggestion:
 
     @property
     def check_by(self) -> str:
-        """How to confirm or refute the effect in the laboratory."""
+        """Text that says how to confirm or refute the effect in the laboratory."""
         return self.effect.check_by
 
     def __repr__(self) -> str:
@@ -177,12 +180,15 @@ class Suggestion:
 
     @property
     def kind(self) -> str:
-        """Kind of the effect."""
+        """Kind of the effect, such as ``sinusoid``."""
         return self.effect.kind
 
     @property
     def effect_happens_once(self) -> bool:
-        """True for one-off events, which one half of a record cannot predict from the other; only their p-value decides."""
+        """True for one-time events, which one half of a record cannot predict from the other.
+
+        Only their p-value decides.
+        """
         return any(p.role == "time" for p in self.effect.parameters) or getattr(
             self.effect, "happens_once", False
         )
@@ -193,7 +199,7 @@ class Suggestion:
         return float(10.0 ** max(self.log10_p, -300.0))
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record of the suggestion."""
+        """JSON record (dict) of the suggestion."""
         parameters = {}
         for name, value in self.estimates.items():
             parameters[name] = plain(value)
@@ -222,7 +228,7 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     """
     if other.kind in first.rivals or first.kind in other.rivals:
         return True
-    if _meet(_band(first.effect), _band(other.effect)) and _meet(
+    if _ranges_overlap(_band(first.effect), _band(other.effect)) and _ranges_overlap(
         first.effect.when, other.effect.when
     ):
         return True
@@ -234,12 +240,12 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
 
 
 def _band(effect: Effect) -> tuple[float, float] | None:
-    """Pair: lowest and highest frequency of a band, a line, or a change of a band, Hz; None for other effects."""
+    """Pair (lowest, highest) frequency of a band, a line, or a change of a band, Hz; None for other effects."""
     return effect.band if isinstance(effect, Modifier) else effect.occupies
 
 
-def _meet(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
-    """True if two ranges have a value in common."""
+def _ranges_overlap(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
+    """True if two ranges (low, high) have a value in common; False if one is None."""
     if one is None or other is None:
         return False
     return one[0] <= other[1] and other[0] <= one[1]
@@ -248,7 +254,10 @@ def _meet(one: tuple[float, float] | None, other: tuple[float, float] | None) ->
 def suggest(
     fit: Fit, whitened: Whitened, on_progress: Progress | None = None
 ) -> tuple[Suggestion, ...]:
-    """Suggestions for a fit, best first. `on_progress` is called with (stages done, 5)."""
+    """Tuple of suggestions for a fit, best first; `on_progress` is called with (stages done, 5).
+
+    `whitened` is the whitened record of the fit.
+    """
     done = count(1)
 
     def progress() -> None:
@@ -313,7 +322,10 @@ def suggest(
 
 
 def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
-    """`Solution`: model with the best wandering process, to which a slow function of time must add something; or None."""
+    """`Solution` of the model with the best wandering process, to which a slow function of time must add something.
+
+    Or None.
+    """
     red = [c for c in candidates if isinstance(c.effect, Stochastic) and c.effect.wanders]
     return max(red, key=lambda c: c.gain).solution if red else None
 
@@ -321,7 +333,10 @@ def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
 def _families(
     spectral: Screen, screens: dict[str, Screen], n: int, followed: bool
 ) -> dict[str, Family]:
-    """Families of candidates that share their false alarms, by name; one for moving bands if any band was `followed`."""
+    """Dict of the `Family` of candidates that share their false alarms, by name.
+
+    With ``course`` if a band was `followed`.
+    """
     names = sorted({"spectral", *spectral.families})
     families = {name: Family(name) for name in ("level", "outlier")}
     families |= {screen.family: Family(screen.family) for screen in OWN_SCREENS}

@@ -51,12 +51,15 @@ class Rest:
 
 
 def nameless() -> Effect:
-    """Effect without values for a shape that nothing explains."""
+    """Effect of the catalog without values for a shape of the spectrum that nothing explains."""
     return next(cls for cls in CATALOGUE if cls.nameless)()
 
 
 def rest_of(fit: Fit) -> Rest | None:
-    """`Rest`: shape that would describe what a model lacks; None if it explains less than its parameters cost."""
+    """`Rest`, a shape that would describe what a model lacks; None if it explains less than its parameters cost.
+
+    None as well if the model has such a shape.
+    """
     if any(effect.nameless for effect in fit.model):
         return None
     with_shape = fit.add(nameless())

@@ -9,7 +9,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.likelihood.data import prepare
-from allanite.suggestion.screens.exclusions import at_the_ends
+from allanite.suggestion.screens.exclusions import end_outlier_scores
 
 RATE, LENGTH = 1.0, 100_000
 
@@ -109,4 +109,4 @@ def test_the_ends_of_a_record_without_outliers_say_nothing(kind):
     records = (al.Recording(NOISES[kind](rng, 4096), rate=RATE) for rng in rngs)
     # No known function of time in the model: any solution serves all.
     solution = al.parse_model("N").fit(al.Recording(np.arange(100) % 3, rate=RATE)).solution
-    assert sum(bool(at_the_ends(solution, prepare(record)).any()) for record in records) <= 2
+    assert sum(bool(end_outlier_scores(solution, prepare(record)).any()) for record in records) <= 2

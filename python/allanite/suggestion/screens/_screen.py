@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What a screen looks at: the fit, its whitened residual, and the candidates of the spectrum."""
+    """Input of a screen: the fit's solution, its data, the whitened residual, and the candidates of the spectrum."""
 
     solution: Solution
     data: Data
@@ -26,7 +26,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class OwnScreen:
-    """A screen by itself. A module of this folder declares it as `SCREEN`.
+    """Declaration of a screen that runs independently of others; a module of this folder declares it as `SCREEN`.
 
     Attributes
     ----------

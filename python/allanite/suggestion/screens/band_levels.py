@@ -42,23 +42,24 @@ Array = NDArray[np.float64]
 #: Power over time of some ordinates, and the share of it that changes.
 Cell = tuple[Array, float]
 
-#: Frequencies that a spectrum of the interval resolves within an octave.
+#: Number of frequencies that a spectrum of the interval resolves within an octave.
 OCTAVE_CELLS = 32
-#: Samples whose spectra are computed at once; limits the memory.
+#: Maximum number of samples whose spectra are computed at once; limits the memory.
 SAMPLES_AT_ONCE = 1 << 16
-#: Distances from the middle of a band at which the share of its process is computed, and their ratio.
+#: Number of distances from the middle of a band at which the share of its process is computed, and the ratio of
+#: neighboring distances.
 DISTANCES, DISTANCE_RATIO = 24, 1.2
-#: Largest |ln| of the ratio of two powers that is searched.
+#: Maximum |ln| of the power inside over outside of an interval in the search for its level.
 MAX_LOG_RATIO = 9.0
 #: Loss of logL at the ends of a 95 % interval of one parameter: half of the 95 % quantile of χ²₁.
 LOSS_AT_95_PERCENT = 1.92
 
 
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """Candidate for the band of noise whose level differs most between one interval and all other times; None without any.
+    """Candidate for the band of noise whose level differs most between one interval and all other times.
 
-    The bands of the model's processes are searched, and each octave. The frequency range of an
-    octave's change follows from the spectra inside and outside of the interval.
+    None if not significant. The bands of the model's processes are searched, and each octave. The frequency range of an
+    octave's change follows from the spectra inside and outside of the interval. None as well for a summary.
     """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n:
@@ -66,11 +67,11 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     whitened = whitened.with_normal_tails
     ordinates = _kernels.cosine_transform(whitened.samples)
     octaves = octaves_of(whitened)
-    bands = list(_dominated(solution, data))
+    bands = list(_dominated_bands(solution, data))
     searches = float(np.log(max(len(bands) + len(octaves), 1)))
 
     def series(first: int, size: int) -> Array:
-        """Power over time of `size` ordinates from the `first`."""
+        """Array of the power over time of `size` ordinates from the `first` on."""
         return np.asarray(band_series(ordinates[first : first + size]) ** 2)
 
     found: list[tuple[float, float, float, int, int, list[Cell]]] = []
@@ -118,9 +119,9 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """Candidates whose score is within `MAX_RIVAL_LOG_EVIDENCE` nats of the best score, without None.
+    """List of the candidates whose score is within `MAX_RIVAL_LOG_EVIDENCE` nats of the best score.
 
-    All others are left for the next check.
+    None entries are dropped. All others are left for the next check. `n` is the number of samples in the BIC cost.
     """
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
@@ -129,7 +130,7 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
-    """Start and end (fractions of the record) of the interval whose power differs most, and ln of its p-value."""
+    """Tuple (start, end, ln p) of the interval whose power differs most; start and end are fractions of the record."""
     size = power.size
     freedom = 1.0 / overdispersion(power)
     cells = min(LEVEL_CELLS, size // 8)
@@ -140,7 +141,7 @@ def _interval(power: Array) -> tuple[float, float, float]:
 
 
 def _largest_delta_logl(power: Array) -> float:
-    """ΔlogL of the interval whose power differs most."""
+    """ΔlogL of the interval whose power differs most; 0 for fewer than 16 values."""
     cells = min(LEVEL_CELLS, power.size // 8)
     if cells < 2:
         return 0.0
@@ -148,15 +149,16 @@ def _largest_delta_logl(power: Array) -> float:
 
 
 def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """True if two frequency bands have frequencies in common."""
+    """True if two frequency bands (low, high) have a range in common; touching ends do not count."""
     return one[0] < other[1] and other[0] < one[1]
 
 
 def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:
-    """Tuple (factor of a level between two fractions of a record, ΔlogL, standard error, power without the change).
+    """Tuple (factor of the standard deviation in an interval, ΔlogL, standard error, power without the change).
 
-    In each cell the process has a known share of the power, and its mean over the record is that of the model. The power
-    over time is that of the most informative cell.
+    The interval lies between the fractions `begin` and `close` of the record. In each cell the process has a known
+    share of the power, and its mean over the record is that of the model. The power over time is that of the most
+    informative cell.
     """
     from scipy.optimize import brentq, minimize_scalar
 
@@ -174,13 +176,13 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
-        """Array: expected power over the mean, inside and outside of the interval, for each share."""
+        """Array of the expected power inside and outside of the interval over the mean, shape (shares, 2)."""
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
         return np.asarray(1.0 + of[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
 
     def loss(log_ratio: float) -> float:
-        """Negative logL of a log ratio of powers."""
+        """Negative logL of the ln ratio of the powers inside and outside."""
         model = expected(log_ratio, shares)
         return float(0.5 * np.sum(count * (np.log(model) + measured / model)))
 
@@ -201,8 +203,8 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     return float(np.exp(0.5 * found)), gain / scatter, known, steady
 
 
-def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Yields (process, first ordinate, number of ordinates) of each band of constant level that a process dominates."""
+def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
+    """Iterator over (process, first ordinate, number of ordinates) of bands of constant level that a process dominates."""
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:
         place = own.effect.occupies
@@ -226,9 +228,10 @@ def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, i
 def _changed_band(
     samples: Array, octave: tuple[float, float], when: tuple[float, float], rate: float
 ) -> tuple[float, float] | None:
-    """Pair (low, high), Hz: band around an octave whose power differs most between two parts; None with too few samples.
+    """Pair (low, high), Hz, of the band near an octave whose power differs most inside and outside of `when`; or None.
 
-    The ends of `octave` are fractions of the sampling rate over two.
+    The ends of `octave` are relative to the Nyquist frequency, those of `when` to the record. None with too few
+    samples.
     """
     low, high = octave
     n = samples.size
@@ -236,8 +239,8 @@ def _changed_band(
     length = min(round(2.0 * OCTAVE_CELLS / (high - low)), (end - start) // MIN_INTERVAL_SPECTRA)
     if length < MIN_SEGMENT_SAMPLES:
         return None
-    inside = _pieces(samples[start:end], length)
-    before, after = _pieces(samples[:start], length), _pieces(samples[end:], length)
+    inside = _segments(samples[start:end], length)
+    before, after = _segments(samples[:start], length), _segments(samples[end:], length)
     many = len(before) + len(after)
     if not many:
         return None
@@ -266,14 +269,14 @@ def _changed_band(
     return 0.5 * rate * float(first), 0.5 * rate * float(last)
 
 
-def _pieces(samples: Array, length: int) -> Array:
-    """Consecutive segments of `length` samples, shape (segments, length); a remainder at the end is dropped."""
+def _segments(samples: Array, length: int) -> Array:
+    """Array of consecutive segments of `length` samples, shape (segments, length); a remainder at the end is dropped."""
     many = samples.size // length
     return samples[: many * length].reshape(many, length)
 
 
 def _summed_spectrum(pieces: Array) -> Array:
-    """Sum of the power spectra of segments, at frequencies between 0 and half the rate (both excluded)."""
+    """Array of the sum of the segments' windowed power spectra, without frequency 0 and the last frequency."""
     length = pieces.shape[1]
     window, rows = np.hanning(length), max(1, SAMPLES_AT_ONCE // length)
     total = np.zeros(length // 2 + 1)

@@ -31,16 +31,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Blocks of samples in a mean dwell time.
+#: Number of blocks of samples in a mean dwell time.
 BLOCKS_PER_DWELL = 20
-#: Fewest and most blocks of a record in which two levels are searched.
+#: Minimum and maximum number of blocks of a record in which two levels are searched.
 MIN_BLOCKS, MAX_BLOCKS = 128, 1 << 18
-#: Blocks of one chain; longer records are computed as several chains side by side.
+#: Number of blocks of one Markov chain; longer records are computed as several chains in parallel.
 CHAIN_BLOCKS = 512
 
 
 def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
-    """Tuple of `Candidate`: candidate of burst noise if the samples may switch between two levels; empty otherwise.
+    """Tuple with the candidate of burst noise if the samples may switch between two levels; otherwise empty.
 
     It is built from a Gauss-Markov candidate, which has the same spectrum.
     """
@@ -96,7 +96,7 @@ def _log_odds(solution: Solution, data: Data) -> float:
     total = density(data.terms(solution.model), j, whole)
     one = density(data.unit_terms(solution.model, lag), j, whole)
     total, lag_part = (
-        _of_means(part, length) for part in (total, solution.processes[-1].theta * one)
+        _ordinates_of_means(part, length) for part in (total, solution.processes[-1].theta * one)
     )
     spectrum = np.maximum(total - lag_part, 1e-300), lag_part
     # Ordinates in which a slow drift exceeds the lag show no levels. But unequal times on the two levels may be fitted
@@ -106,10 +106,11 @@ def _log_odds(solution: Solution, data: Data) -> float:
     return max(_odds_above(cut, solution, spectrum, block) for cut in {slow, slow // 2, 0})
 
 
-def _of_means(power: Array, length: int) -> Array:
-    """Expected squared ordinates of the means of blocks of `length` samples, from those of the samples (all but the first).
+def _ordinates_of_means(power: Array, length: int) -> Array:
+    """Array of the expected squared ordinates of block means, from those of the samples (`power`, without the first).
 
-    Power above the Nyquist frequency of the means folds back: most of it for blue noise such as quantization.
+    Blocks have `length` samples. Power above the Nyquist frequency of the means folds back: most of it for blue noise
+    such as quantization.
     """
     count = (power.size + 1) // length
     j = np.arange(1, power.size + 1)
@@ -122,7 +123,7 @@ def _of_means(power: Array, length: int) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class _Blocks:
-    """Samples in a block, number of blocks, their length in mean dwell times, and half the distance of the levels."""
+    """Samples per block, number of blocks, block length in mean dwell times, and half the distance of the levels."""
 
     length: int
     count: int
@@ -133,7 +134,10 @@ class _Blocks:
 def _odds_above(
     slow: int, solution: Solution, spectrum: tuple[Array, Array], block: _Blocks
 ) -> float:
-    """Log-odds of two levels against Gaussian noise, from block means without their `slow` lowest ordinates."""
+    """Log-odds of two levels against Gaussian noise, from block means without their `slow` lowest ordinates.
+
+    0 if too few ordinates remain.
+    """
     from scipy.optimize import minimize
 
     rest, lag_part = (part[slow:] for part in spectrum)
@@ -168,9 +172,9 @@ def _odds_above(
 
 
 def _chain_log_likelihood(means: Array, level: float, noise: float, stay: float) -> float:
-    """Log-likelihood of block means of a two-level process ±level in white noise; `stay` is e^{−block/dwell}.
+    """Log-likelihood of block means of a two-level process ±`level` in white noise of variance `noise`.
 
-    In a block in which it switches, the mean lies anywhere between the levels.
+    `stay` is e^{−block/dwell}. In a block in which it switches, the mean lies anywhere between the levels.
     """
     from scipy.special import ndtr
 

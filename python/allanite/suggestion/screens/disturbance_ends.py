@@ -12,18 +12,18 @@ from allanite.suggestion.constants import (
     WINDOW_PERIODS,
 )
 
-#: Windows that begin within the length of one window.
+#: Number of windows that begin within the length of one window.
 OVERLAPPING_WINDOWS = 4
 
 
 def without_ringing(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> tuple[float, float] | None:
-    """(start, end) of a loud segment without quiet parts at its ends, as fractions of the record.
+    """Pair (start, end) of a loud segment without quiet parts at its ends, as fractions of the record.
 
-    A single octave of the spectrum rings long before and after a loud segment; windows of finite length do not.
-    Half a window stays at each end. None if the segment is shorter than two windows or if nothing in it is strong
-    enough to ring.
+    A single octave of the spectrum rings long before and after a loud segment; windows of finite length do not. `low`
+    and `high` are the ordinates of the octave, `first` and `last` the segment as fractions. Half a window stays at each
+    end. None if the segment is shorter than two windows or if nothing in it is strong enough to ring.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)
@@ -34,7 +34,7 @@ def without_ringing(
     inside = slice(low * length // (2 * n), high * length // (2 * n) + 1)
 
     def power(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Array: power within the band in the windows that begin at some samples."""
+        """Array of the power within the octave in the windows that begin at the samples `at`."""
         pieces = np.lib.stride_tricks.sliding_window_view(samples, length)[at]
         found = np.fft.rfft(pieces * window, axis=1)[:, inside]
         return np.asarray((found.real**2 + found.imag**2).sum(axis=1))

@@ -24,22 +24,23 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Process, Solution
 
 Array = NDArray[np.float64]
-#: Distances from its mean frequency within which a band is searched, half-widths; the next if it is found at an end.
+#: Maximum distances from its mean frequency within which a band is searched, half-widths. A larger one is used if the band
+#: is found at an end of the range.
 REACHES = (6.0, 12.0, 24.0)
-#: Half-widths of spectrum beyond the reach that are compared as well.
+#: Width of the spectrum beyond the range that is compared as well, half-widths.
 MARGIN = 3.0
-#: Frequencies tried in a half-width.
+#: Number of frequencies tried per half-width.
 PLACES_PER_HALF_WIDTH = 4
-#: Widths of the band that moves, over its width in the mean spectrum: at no time is it wider. Of six drifting bands, 5 are
-#: named with these widths or with 1 and 1/4, none with 1 alone (benches/decisions/chosen_values.py courses).
+#: Tried widths of the moving band, relative to its width in the mean spectrum; at no time is the band wider. Of six
+#: drifting bands, 5 are named with these widths or with 1 and 1/4, none with 1 alone (benches/decisions/chosen_values.py
+#: courses).
 WIDTH_RATIOS = (1.0, 0.5, 0.25, 0.125, 0.0625)
-#: Strengths, over the mean strength, that a steady band may have in a section: a band that is quiet has not moved.
+#: Tried powers of a steady band in a section, relative to its mean power: a band that is quiet has not moved.
 STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: Numbers of straight parts of a course that drifts steadily. Without them 2 of these six bands are named, with 1 and 2
-#: parts 5.
+#: Tried numbers of straight parts of a course. Without straight parts 2 of these six bands are named, with 1 and 2 parts 5.
 STRAIGHT_PARTS = (1, 2, 4, 8)
-#: Searches for a course: numbers of sections or straight parts × widths (and twice that of the fit) × reaches. They
-#: multiply the p-value.
+#: Number of searches for a course, which multiplies the p-value: numbers of sections or straight parts × widths (and twice
+#: that of the fit) × reaches.
 SEARCHES = (
     (1 + int(np.log2(MAX_BAND_SECTIONS / MIN_BAND_SECTIONS)) + len(STRAIGHT_PARTS))
     * (len(WIDTH_RATIOS) + 2)
@@ -48,7 +49,7 @@ SEARCHES = (
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
-    """List: bands of the model whose center frequency may change, strong enough to be located in sections of the record.
+    """List of the model's bands whose center frequency may change, strong enough to be located in sections of the record.
 
     Empty if much of the record is missing. Bands on the course of a moving band are excluded,
     because its remainder moves as well.
@@ -65,7 +66,7 @@ def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
 def screen_drifting_bands(
     bands: list[Process], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple: candidates in which a moving band replaces a band of the model, alone or with other bands on its course."""
+    """Tuple of candidates in which a moving band replaces one of `bands`, alone or with other bands on its course."""
     if not bands:
         return ()
     found = (_moving_band_candidate(own, solution, data) for own in bands)
@@ -89,21 +90,24 @@ def _movable(effect: Stochastic) -> bool:
 
 
 def _section_count(band: Stochastic, data: Data) -> int:
-    """Largest number of sections of the record that resolve the band."""
+    """Largest number of sections of the record, at most 64, that resolve the band."""
     return data.resolved_sections(band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES)
 
 
 def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
-    """The band with the center frequencies `course` (Hz), as an effect of the catalog.
+    """Moving band of the catalog with the form of `band` and the center frequencies `course` (Hz).
 
-    None if no effect can describe it.
+    None if there is none.
     """
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Moving))
     return next((one for cls in kinds if (one := cls.along(band, course)) is not None), None)
 
 
 def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
-    """Candidate in which a moving band replaces the given band and others on its course; None if the band does not move."""
+    """Candidate in which a moving band replaces a band of the model (`own`) and others on its course.
+
+    None if it does not move.
+    """
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)
     sections = _Sections(own, solution, data)
@@ -115,7 +119,7 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
     moving = refitted.processes[-1]
     for replaced in _replaceable_sets(own, moving, solution):
         if moving.theta > 0.0:
-            again = sections.course([_width(moving.effect)], moving.theta, replaced)
+            again = sections.course([_relative_half_width(moving.effect)], moving.theta, replaced)
             if again is not None and again.risen > course.risen:
                 course = again
                 refitted = _refitted_with(course, solution, data)
@@ -124,12 +128,12 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
         return None
     chance = min(0.0, float(np.log(SEARCHES)) - course.risen)
     effect = moving.effect
-    note = f"It stands in the place of {_names(course.replaced)}"
+    note = f"It stands in the place of {_replaced_text(course.replaced)}"
     return Candidate(effect, course.risen, effect.family, refitted, log_p_value=chance, note=note)
 
 
-def _names(replaced: tuple[Effect, ...]) -> str:
-    """Text that lists the replaced bands by their center frequencies."""
+def _replaced_text(replaced: tuple[Effect, ...]) -> str:
+    """Text that lists the replaced bands by title and center frequency, e.g. "the resonance at 9.5 and 10.1 Hz"."""
     at = sorted(0.5 * sum(e.occupies) for e in replaced if e.occupies is not None)
     titles = dict.fromkeys(e.title for e in replaced)
     return f"the {' and '.join(titles)} at {' and '.join(f'{f:.3g}' for f in at)} Hz"
@@ -138,7 +142,7 @@ def _names(replaced: tuple[Effect, ...]) -> str:
 def _replaceable_sets(
     own: Process, moving: Process, solution: Solution
 ) -> list[tuple[Effect, ...]]:
-    """List: sets of effects that a moving band may replace: the band alone, and the band with all others on its course."""
+    """List of tuples of the effects that a moving band may replace: the band alone, and with all others on its course."""
     course = moving.effect.occupies
     if course is None:
         return []
@@ -148,7 +152,7 @@ def _replaceable_sets(
 
 
 def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
-    """Refitted solution in which the moving band replaces the effects of `course.replaced`."""
+    """Refitted solution in which a moving band on this course replaces the effects of `course.replaced`."""
     effect = _moving(course.band, tuple(course.places.tolist()))
     assert effect is not None
     others = _without(solution.model, course.replaced)
@@ -156,11 +160,11 @@ def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
 
 
 def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    """Effects of the model without the `replaced` ones."""
+    """Tuple of the model's effects without the `replaced` ones."""
     return tuple(e for e in model if not any(e is other for other in replaced))
 
 
-def _width(moving: Effect) -> float:
+def _relative_half_width(moving: Effect) -> float:
     """Half-width of a moving band, relative to its center frequency."""
     assert isinstance(moving, Moving)
     low, high = moving.stretches[0].occupies or (0.0, 0.0)
@@ -169,7 +173,7 @@ def _width(moving: Effect) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Course:
-    """A band, its frequency in each section in Hz, and the ΔlogL of this course less the cost of describing it.
+    """Course of a moving band: the band, its frequency in each section (Hz), ΔlogL less the cost of describing the course.
 
     The effects in `replaced` leave the model for it.
     """
@@ -181,7 +185,7 @@ class _Course:
 
 
 class _Sections:
-    """Sections of a record in which a band of a model is searched."""
+    """Sections of a record in which the band of a process is searched."""
 
     def __init__(self, own: Process, solution: Solution, data: Data) -> None:
         self.own, self.model, self.data = own, solution.model, data
@@ -190,9 +194,10 @@ class _Sections:
     def course(
         self, widths: list[float], theta: float, replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Course with the largest ΔlogL among half-widths (over the middle frequency), instead of the effects `replaced`.
+        """Course with the largest ΔlogL among the half-widths `widths`, which are relative to the middle frequency.
 
-        None if all its frequencies are within a half-width of each other.
+        Or None. `theta` is the squared coefficient of the band, `replaced` the effects that leave the model. None if
+        nothing is gained or all frequencies are within a half-width of each other.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -214,17 +219,17 @@ class _Sections:
                 break
         if found is None or found.risen <= 0.0:
             return None
-        if float(np.ptp(found.places)) < _half(found.band):
+        if float(np.ptp(found.places)) < _half_width(found.band):
             return None  # a band that moves by less than its half-width is steady
         return found
 
     def _course(
         self, width: float, theta: float, within: tuple[float, float], replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Most likely course (frequency over time) of a band of one half-width; None if the range is too narrow for one.
+        """Most likely course of a band of one half-width within a frequency range, Hz; None if the range is too narrow.
 
-        The frequency is constant in each of several sections of the record, or follows straight lines between corners. The
-        number of sections or lines is the one with the largest ΔlogL.
+        The frequency is constant in each of several sections of the record, or follows straight lines between corners.
+        The number of sections or lines is the one with the largest ΔlogL.
         """
         step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
@@ -237,7 +242,7 @@ class _Sections:
         cells = self._cells(within, step)
 
         def gains(rest: Array, band: Stochastic, strength: float) -> Array:
-            """LogL of each section, if the searched band is replaced by `band` with this squared coefficient.
+            """Array of the logL of each section with `band`, of squared coefficient `strength`, as the searched band.
 
             `rest` is the expected power of the remaining model in each cell.
             """
@@ -255,7 +260,7 @@ class _Sections:
             # Half of the places suffice for the corners: one is at most a quarter of a half-width away.
             corners, risen = likeliest_polygon(rows[:, ::2], parts)
             if best is None or risen > best.risen:
-                course = _thinned(places[0] + 2.0 * step * corners, _half(bands[0]))
+                course = _thinned(places[0] + 2.0 * step * corners, _half_width(bands[0]))
                 best = _Course(bands[0], course, risen, replaced)
         while rows.shape[0] >= MIN_BAND_SECTIONS:
             path, risen = likeliest(rows)
@@ -266,25 +271,25 @@ class _Sections:
         return best
 
     def _rest(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
-        """Array: expected squared ordinates of the model without some effects."""
+        """Array of the expected squared ordinates of the model without the `replaced` effects in each cell."""
         others = Model(_without(self.model, replaced))
         return cells.expected(self.data.terms(others) if others.stochastic else ())
 
     def _cells(self, within: tuple[float, float], step: float) -> Cells:
-        """Cells of the frequencies at which the band may be, and of a margin on both sides."""
+        """Cells of the frequencies `within` (low, high; Hz) and a margin on both sides, `step` Hz wide."""
         low, high = self.own.effect.occupies or (0.0, 0.0)
         aside = 0.5 * MARGIN * (high - low)
         return self.sections.cells((within[0] - aside, within[1] + aside), step)
 
 
-def _half(band: Stochastic) -> float:
+def _half_width(band: Stochastic) -> float:
     """Half-width of a band, Hz."""
     low, high = band.occupies or (0.0, 0.0)
     return 0.5 * (high - low)
 
 
 def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
-    """Most likely frequency index in each section, shape (sections,), and the sum of its gains minus its cost.
+    """Pair: most likely frequency index in each section, shape (sections,), and the sum of its gains minus its cost.
 
     `gains` has shape (sections, frequencies). The first frequency is any with equal probability. A
     step of x half-widths between consecutive sections has a probability proportional to 1/(1 + x²).
@@ -309,11 +314,11 @@ def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
 
 
 def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
-    """Pair: most likely piecewise linear course: frequency index in each section, and its gain minus its cost.
+    """Pair: frequency index of the most likely piecewise linear course in each section, shape (sections,), and its score.
 
-    `gains` has shape (sections, frequencies). The course has `parts` straight parts of equal
-    length. At its start and at the end of each part, all frequencies are equally probable. The sum
-    s occurs by chance with a probability of at most e⁻ˢ, as for `likeliest`.
+    The score is the sum of its gains minus its cost. `gains` has shape (sections, frequencies). The course has `parts`
+    straight parts of equal length. At its start and at the end of each part, all frequencies are equally probable. A
+    score s occurs by chance with a probability of at most e⁻ˢ, as for `likeliest`.
     """
     sections, places = gains.shape
     size, at = sections // parts, np.arange(places)
@@ -333,7 +338,7 @@ def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
 
 
 def _thinned(course: Array, half: float) -> Array:
-    """The course after averaging pairs of sections, repeatedly, while neighboring frequencies differ by at most `half`.
+    """Course after averaging pairs of sections, repeatedly, while neighboring frequencies differ by at most `half`.
 
     `half` is the half-width of the band, in the unit of the course.
     """
@@ -346,7 +351,7 @@ def _thinned(course: Array, half: float) -> Array:
 
 
 def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:
-    """Offset, at most half a step, from the index in `path` to the maximum of a parabola through the gains near it."""
+    """Array of offsets, at most ±½ step, from the index in `path` to the maximum of a parabola through the gains."""
     at = path.clip(1, gains.shape[1] - 2)
     row = np.arange(at.size)
     low, mid, high = gains[row, at - 1], gains[row, at], gains[row, at + 1]

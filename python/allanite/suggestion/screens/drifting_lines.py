@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-#: Widths of the bands whose mean power is compared with the model, ordinates.
+#: Widths of the bands whose mean power is compared with the model, in ordinates.
 WIDTHS = (64, 256, 1024, 4096, 16384, 32768, 65536)
 
 
@@ -56,9 +56,9 @@ def bands_with_excess(
     data: Data,
     white: NDArray[np.float64],
 ) -> tuple[Band, ...]:
-    """Tuple of `Band`: bands that may hold a line that drifts or is switched; empty for a summary or with missing samples.
+    """Tuple of bands that may hold a line that drifts or is switched; empty for a summary or with missing samples.
 
-    A summary keeps only the lowest ordinates, so a band has no phase.
+    A summary keeps only the lowest ordinates, so a band has no phase. `white` are the whitened ordinates.
     """
     if not has_all_ordinates(data):
         return ()
@@ -72,14 +72,14 @@ def bands_with_excess(
 def screen_drifting_lines(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of `Candidate`: best drifting line of each kind of the catalog, refitted, if it beats the steady lines."""
+    """Tuple of the best drifting line of each kind of the catalog, refitted, if it explains more than `lines`."""
     blanks = blanks_of_screen("drifting line", solution, data)
     found = (_best_candidate(blank, bands, lines, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
 
 
 def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Deterministic]:
-    """Effects of the catalogue that declare the screen `screened` and may be added to the model."""
+    """List of effects without values, of the kinds that declare the screen `screened` and may be added to the model."""
     return [
         blank
         for cls in CATALOGUE
@@ -91,7 +91,7 @@ def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Dete
 def solved_with(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[Solution, Deterministic, float]:
-    """Tuple: solution with one more effect, the fitted effect, and the ΔlogL of that effect alone.
+    """Tuple (solution with one more effect, the fitted effect, ΔlogL of that effect alone).
 
     The ΔlogL uses the noise without the line, so that the line in its cells does not count as discrepancy.
     """
@@ -106,7 +106,7 @@ def solved_with(
 def _bands_to_search(
     spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
-    """Yields (low, high) in Hz of each band to search.
+    """Iterator over (low, high), Hz, of each band to search.
 
     These are all frequencies if they fit into one band, bands with excess power, and the band of
     the best resonance. A line that drifts far raises each of its ordinates by too little for an
@@ -154,7 +154,10 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best drifting line of one kind over all bands; None if steady lines explain the record as well."""
+    """Candidate of the best drifting line of one kind over all bands.
+
+    None if steady lines explain as much or it is weak.
+    """
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)
     tried = [(band, band.search()) for band in bands]

@@ -46,24 +46,26 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
-#: Most places of the record at which the usual distance between neighbors is measured.
+#: Maximum number of places of the record at which the usual distance between neighbors is measured.
 MAX_PLACES = 1 << 14
-#: Bands of an octave in which a disturbance is compared with other times.
+#: Number of bands per octave in which a disturbance is compared with other times.
 BANDS_PER_OCTAVE = 7
-#: Segments elsewhere with which a disturbance is compared.
+#: Maximum number of segments elsewhere with which a disturbance is compared.
 SEGMENTS_ELSEWHERE = 16
 
 
-#: An octave that sees a disturbance: ln p, start and end as fractions of the record, relative power, degrees of freedom.
+#: Interval of an octave with a disturbance: ln p, start and end as fractions of the record, relative power over time,
+#: degrees of freedom of each value.
 _SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
 
 
-def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Standardized distance of outliers among the first and last samples from their neighbors, shape (n,); 0 elsewhere.
+def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
+    """Array of shape (n,): scores of outliers among the first and last samples, in standard deviations.
 
-    The whitened record has no values at the ends, where a sensor that just began, or an empty filter, puts its outliers.
-    From the middle outwards, each sample is compared with the median of the inner neighbors that are no outliers, in units
-    of the usual distance of samples that far apart. One record of noise in a thousand has such an outlier.
+    0 for other samples. The score is the distance from the neighbors. The whitened record has no values at the ends,
+    where a sensor that just began, or an empty filter, puts its outliers. From the middle outwards, each sample is
+    compared with the median of the inner neighbors that are no outliers, in units of the usual distance of samples that
+    far apart. One record of noise in a thousand has such an outlier.
     """
     from scipy.special import ndtri
 
@@ -75,7 +77,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     reach = np.arange(END_NEIGHBORS)
 
     def apart(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
-        """Absolute distance of samples from the median of their `END_NEIGHBORS` inner neighbors, `gap` samples away."""
+        """Array of the distances of samples from the median of their inner neighbors, which are `gap` samples away."""
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
 
@@ -84,7 +86,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     )
     gap = 1
     usual = apart(places, 1)
-    scales = {gap: _scale(usual.copy())}
+    scales = {gap: _robust_std(usual.copy())}
     if scales[gap] == 0.0:
         return found
     chance = END_OUTLIER_PROBABILITY / (2 * ends)
@@ -97,7 +99,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
             if data.missing is not None and data.missing[at]:
                 continue
             if gap not in scales:
-                scales[gap] = _scale(apart(places, 1))
+                scales[gap] = _robust_std(apart(places, 1))
             z = float(apart(at, way)) / scales[gap]
             found[at] = z if z > limit else 0.0
             gap = gap + 1 if z > limit else 1
@@ -113,11 +115,11 @@ def only_at_the_ends(effect: Modifier, data: Data) -> bool:
     return bool(taken.any()) and not taken[ends : data.n - ends].any()
 
 
-def _scale(size: NDArray[np.float64]) -> float:
-    """Robust standard deviation from three quantiles of |samples|; the largest of the three estimates. Reorders `size`.
+def _robust_std(size: NDArray[np.float64]) -> float:
+    """Robust standard deviation of values whose absolute values are `size`: the largest estimate from three quantiles.
 
-    The quantiles are at 0.6745, 1 and 2 σ of a normal law. With the largest, noise that is merely
-    not normal has no outliers.
+    It reorders `size` in place. The quantiles are at 0.6745, 1 and 2 σ of a normal law. With the largest, noise that is
+    merely not normal has no outliers.
     """
     return float(
         np.max(np.quantile(size, [0.5, 0.6827, 0.9545], overwrite_input=True) / [0.6745, 1.0, 2.0])
@@ -127,10 +129,10 @@ def _scale(size: NDArray[np.float64]) -> float:
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
 ) -> Candidate | None:
-    """Candidate that excludes outliers: samples of the whitened record beyond what normal noise reaches in 1 % of records.
+    """Candidate that excludes outliers: whitened samples beyond the limit that normal noise reaches in 1 % of records.
 
-    The scale comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a separate level for
-    each outlier, less ln n for choosing it.
+    Or None. The scale comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a
+    separate level for each outlier, less ln n for choosing it.
     """
     from scipy.special import log_ndtr
 
@@ -139,17 +141,19 @@ def screen_outliers(
     if not wanted or samples.size < data.n:
         return None
     z = samples - np.median(samples)
-    scale = _scale(np.abs(z))
+    scale = _robust_std(np.abs(z))
     if scale == 0.0:
         return None
     z /= scale
     there = z if data.missing is None else z[~data.missing]
     step = rounding_step(data, samples) / scale
-    usual = (z <= _limit(there, data.n, step)) & (z >= -_limit(-there, data.n, step))
+    usual = (z <= _outlier_limit(there, data.n, step)) & (
+        z >= -_outlier_limit(-there, data.n, step)
+    )
     del there
     np.abs(z, out=z)
     z[usual] = 0.0
-    z += at_the_ends(solution, data)
+    z += end_outlier_scores(solution, data)
     index = np.flatnonzero(z)
     if index.size == 0 or index.size > MAX_EXCLUDED_FRACTION * data.n:
         return None
@@ -164,11 +168,11 @@ def screen_outliers(
     return _exclusion_candidate(effect, solution, data, gain, 1, largest)
 
 
-def _limit(distance: NDArray[np.float64], n: int, step: float) -> float:
-    """Distance above the median, in standard deviations, beyond which a sample of the record is an outlier.
+def _outlier_limit(distance: NDArray[np.float64], n: int, step: float) -> float:
+    """Standardized distance above the median beyond which a sample is an outlier.
 
-    Each side of the median is treated separately, so that the long tail of a skewed distribution is
-    no outlier.
+    `step` is the rounding step in the same unit. Each side of the median is treated separately, so that the long tail
+    of a skewed distribution is no outlier.
     """
     from scipy.special import ndtri_exp
 
@@ -215,11 +219,11 @@ def _exclusion_candidate(
 
 
 def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """`Candidate`: disturbance with the lowest p-value, or a stuck value if the record has one; None if there is neither.
+    """Candidate of the disturbance with the lowest p-value, or of a stuck value if the record has one; None without either.
 
-    A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment is at
-    most `MAX_EXCLUDED_FRACTION` of the record. Each octave is searched for one interval; octaves that see the same
-    disturbance begin earlier or end later extend the segment.
+    A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment
+    is at most `MAX_EXCLUDED_FRACTION` of the record. Each octave is searched for one interval; octaves that see the
+    same disturbance begin earlier or end later extend the segment.
     """
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out
@@ -274,7 +278,7 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
 
 
 def screen_disturbance(view: View) -> tuple[Candidate, ...]:
-    """Tuple of `Candidate`: disturbance or stuck value of a record; empty if there is neither."""
+    """Tuple with the candidate of a disturbance or a stuck value; empty if there is neither."""
     found = _disturbance_candidate(view.solution, view.data, view.whitened)
     return () if found is None else (found,)
 
@@ -283,13 +287,13 @@ SCREEN = OwnScreen("stretch", screen_disturbance)
 
 
 def _segment_effect(start: float, end: float) -> Modifier | None:
-    """`Modifier`: effect of the catalog that excludes the samples between two times."""
+    """Effect of the catalog that excludes the samples from `start` to `end`, s; None if no kind does."""
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
     return kinds[0].during(start, end, MIN_DISTURBANCE_POWER_RATIO) if kinds else None
 
 
 def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
-    """Candidate that excludes the longest run of equal values (stuck sensor, lost link), if such runs are rare; or None."""
+    """Candidate that excludes the longest run of equal values (stuck sensor, lost link); None if such runs are not rare."""
     samples = data.samples
     if data.missing is not None:
         samples = np.where(data.missing, np.nan, samples)
@@ -313,9 +317,9 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
 def _power_ratio(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> float | None:
-    """Power in a segment relative to the median power elsewhere, the largest over the bands within an octave.
+    """Largest ratio, over the bands within an octave, of the power in a segment to the median power of other segments.
 
-    The segment is given in fractions of the record. The ratio is divided by
+    The octave has the ordinates `low` … `high`; `first` and `last` are fractions of the record. The ratio is divided by
     `NARROW_DISTURBANCE_FACTOR` if half of the other segments have a narrow peak in these ordinates,
     because such a peak may swell or wander. None if the segment is too short.
     """
@@ -333,7 +337,7 @@ def _power_ratio(
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
-        """Array: mean power in each band of the segment that begins at a sample."""
+        """Array of the mean power in each band of the segment that begins at the sample `at`."""
         found = rfft(samples[at : at + length] * window, padded)[: edges[-1]]
         power = found.real**2 + found.imag**2
         return np.asarray(np.add.reduceat(power, edges[:-1]) / np.diff(edges))
@@ -355,7 +359,10 @@ def _power_ratio(
 
 
 def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
-    """True if the mean relative power between two fractions of the record is significantly above 1."""
+    """True if the mean relative power between two fractions of the record is significantly above 1.
+
+    False without values.
+    """
     from scipy.special import chdtrc
 
     part = power[round(first * power.size) + 1 : round(last * power.size) - 1]
@@ -365,7 +372,10 @@ def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: flo
 
 
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
-    """List: octaves of a whitened record: first ordinate, end, power over time, degrees of freedom of each value."""
+    """List of (first ordinate, end, power over time, degrees of freedom of each value) of the octaves of a whitened record.
+
+    Octaves with too few values are omitted.
+    """
     return [
         (low, high, power, each / overdispersion(power, each))
         for low, high, power, each in steady.bands
@@ -390,7 +400,7 @@ def _delta_logl_of_louder_octaves(
 def _octave_levels(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> Iterator[tuple[float, bool]]:
-    """For each octave: ΔlogL of a separate level between two fractions of the record, and whether it is louder there."""
+    """Iterator over (ΔlogL of a separate level between two fractions of the record, True if louder there)."""
     for _, _, power, freedom in bands:
         start, end = (round(part * power.size) for part in (first, last))
         if 0 < end - start < power.size:

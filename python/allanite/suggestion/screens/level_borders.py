@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Array = NDArray[np.float64]
-#: Values on each side of a border of the power map of a summary that may mix two levels.
+#: Number of values on each side of a border, in the power map of a summary, that may mix two levels.
 BLURRED_VALUES = 12
-#: Most alternations between borders and levels; a few suffice.
+#: Maximum number of alternations between borders and levels; a few suffice.
 MAX_ROUNDS = 20
 
 
 def most_likely_borders(
     power: Array, places: NDArray[np.int64], levels: Array, least: int
 ) -> NDArray[np.int64]:
-    """Array: borders, each moved to the most likely place between its neighbors for the levels on its two sides.
+    """Array of the borders `places`, each moved to the most likely place for the levels on its two sides.
 
     An interval between two borders keeps at least `least` values, since anything shorter is an outlier. The ends of the
     record are no borders.
@@ -45,11 +45,10 @@ def most_likely_borders(
 def borders_between_values(
     power: Array, places: NDArray[np.int64], factors: Sequence[float], least: int
 ) -> NDArray[np.int64]:
-    """Array: most likely borders between intervals of constant level, as indices of values.
+    """Array of the most likely borders between intervals of constant level, as indices of values.
 
-    Borders and levels are refined alternately until neither changes.
-
-    Borders of coarse cells are far off in logL, so levels and borders must be refined together.
+    Borders and levels are refined alternately until neither changes, because borders of coarse cells are far off in
+    logL. Intervals of the same factor have one level.
     """
     for _ in range(MAX_ROUNDS):
         before, places = (
@@ -62,7 +61,7 @@ def borders_between_values(
 
 
 def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
-    """Array: mean power of each interval; intervals with the same factor have one mean. The first factor is 1."""
+    """Array of the mean power of each interval; intervals with the same factor have one mean. The first factor is 1."""
     known = np.array([1.0, *factors])
     ends = [0, *places, power.size]
     total = np.array([power[low:high].sum() for low, high in pairwise(ends)])
@@ -74,16 +73,17 @@ def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[f
 def borders_within_cells(
     power: Array, places: Sequence[float], factors: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """Pair: borders within the cells of a power map, and the power from each border on over that at the start.
+    """Pair of lists: refined borders, in cells of a power map, and power after each border over that at the start.
 
-    A cell may be a mean over more than its own time. Levels come from cells well inside the intervals, with one mean for
-    all intervals of the same factor. The power near a border then gives its place between the levels on the two sides.
+    A cell may be a mean over more than its own time. Levels come from cells well inside the intervals, with one mean
+    for all intervals of the same factor. The power near a border then gives its place between the levels on the two
+    sides.
     """
     known = [1.0, *factors]
     at = np.arange(power.size) + 0.5
 
     def levels(borders: Sequence[float]) -> list[float]:
-        """List of floats: mean power of each interval, without the blurred cells at its borders."""
+        """List of the mean power of each interval, without the blurred cells at its borders."""
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}
         for factor, (low, high) in zip(known, pairwise(ends), strict=True):

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
-    """Pair: candidate of outliers, or None, and candidates of changes of level in the samples without these outliers.
+    """Pair: candidate of outliers or None, and list of candidates of level changes in the samples without these outliers.
 
     If most samples of an interval are louder, the change of level comes first and outliers are left for the next step.
     """
@@ -66,7 +66,10 @@ def screen_outliers_and_levels(
 
 
 def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the typical size of the samples changes by at least half of the change of their rms."""
+    """True if the median size of the samples changes by at least half of the change of their rms.
+
+    False if the change is not significant, and for a summary.
+    """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
     if whitened.samples.size != data.n or candidate.log_p_value is None:
@@ -81,7 +84,7 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
-    """List of `Candidate`: candidates of changes of the white-noise level that explain its power over time best.
+    """List of refitted candidates of changes of the white-noise level that explain its power over time best.
 
     The search covers one interval, several intervals, a periodic level, and levels that follow a
     logged column. Candidates within `MAX_RIVAL_LOG_EVIDENCE` nats of the best are returned.
@@ -107,15 +110,15 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
         for c in kept
     ]
     if any(effect.passing for effect in solution.model.modifiers):
-        kept = [c for c in kept if _steadies(c, data, series)]
+        kept = [c for c in kept if _makes_power_steadier(c, data, series)]
     return kept
 
 
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
-    """`Series` of the power of white noise over time; None with too little of it, or if its level depends on the bias."""
+    """`Series` of the power of white noise over time; None if there is too little, or if its level depends on the bias."""
     calm = whitened.without_single
     power, share, freedom = white_power(solution, data, calm)
-    if power is None or power.size < MIN_POWER_VALUES or _dithered(data):
+    if power is None or power.size < MIN_POWER_VALUES or _rarely_changes_code(data):
         return None
     steady = whitened.with_normal_tails
     judged = power if steady is calm else white_power(solution, data, steady)[0]
@@ -124,7 +127,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 
 
 def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the periodic change repeats a fixed waveform; it is then a spectral line instead of a noise level."""
+    """True if the periodic change repeats a fixed waveform, so that it is a spectral line instead of a noise level."""
     effect = candidate.effect
     assert isinstance(effect, Modifier)
     samples, lag = whitened.samples, round(effect.values["period"] * data.rate)
@@ -141,7 +144,7 @@ def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
     return max(alike) > MAIN_SHARE * excess
 
 
-def _dithered(data: Data) -> bool:
+def _rarely_changes_code(data: Data) -> bool:
     """True if the samples rarely change code, so the noise level depends on the bias."""
     seen = data.samples if data.missing is None else data.samples[~data.missing]
     return (
@@ -149,11 +152,11 @@ def _dithered(data: Data) -> bool:
     )
 
 
-def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
-    """True if the refitted model makes the power over time steadier by at least half of the promised ΔlogL.
+def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> bool:
+    """True if the refitted model makes the power over time steadier by at least half of the candidate's ΔlogL.
 
     Next to other level changes, the model may already contain this change; the remainder is then
-    not white noise.
+    not white noise. True as well if the power cannot be compared.
     """
     assert candidate.solution is not None
     after = white_power(candidate.solution, data, whiten(candidate.solution, data))[0]
@@ -166,10 +169,10 @@ def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
 
 
 def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
-    """Number of searches for a changing noise level, without the search for one interval with another level.
+    """Number of searches for a changing noise level besides that for one interval: 3, and one for each logged column.
 
-    The forms are several levels, a periodic level, a level of one band, and a level that follows a column, one for each of
-    `columns`.
+    The forms are several levels, a periodic level, a level of one band, and a level that follows a column, one for each
+    of `columns`.
     """
     return 3 + len(columns)
 
@@ -177,9 +180,10 @@ def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
 def _with_refined_times(
     candidate: Candidate, series: Series, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Candidate with its times refined by single samples, and with the factors that follow from these times.
+    """Candidate with its times refined to single samples, and with the factors that follow from these times.
 
-    Loud samples outside of coarse times would be outliers. A summary has no samples; its cells of power refine the times.
+    Loud samples outside of coarse times would be outliers. A summary has no samples; its cells of power refine the
+    times.
     """
     effect = candidate.effect
     if isinstance(effect, Level) and "period" in effect.values:
@@ -218,7 +222,7 @@ def _with_refined_times(
 def _with_refined_gate(
     candidate: Candidate, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Candidate of a periodic level with period, begin and share refined by single samples, and with its factor there."""
+    """Candidate of a periodic level with period, start and share refined to single samples, and with its factor there."""
     effect = candidate.effect
     assert isinstance(effect, Level)
     if whitened.samples.size != data.n:
@@ -241,15 +245,15 @@ def _with_refined_gate(
 
 
 def _white_fraction(solution: Solution) -> float:
-    """Fraction of the power of the whitened record that is white noise."""
+    """Fraction of the power of the whitened record that is white noise, 0 … 1."""
     white = next(own for own in solution.processes if own.effect.white)
     return float(solution.count @ (white.power / solution.spectrum) / solution.count.sum())
 
 
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
-    """Array: squares of the whitened samples with normal tails.
+    """Array of the squares of the whitened samples with normal tails.
 
-    The unknown ends of the record get the power of the samples nearby.
+    The unknown ends of the record get the mean power of the samples nearby.
     """
     square = whitened.with_normal_tails.samples**2
     n, ends = square.size, end_samples(square.size)
@@ -259,7 +263,7 @@ def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
 
 
 def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
-    """Candidate with the solution of the model refitted with its effect."""
+    """Copy of the candidate with the refitted solution of the model plus its effect."""
     model = solution.model
     refitted = solve(data, model + candidate.effect, like=solution, settled=len(model), rounds=3)
     return replace(candidate, effect=refitted.model.effects[-1], solution=refitted)
@@ -268,7 +272,7 @@ def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) ->
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Pair: overdispersion of the spectrum, and largest relative power, due to the best significant missing level change.
+    """Pair (overdispersion of the spectrum, largest relative power) due to the best significant missing level change.
 
     Both are 1 if no significant level change is missing. `searches` is the number of searches, for
     the significance.
@@ -286,9 +290,7 @@ def overdispersion_without(
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
-    """Candidate for one interval, of any length, whose white-noise level differs most from all other times.
-
-    None without any.
+    """Candidate for one interval whose white-noise level differs most from all other times; None if it is too weak.
 
     Two levels raise logL over one by −½(d_in ln ρ_in + d_out ln ρ_out), with mean powers ρ and
     degrees of freedom d.
@@ -314,5 +316,5 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
 
 
 def _screened(key: str) -> list[type[Modifier]]:
-    """Modifier classes of the catalog that declare the screen `key`."""
+    """List of the modifier classes of the catalog that declare the screen `key`."""
     return [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == key]

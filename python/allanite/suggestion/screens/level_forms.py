@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Most cells of the record in which a period or a column is compared with the power.
+#: Maximum number of cells of the record in which a period or a column is compared with the power.
 PERIOD_CELLS = 65_536
-#: Harmonics of a gate whose powers are summed.
+#: Maximum number of harmonics of a gate whose powers are summed.
 HARMONICS = 6
-#: Phases of a period at which a gate may begin and end.
+#: Number of phases of a period at which a gate may begin and end.
 PHASES = 64
-#: Steps between two neighboring phases, and between two neighboring periods, when a gate is refined by single samples.
+#: Number of steps between neighboring phases, and neighboring periods, when a gate is refined by single samples.
 #: The interval of N covers the truth in 5 of 12 records with 1 step, in 11 with 2, 8 and 16; the bias of N is 1.1 %, 0.6 %,
 #: 0.5 % and 0.5 % (benches/decisions/chosen_values.py gates).
 FINE_PHASES = 8
-#: Periods tried around the best one.
+#: Number of periods tried around the best one.
 REFINED_PERIODS = 33
-#: Slope of the logarithm of the chance of H (de Jager & Büsching 2010, A&A 517).
+#: Slope of −ln p over the statistic H (de Jager & Büsching 2010, A&A 517).
 H_SLOPE = 0.398
 
 
@@ -70,22 +70,22 @@ class Series:
     __repr__ = brief
 
     def time(self, place: float) -> float:
-        """Time of an edge between values, s."""
+        """Time of the edge before the value at index `place`, s; `place` may be fractional."""
         return float(self.start + place * (self.end - self.start) / self.power.size)
 
     def place(self, time: float) -> float:
-        """Index of the edge between values at a time."""
+        """Fractional index of the edge between values at a `time`, s."""
         return float((time - self.start) / (self.end - self.start) * self.power.size)
 
     def white(self, ratio: float) -> float:
-        """Ratio of white-noise powers from the ratio of total powers, which the other noise dilutes."""
+        """Ratio of white-noise powers from the `ratio` of total powers, which the other noise dilutes; at least 10⁻⁶."""
         return max(1e-6, 1.0 + (ratio - 1.0) / self.share)
 
 
 def series_of(
     power: Array, judged: Array, freedom: float, share: float, span: tuple[float, float]
 ) -> Series:
-    """Series of power over time, with its degrees of freedom reduced by the overdispersion.
+    """`Series` of power over time, with its degrees of freedom divided by the overdispersion.
 
     `freedom` is that of independent values. The overdispersion is measured after changes of level are divided out.
     """
@@ -97,11 +97,10 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """List of `Candidate`: candidate of several levels, if they gain more than the cost of their parameters.
+    """List with the candidate of several levels, if it gains more than its parameters cost; otherwise empty.
 
-    Each interval has its own level, or two levels alternate.
-
-    Each parameter costs ½ ln n of logL. The p-value is e to the minus gain beyond that.
+    Each interval has its own level, or two levels alternate. Each parameter costs ½ ln n of logL. The p-value is e to
+    the minus gain beyond that.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
@@ -134,13 +133,16 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Level]:
-    """List of `Level`: effects of the catalog that may be added to a model as changes of the level."""
+    """List of effects without values that change the noise level and may be added to a model."""
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
 
 def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
-    """Borders between intervals of constant level, each with a ΔlogL above its cost; with `turns`, two levels alternate."""
+    """Array of the borders between intervals of constant level, as indices of values; with `turns`, two levels alternate.
+
+    The ΔlogL of each border is above its cost.
+    """
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
     price = 0.5 * np.log(max(freedom * power.size, 2.0))
@@ -158,7 +160,10 @@ def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.i
 
 
 def _partition(power: Array, count: Array, price: float) -> list[int]:
-    """Borders of the partition into constant levels with the largest logL less `price` per border (dynamic programming)."""
+    """List of the borders of the partition into constant levels with the largest logL less `price` per border.
+
+    It is found by dynamic programming; `count` is the degrees of freedom of each value.
+    """
     total = np.concatenate([[0.0], np.cumsum(power * count)])
     size = np.concatenate([[0.0], np.cumsum(count)])
     best = np.zeros(power.size + 1)
@@ -177,7 +182,7 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
 
 
 def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
-    """List of integers: borders between two alternating levels, starting from the intervals of a partition."""
+    """List of the borders between two alternating levels, as cell indices, starting from the intervals of a partition."""
     if len(borders) < 2:
         return []
     means = np.sort(_interval_sums(power * count, borders) / _interval_sums(count, borders))
@@ -199,14 +204,14 @@ def _alternating_borders(power: Array, count: Array, borders: list[int], price: 
 
 
 def _interval_sums(values: Array, borders: list[int]) -> Array:
-    """Array: sum of the values in each interval."""
+    """Array of the sum of the values in each interval between `borders`."""
     return np.asarray(np.add.reduceat(values, [0, *borders]))
 
 
 def _best_path(
     power: Array, count: Array, levels: list[float], price: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """Lowest loss of a sequence of two levels with `price` per change (Viterbi), and a mask of the second level."""
+    """Pair: lowest loss of a sequence of two levels with `price` per change (Viterbi), and mask of the second level."""
     cost = np.stack([0.5 * count * (np.log(v) + power / v) for v in levels])
     here = cost[:, 0]
     stayed = np.zeros((2, power.size), dtype=bool)
@@ -225,7 +230,7 @@ def _best_path(
 
 
 def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
-    """Mean power of each interval; with `turns`, one mean for all even and one for all odd intervals."""
+    """Array of the mean power of each interval; with `turns`, one mean for all even and one for all odd intervals."""
     firsts = np.array([0, *places])
     sizes = np.diff([*firsts, power.size])
     sums = np.add.reduceat(power, firsts)
@@ -240,7 +245,7 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """Array: borders whose ΔlogL exceeds their cost; two borders within a coarse cell may stand for one change."""
+    """Array of the borders whose ΔlogL exceeds `price`; two borders within a coarse cell may stand for one change."""
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
@@ -258,10 +263,10 @@ def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
-    """Candidate of a periodic level: the best period and the gate that explains the power best; or None.
+    """Candidate of a periodic level with the best period and the gate that explains the power best.
 
-    The p-value is the larger of those of H and of the best gate. H is the largest sum of harmonic powers less their cost,
-    over all frequencies.
+    None if not significant. The p-value is the larger of those of H and of the best gate. H is the largest sum of
+    harmonic powers less their cost, over all frequencies.
     """
     from scipy.special import log_ndtr
 
@@ -312,10 +317,10 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
-    """Best gate (interval of phases with another noise level) for about `cycles` periods in the record.
+    """Tuple (ΔlogL, period in cells, first phase, end phase) of the best gate for about `cycles` periods in the record.
 
-    Returns the ΔlogL, the period in cells, and the first and last phase in 1/`PHASES` of a period. The last phase is
-    exclusive and may be above `PHASES`.
+    A gate is an interval of phases with another noise level. Phases are in 1/`PHASES` of a period. The end is exclusive
+    and may be above `PHASES`.
     """
     cells = power.size
     best = (-np.inf, 0.0, 0, 0)
@@ -333,9 +338,9 @@ def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, floa
 
 
 def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
-    """Tuple of floats: period, begin and share of the gate that explains the squares of samples best, near a coarse gate.
+    """Tuple (period, first sample, share) of the gate that explains the squares of samples best, near a coarse gate.
 
-    Period and begin are in samples. The coarse gate is known to 1/`PHASES` of a period at both ends of the record.
+    Period and start are in samples. The coarse gate is known to 1/`PHASES` of a period at both ends of the record.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES
@@ -370,7 +375,10 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
 
 
 def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
-    """(ΔlogL, first, end) of the interval of phases whose level differs most; phases in 1/`PHASES`, `end` exclusive."""
+    """Tuple (ΔlogL, first, end) of the interval of phases whose level differs most.
+
+    Phases in 1/`PHASES`, `end` exclusive.
+    """
     twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
     sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])
     first = np.arange(PHASES)[:, None]
@@ -386,7 +394,7 @@ def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int,
 
 
 def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -> list[Candidate]:
-    """List: candidates in which the log of the noise level is linear in a column, one for each suitable column."""
+    """List of candidates in which the log of the noise level is linear in a column, one for each suitable column."""
     from scipy.special import log_ndtr
 
     blanks = [blank for blank in _level_effects(model, columns) if blank.follows is not None]
@@ -414,7 +422,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
 
 
 def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
-    """Slope b of ln E(power) = a + b·values by Newton's method, and its ΔlogL over b = 0."""
+    """Pair: slope b of ln E(power) = a + b·values by Newton's method, and its ΔlogL over b = 0."""
 
     def loss(b: float) -> float:
         """Negative logL of a slope, up to a constant."""

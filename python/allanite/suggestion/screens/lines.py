@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
-#: Ordinates on each side of a line in which its width is measured.
+#: Number of ordinates on each side of a line in which its width is measured.
 WIDTH_ORDINATES = 256
 #: Median of χ²₁, the distribution of squared ordinates of white noise over their variance.
 MEDIAN_CHI2_1 = 0.4549
@@ -49,9 +49,10 @@ MEDIAN_CHI2_1 = 0.4549
 def _divide_by_level(
     power: NDArray[np.float64], floor: float, bins: Bins
 ) -> list[tuple[int, float]]:
-    """Divide `power` in place by the level of its neighborhood, so that a band that the model misses is no line.
+    """Divide `power` in place by the level of its neighborhood; return a list of (end, level) of each interval.
 
-    Beside an empty bin, which has no level, no power is raised. Returns the end (exclusive) and the level of each interval.
+    The ends are exclusive. A band that the model misses is then no line. Beside an empty bin, which has no level, no
+    power is raised; elsewhere levels are at least `floor`.
     """
     gone = np.flatnonzero(is_empty(bins))
     edges = np.unique(
@@ -76,7 +77,7 @@ def _divide_by_level(
 def screen_lines(
     solution: Solution, data: Data, whitened: NDArray[np.float64], white: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
-    """Tuple of `Candidate`: candidates of the strongest lines of the residual, with the harmonics that stand out, refitted.
+    """Tuple of candidates of the strongest lines of the residual, with the harmonics that stand out, refitted.
 
     `whitened` is the residual in time; `white` are its ordinates whitened by the model without a discrepancy.
     """
@@ -119,9 +120,9 @@ def screen_lines(
 def _refitted(
     effect: Periodic, start: float, solution: Solution, data: Data, band: tuple[int, float]
 ) -> Candidate | None:
-    """Candidate of a line or comb after the refit near the frequency `start` (ordinates); None without a gain.
+    """Candidate of a line or comb after the refit near the frequency `start` (Hz); None without a gain.
 
-    `band` is the half-width and the ΔlogL of the narrow-band noise that explains the line best.
+    `band` is the half-width (ordinates) and the ΔlogL of the narrow-band noise that explains the line best.
     """
     multiples = [m for m, _, _ in effect.lines]
     j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
@@ -158,7 +159,7 @@ def _refitted(
 
 
 def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
-    """Frequency index (in half cycles per record) of the clearest line, and its peak height minus ln of the trials."""
+    """Pair: frequency index (half cycles per record) of the clearest line, and its peak height minus ln of the trials."""
     # Octaves and known frequencies have their own shares of the trials.
     octaves = [(2**k, 2 ** (k + 1)) for k in range(1, (ratio.size - 1).bit_length())]
     known = 2.0 * data.n / data.rate * known_bands(data.n, data.rate)
@@ -172,7 +173,7 @@ def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
 
 
 def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """Frequency indices (in half cycles per record) of the strongest separate lines."""
+    """List of the frequency indices (half cycles per record) of the strongest separate lines, clearest first."""
     left, found = ratio.copy(), []
     for _ in range(MAX_SPACED_LINES):
         top, above = _strongest(left, data)
@@ -184,10 +185,10 @@ def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
 
 
 def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
-    """The lowest of evenly spaced lines among these `places`, and the frequencies of all of them as multiples of it.
+    """Pair: the lowest of evenly spaced lines among these `places`, and a list of all lines as multiples of it; or None.
 
-    The comb has at least `MIN_SPACED_LINES` lines, at `MIN_COMB_FRACTION` or more of the places between its lowest and its
-    highest line. None if there is no such comb, or if its lines are harmonics of the spacing.
+    The comb has at least `MIN_SPACED_LINES` lines, at `MIN_COMB_FRACTION` or more of the places between its lowest and
+    its highest line. None if there is no such comb, or if its lines are harmonics of the spacing.
     """
     at = np.sort(np.array(places, dtype=np.float64))
     best: tuple[int, float, float, NDArray[np.float64]] | None = None
@@ -213,7 +214,7 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
 
 
 def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
-    """Set a line and its side lobes to zero in place.
+    """Set a line at index `place` and its side lobes in `ratio` to zero, in place.
 
     A side lobe d half cycles from the line has sin²(πd/2)/(πd/2)² of its power.
     """
@@ -226,7 +227,10 @@ def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
 def _periodic_effects(
     start: float, multiples: Sequence[float], solution: Solution, data: Data
 ) -> Iterator[Periodic]:
-    """Periodic effects that a line with these harmonics may be; effects with a range of their own go first."""
+    """Iterator over the periodic effects that a line with these harmonics may be.
+
+    Effects of fixed frequencies come first.
+    """
     for cls in reversed(tuple(CATALOGUE)):
         if cls.screened == "line" and issubclass(cls, Periodic):
             found = cls.at(start, multiples)
@@ -235,9 +239,10 @@ def _periodic_effects(
 
 
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
-    """Half-width (ordinates) and ΔlogL of the narrow-band noise that explains a line best; half-widths up to 2 count as 0.
+    """Pair: half-width (ordinates) and ΔlogL of the narrow-band noise that explains a line best.
 
-    A Lorentzian of any height is fitted to the single ordinates near the line (Whittle likelihood).
+    Half-widths up to 2 become 0. A Lorentzian of any height is fitted to the single ordinates near the line (Whittle
+    likelihood).
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),
@@ -258,7 +263,7 @@ def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple
 
 
 def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
-    """Sentence for a line that is narrow-band noise rather than a pure line, else an empty string."""
+    """Sentence for a line that is narrow-band noise rather than a pure line; otherwise an empty text."""
     if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""
     hertz = width * data.rate / (2.0 * data.n)
@@ -269,7 +274,7 @@ def _wandering_note(frequency: float, width: int, surplus: float, data: Data) ->
 
 
 def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[int]]:
-    """Ordinate of the fundamental, and the multiples of it that stand out, for the line at `top`.
+    """Pair: ordinate of the fundamental of the line at `top`, and list of its multiples that stand out.
 
     (`top`, [1]) without harmonics.
     """
@@ -293,7 +298,7 @@ def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[i
 def _harmonics_found(
     ratio: NDArray[np.float64], top: int, divisor: int, width: int, highest: int
 ) -> list[int]:
-    """Multiples of a fraction of the frequency of the line at `top` that stand out of the noise."""
+    """List of the multiples of the frequency `top`/`divisor`, up to `highest`, that stand out of the noise."""
     found = []
     for m in range(1, highest + 1):
         # The place of the line is known to half an ordinate plus its width; fractions scale with it.

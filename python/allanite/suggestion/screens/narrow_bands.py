@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-#: Widths of a band within a bin, ordinates; the widest is a bin of a million samples.
+#: Tried widths of a band within a bin, in ordinates; the largest is the width of a bin of a million samples.
 WIDTHS = tuple(2**k for k in range(2, 13))
 
 
@@ -47,10 +47,10 @@ def widths_tried(n: int) -> int:
 
 
 def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
-    """Yields, for each width, the band with the clearest excess of power over the model.
+    """Iterator over the band with the clearest excess of power over the model, one `Excess` for each width.
 
     Bands are searched in the whitened ordinates `white`, only at frequencies where bins are wider
-    than the band.
+    than the band. Widths without any excess are skipped.
     """
     total = np.square(white)
     np.cumsum(total, out=total)

@@ -25,26 +25,28 @@ if TYPE_CHECKING:
 
 
 def merged_excursions(events: Sequence[Away]) -> Away | None:
-    """`Away`: effect of the catalog that has all the excursions; None if there is none."""
+    """Effect of the catalog that has all the excursions of `events`; None if no kind can."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Away))
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 
 
 def overlap(one: Away, event: Away) -> bool:
-    """True if two excursions overlap in time."""
+    """True if the first excursion of `one` overlaps any excursion of `event` in time."""
     (start, end), *_ = _excursion_times(one)
     return any(start < last and end > first for first, last in _excursion_times(event))
 
 
 def _excursion_times(event: Away) -> list[tuple[float, float]]:
-    """List of pairs: times of each single excursion of an effect, s."""
+    """List of the (start, end) of each single excursion of an effect, s."""
     return [e.when for e in event.singly if e.when is not None]
 
 
 def several_excursions(
     kind: type[Deterministic], first: Away, places: float, solution: Solution, data: Data
 ) -> tuple[Away, float] | None:
-    """Pair: effect with the excursions least likely by chance together, and the cost of their number in ln p; or None.
+    """Pair: effect with the set of excursions least likely by chance, and the cost of their number in ln p; or None.
+
+    None if there are fewer than two. `solution` is that of the model without excursions.
 
     Parameters
     ----------
@@ -75,11 +77,11 @@ def several_excursions(
         if moved is not None and not any(overlap(moved, e) for e in others):
             events[place] = moved
     whole = merged_excursions(events)
-    return None if whole is None else (whole, _choices(len(events), places))
+    return None if whole is None else (whole, _log_choices(len(events), places))
 
 
 def _next_excursion(kind: type[Deterministic], solution: Solution, data: Data) -> Away | None:
-    """`Away`: best further excursion if the model already has others; None if there is none."""
+    """Best further excursion, with height 1, given the solution of a model with other excursions; None if there is none."""
     spans = best_spans(
         kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
     )
@@ -87,12 +89,12 @@ def _next_excursion(kind: type[Deterministic], solution: Solution, data: Data) -
 
 
 def _with_height_one(event: Away) -> Away:
-    """`Away`: excursion with height 1 as a start value, before several excursions are fitted together."""
+    """A copy of an excursion with height 1 as a start value, before several excursions are fitted together."""
     return event.with_amplitudes(np.ones(1))
 
 
 def _solution_with_excursions(events: Sequence[Away], solution: Solution, data: Data) -> Solution:
-    """Solution with some excursions as one effect."""
+    """`Solution` of the model plus the excursions `events` as one effect."""
     effect = merged_excursions(events) if len(events) > 1 else events[0]
     assert effect is not None
     model = solution.model
@@ -100,13 +102,15 @@ def _solution_with_excursions(events: Sequence[Away], solution: Solution, data: 
 
 
 def _log_p(count: int, places: float, fitted: Solution, solution: Solution) -> float:
-    """Ln of the p-value of the ΔlogL of `count` excursions, the best of all possible sets; at most 0."""
+    """Ln of the p-value of the ΔlogL of `count` excursions as the best of all possible sets; at most 0."""
     gain = fitted.log_likelihood - solution.log_likelihood
-    return min(0.0, log_chi2_tail(gain, count) + _choices(count, places) + float(np.log(places)))
+    return min(
+        0.0, log_chi2_tail(gain, count) + _log_choices(count, places) + float(np.log(places))
+    )
 
 
-def _choices(count: int, places: float) -> float:
-    """Ln of the number of ways to choose `count` excursions, divided by the number of single excursions (`places`)."""
+def _log_choices(count: int, places: float) -> float:
+    """Ln of the number of sets of `count` excursions, relative to the number of single excursions (`places`)."""
     from scipy.special import gammaln
 
     return (count - 1) * float(np.log(places)) - float(gammaln(count + 1.0))

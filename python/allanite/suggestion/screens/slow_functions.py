@@ -46,9 +46,9 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
 
 
-#: Cells of the record in which the noise level and the time of an event are resolved.
+#: Maximum number of cells of the record in which the noise level and the time of an event are resolved.
 TIME_CELLS = 8192
-#: Shapes tried between the two neighbors of the best point of a grid.
+#: Number of shapes tried between the two neighbors of the best point of a grid.
 REFINED_POINTS = 33
 
 
@@ -61,6 +61,7 @@ def screen_slow(
 ) -> Screen:
     """`Screen` of a family of slow functions: the best grid point of each effect, refitted, and its richer forms.
 
+    `rival` is the solution with the best wandering process, beyond which a function must explain something.
     `whitened` returns the whitened record of the solution, if it is needed.
     """
     found: list[Candidate] = []
@@ -99,10 +100,10 @@ def screen_slow(
 
 
 def is_placed(own: object, data: Data) -> bool:
-    """True unless a one-time event has a time that is hardly known, or that may be outside the record.
+    """False if the time of a one-time event is hardly known or may be outside the record.
 
-    The limit of a standard error is `MAX_STEP_TIME_ERROR`. The 95 % interval of a time must be inside the record: the level
-    beyond a jump at an end of the record is not known.
+    True otherwise and for other effects. The limit of a standard error is `MAX_STEP_TIME_ERROR`. The 95 % interval of a
+    time must be inside the record: the level beyond a jump at an end of the record is not known.
     """
     if not isinstance(own, Regressed) or not (own.effect.happens_once and own.effect.low):
         return True
@@ -125,7 +126,7 @@ def _richer_forms(
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Richer forms of an effect with optimized shapes, each with (angle of its grid, number of starts, noise used).
+    """Dict from richer forms of an effect, with optimized shapes, to (angle of its grid, number of starts, noise used).
 
     They include excursions between any two times of the grid, which need not begin where the simple
     form was found.
@@ -158,7 +159,7 @@ def _significant_richer_forms(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List: richer forms, refitted, that explain significantly more, beyond the simple form if that one is significant."""
+    """List of the refitted candidates of richer forms that explain significantly more than nothing, or than `simple`."""
     found: list[Candidate] = []
     for effect, (arc, _, noise) in forms.items():
         plain = 0.0
@@ -192,7 +193,10 @@ def _several_excursions(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """Candidate of several excursions, refitted, if none of those found `singly` is significant; else empty."""
+    """List with the refitted candidate of several excursions, if none of those found `singly` is significant.
+
+    Else empty.
+    """
     alone = [
         (_gain(effect, solution, noise, data), arc * starts, effect)
         for effect, (arc, starts, noise) in forms.items()
@@ -226,7 +230,7 @@ def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
 
 
 def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -> float:
-    """ΔlogL of a slow function by the matched filter, with noise from a better model."""
+    """ΔlogL of a slow function by the matched filter, with the given `noise` instead of that of the solution."""
     known = solution.model.deterministic
     return float(matched_gains([effect], solution.ordinates, noise, data, known)[0][0])
 
@@ -234,7 +238,7 @@ def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -
 def _with_best_shapes(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
 ) -> Deterministic:
-    """`Deterministic`: effect at the best shapes between the neighbors of a grid point, optimized one after the other."""
+    """A copy of the effect with the best shapes between the neighbors of its grid point, optimized one after the other."""
     known = solution.model.deterministic
     for name in names:
         grid = np.unique(effect.grid(name, data.n, data.rate))
@@ -255,9 +259,9 @@ def _refitted_candidate(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Candidate | None:
-    """Refitted candidate of a slow function.
+    """Refitted candidate of a slow function; None if it is refuted.
 
-    None if it gains nothing, if it contradicts its column at one of two time scales, or if an event
+    It is refuted if it gains nothing, if it contradicts its column at one of two time scales, or if an event
     rests on a few samples. The smaller of two gains decides on its significance: beyond the model,
     and beyond the best wandering process. Its score uses the whole gain: a random process that
     takes part of a drift is not a better explanation of the drift.
@@ -309,9 +313,9 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
 def _share_with_normal_tails(
     event: Deterministic, data: Data, whitened: Callable[[], Whitened]
 ) -> float:
-    """Share of a short event's evidence that remains after the samples are mapped to normal ones in the same order.
+    """Fraction of a short event's evidence that remains if the samples are replaced by normal ones of the same order.
 
-    The mean of a few samples with heavy tails, or of a coarse step, is not normal.
+    Else 1. The mean of a few samples with heavy tails, or of a coarse step, is not normal.
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
@@ -353,7 +357,7 @@ def score(candidate: Candidate) -> float:
 
 
 def with_gains_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Dict from family to screen in which a clearly worse function has only its smallest ΔlogL next to a better one.
+    """Dict from family to `Screen`; a clearly worse function gets the smallest ΔlogL that it has next to a best one.
 
     A step at the start looks like a warm-up, and like any temperature that rises from there.
     """

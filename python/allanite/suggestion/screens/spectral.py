@@ -49,27 +49,27 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whittle import Maximum
     from allanite.fit.solution import Solution
 
-#: Fisher steps of the scan over other designs of a filter.
+#: Number of Fisher scoring steps in the scan over other designs of a filter.
 DESIGN_SCAN_STEPS = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """An effect that may be missing, its ΔlogL, and the solution that was refitted with it."""
+    """An effect that may be missing, its ΔlogL (`gain`, nats), and the refitted solution with it."""
 
     effect: Effect
     gain: float
     family: str
     solution: Solution | None = None
-    #: Parameters that the effect adds to the model, for BIC.
+    #: Number of parameters that the effect adds to the model, for BIC.
     parameters: int = 1
-    #: ln of the p-value, if the screen has its own law for it.
+    #: ln of the p-value, if the screen computes it; None: it follows from the family.
     log_p_value: float | None = None
-    #: The part of `gain` that the p-value is computed for, if that is not all of it.
+    #: Part of `gain` for which the p-value is computed; None: all of it.
     judged_gain: float | None = None
-    #: The data it was refitted to, if the effect excludes samples.
+    #: Data without the excluded samples, to which the solution was refitted; None if the effect excludes none.
     data: Data | None = None
-    #: Further sentence for the explanation.
+    #: Further sentence for the explanation; may be empty.
     note: str = ""
 
     __repr__ = brief
@@ -77,7 +77,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screen:
-    """Candidates of a screen, and the arc of the shape grid of each kind, which its p-value needs."""
+    """Candidates of a screen, and for each kind the angle by which its direction turns along its grid, for p-values."""
 
     candidates: tuple[Candidate, ...]
     arcs: tuple[float, ...]
@@ -89,7 +89,10 @@ class Screen:
 
 @lru_cache(maxsize=64)
 def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
-    """Tuple of `Effect`: every point of an effect's grid. The grid of a shape may depend on shapes declared after it."""
+    """Tuple of the effect at every point of its grid of shapes and designs; cached.
+
+    The grid of a shape may depend on shapes declared after it.
+    """
     out: list[Effect] = list(blank.variants())
     for name in reversed(blank.free_shapes):
         out = [
@@ -101,7 +104,7 @@ def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
 
 
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Derivative of the bin power with respect to a small amount of the effect, shape (bins,)."""
+    """Array of the derivative of the bin power with respect to a small amount of the effect, shape (bins,)."""
     model = solution.model
     if isinstance(effect, Modifier):
         if model.white is None:
@@ -117,10 +120,10 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
 def directions(
     solution: Solution, data: Data
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
-    """Each kind that may be missing, the points of its grid, and unit vectors of their effect on the spectrum.
+    """Iterator over (kind, grid points, unit vectors of their effect on the spectrum) for each kind that may be missing.
 
-    The vectors, shape (points, bins), are changes of bin power in units of its scatter, after projecting out the directions
-    of the model's own effects. Points without any other effect are omitted.
+    The vectors, shape (points, bins), are changes of bin power in units of its scatter, after projecting out the
+    directions of the model's own effects. Points without any other effect are omitted.
     """
     root = np.sqrt(0.5 * solution.count)
     # Directions of the model's own effects: the refit moves along them anyway.
@@ -150,7 +153,7 @@ def directions(
 
 
 def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) -> Screen:
-    """Best refitted candidate of every kind; `white` are the ordinates whitened by the model without a discrepancy."""
+    """`Screen` with the best refitted candidate of every kind; `white` are the ordinates whitened without a discrepancy."""
     part = RandomPart(data, solution.power, solution.count)
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -173,7 +176,7 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 def _narrow_band_candidate(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """Candidate for the band narrower than a bin that is clearest in single ordinates; None if there is none."""
+    """Candidate for the clearest band narrower than a bin, from single ordinates; None if it cannot be significant."""
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None
@@ -192,14 +195,14 @@ def _narrow_band_candidate(
 
 
 def _log_p_narrow(gain: float, data: Data) -> float:
-    """Ln of the p-value of a narrow band's ΔlogL: it is searched at every ordinate, like a line, and at every width."""
+    """Ln of the p-value of a narrow band's ΔlogL, searched at every ordinate like a line, and at every width."""
     return log_p_value(Family("line", width=line_trials(data.n) * widths_tried(data.n)), gain)
 
 
 def _residual_maxima(
     points: list[Effect], unit: NDArray[np.float64], solution: Solution
 ) -> list[Effect]:
-    """List: grid points at which the residual lies more in their direction than at both neighbors; the best ones.
+    """List of the grid points at which the residual lies more in their direction than at both neighbors, at most 60.
 
     For narrow effects only: effects elsewhere in the model cannot have absorbed them there.
     """
@@ -215,7 +218,10 @@ def _residual_maxima(
 def _with_richer_form(
     ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
 ) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with the richer form of the last effect, if that form lowers a discrepancy and gains enough."""
+    """Pair (model, maximum) with a richer form of the last effect, if it gains enough; otherwise `model` and `best`.
+
+    Richer forms are tried only if the model has a discrepancy.
+    """
     if best.scale is None:
         return model, best
     last = len(model) - 1
@@ -234,10 +240,10 @@ def _with_richer_form(
 
 
 def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) over all shapes, and over other filter designs if the model has a discrepancy.
+    """Pair (model, maximum) with polished shapes, and with other filter designs if the model has a discrepancy.
 
-    Present shapes and designs may stand for what is missing: a cutoff, or more sections of a filter, for a rise towards the
-    Nyquist frequency.
+    Present shapes and designs may stand for what is missing: a cutoff, or more sections of a filter, for a rise towards
+    the Nyquist frequency.
     """
     found = polish(model, free_places(model), best, part, roughly=True)
     if best.scale is None:
@@ -285,7 +291,10 @@ def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
 def _refitted_candidate(
     points: list[Effect], base: Solution, part: RandomPart, arc: float
 ) -> Candidate | None:
-    """Candidate from the best of many grid points: the shapes of the best few are polished, then everything is refitted."""
+    """Candidate from the best of many grid points after polishing the best few and refitting the model.
+
+    None if it gains too little.
+    """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
         return None
@@ -310,7 +319,10 @@ def _refitted_candidate(
 def _candidate_of_last_effect(
     solution: Solution, base: Solution, data: Data, arc: float
 ) -> Candidate | None:
-    """Candidate from the last effect of a refitted model, or None if it gains nothing; `arc` is the angle of its grid."""
+    """Candidate from the last effect of a refitted model; None if it gains nothing or does not show its feature.
+
+    `arc` is the angle of its grid.
+    """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):
         return None

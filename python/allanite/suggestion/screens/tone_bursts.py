@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 def screen_tone_bursts(
     bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Best tone burst of each kind of the catalogue, refitted, if it beats the lines and bands in `lasting`."""
+    """Tuple of the best tone burst of each kind of the catalog, refitted, if it beats the lines and bands in `lasting`."""
     # A burst does not drift, so wide bands are not needed.
     bands = tuple(band for band in bands if band.series.size <= MAX_EXHAUSTIVE_FREQUENCIES)
     blanks = blanks_of_screen("passing line", solution, data)
@@ -51,7 +51,7 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best tone burst over all bands; None if lasting lines and bands explain the record as well."""
+    """Candidate of the best tone burst over all bands; None if `lasting` lines and bands explain as much, or if refuted."""
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
     band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
@@ -87,7 +87,7 @@ def _best_candidate(
 
 
 def _is_on_course(frequency: float, solution: Solution) -> bool:
-    """True if a moving band of the model passes the frequency; where the band turns back, it looks like a burst."""
+    """True if a moving band of the model passes the frequency, Hz; where the band turns back, it looks like a burst."""
     courses = [e.occupies for e in solution.model if isinstance(e, Moving)]
     return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
 
@@ -95,7 +95,7 @@ def _is_on_course(frequency: float, solution: Solution) -> bool:
 def _needs_discrepancy_elsewhere(
     frequency: float, width: float, solution: Solution, data: Data
 ) -> bool:
-    """True if the model needs a discrepancy in bins farther than `width` from the frequency."""
+    """True if the model needs a discrepancy in bins farther than `width` from the frequency (both in Hz)."""
     edges = data.bins.edges / (2.0 * data.duration)
     far = (edges[1:] < frequency - width) | (edges[:-1] > frequency + width)
     if solution.best.scale is None or not far.any():
