@@ -38,7 +38,7 @@ COMMANDS = {
     "improve": "Build a noise model step by step: add missing effects until none is left.",
     "characterize": "Build a model of every axis of an IMU: table, report, parameter files.",
     "report": "Write an HTML or Markdown report on a log and its model.",
-    "accept": "Test a part against the limits of its data sheet.",
+    "accept": "Test a sensor against the limits of its data sheet.",
     "compare": "Compare logs, models and data sheets in one table and one figure.",
     "explore": "Open a local web page to look at logs and improve models by hand.",
     "export": "Write the parameters of a model for a filter or simulator.",

@@ -157,8 +157,8 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             "warning" if stamps.jitter * stamps.rate > 0.3 else "info",
             ("irregular sampling: " if stamps.jitter * stamps.rate > 0.3 else "")
             + f"spacing of the time stamps varies by {stamps.jitter * 1e3:.3g} ms rms"
-            f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as regular"
-            + (", and short gaps cannot be found" if stamps.lost else ""),
+            f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as evenly spaced (except by timing"
+            " and trend)" + (", and short gaps cannot be found" if stamps.lost else ""),
             values={"rms_s": stamps.jitter},
         )
     if stamps.drift:
@@ -168,7 +168,7 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             "warning" if moved else "info",
             f"the interval of the time stamps changes by {_ppm(stamps.drift)} over the record"
             + (f", most about row {stamps.changed}" if moved else "")
-            + "; samples are taken as regular",
+            + "; samples are taken as evenly spaced (except by timing and trend)",
             values={"relative": stamps.drift},
         )
     gaps = [gap for gap in stamps.inside if gap[0] not in {row for row, _ in stamps.seams}]

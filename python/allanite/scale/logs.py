@@ -130,7 +130,7 @@ def rows_of(
 ) -> list[dict[str, Any]]:
     """List of dicts, one per axis of a log; a failed axis, or a log that cannot be read, has a row with the reason.
 
-    The entry ``numbers`` is a JSON text: name → [value, low, high, standard error], in the canonical units of the axis.
+    The entry ``numbers`` is a JSON text: name → [value, low, high, standard error], for samples in the unit of the row.
     """
     from allanite.axes.turn_on import column_means
     from allanite.readers import read

@@ -1,4 +1,4 @@
-"""allanite accept: test a part against its data sheet."""
+"""allanite accept: test a sensor against its data sheet."""
 
 from __future__ import annotations
 
@@ -74,6 +74,10 @@ def command(
     LOG is a file, or - for standard input. Each figure of the sheet is measured with a 95 % interval. The verdict is
     "meets" if the whole interval does not exceed the limit, and "does not meet" if the whole interval lies above.
     Otherwise the figure is undecided, and the table shows the record length that would probably decide.
+
+    Coefficients, such as N, B and K, come from a model of the log. The model is built as in allanite improve, so lines,
+    outliers and a logged temperature do not count as noise. in_run_bias_stability is the minimum of the Allan deviation
+    of the samples themselves. Lines, outliers and temperature do raise this minimum.
 
     Prints a table with one row per figure. Exit codes: 0 every figure meets the sheet; 1 at least one does not meet;
     3 none fails, but at least one is undecided.

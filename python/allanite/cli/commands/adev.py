@@ -71,10 +71,20 @@ def command(
     Prints a table of averaging times τ in s, deviations and 95 % intervals. LOG is a file, or - for standard input. A
     log larger than half of the free memory is read in chunks.
 
-    adev is the Allan deviation, mdev the modified, hdev the Hadamard, pdev the parabolic, tdev the time, tot… a total
-    and o… an overlapping deviation; mtie and tierms are the maximum and the rms time interval error, without
-    intervals. theo1 and theoh use their own averaging times, up to three quarters of the log.
-    """
+    \b
+    --kind            deviation, and when to use it
+    oadev             overlapping Allan deviation; for sensors and clocks
+    mdev              modified Allan deviation; separates white PM from flicker PM
+    tdev              time deviation, for the time error of clocks and masks
+    mtie, tierms      maximum and rms time interval error; no intervals
+    ohdev             overlapping Hadamard deviation; ignores a linear drift
+    pdev              parabolic deviation; for counters that fit lines to the phase
+    totdev            total deviation; long τ of a short log
+    mtotdev, ttotdev, htotdev
+                      the same for mdev, tdev and hdev
+    theo1, theoh      τ up to three quarters of the log
+    adev, hdev        without overlap; to compare with results of this kind
+    """  # noqa: D301
     from allanite.cli import output
 
     output.check_targets(plot)

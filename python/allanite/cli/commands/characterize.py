@@ -78,7 +78,8 @@ if TYPE_CHECKING:
 @click.option(
     "--as-fitted",
     is_flag=True,
-    help="With --export: the fitted N and K alone. By default, N and K also cover other slow noise, such as B.",
+    help="With --export: the fitted N and K alone; one that was not detected gets its 95 % limit. By default, N and K also"
+    " cover other slow noise, such as B.",
 )
 @click.option(
     "--working",
@@ -118,8 +119,9 @@ def command(
     of all axes, with the effects that axes share and the correlation of their residuals. Two axes are computed at a time.
     LOG is a file, or - for standard input.
 
-    Further LOGs show the same sensor, each recorded after another switch-on. From them the spread of the bias at
-    switch-on is estimated, and the initial covariance of filters.
+    Further LOGs show the same sensor, each recorded after another switch-on. The models are those of the first LOG. All
+    LOGs together give the spread of the bias at switch-on, which is the initial covariance of filters. allanite fit
+    tests whether the noise of several logs agrees.
 
     With --output FOLDER/ the files of each axis are written as soon as the axis is finished. After an interrupt, or with
     more --steps or --time, the same command continues from the saved models.

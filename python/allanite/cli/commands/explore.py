@@ -39,8 +39,8 @@ def command(
     """Open a local web page with the Allan curves of the LOGs.
 
     The page shows where a model fails and suggests missing effects. Each effect that you add is fitted, and the page shows
-    by how much the error falls. Logs can also be opened on the page, and a part of the log can be chosen there. Only this
-    computer can reach the page. Press Ctrl-C to end.
+    by how much the error falls. Logs can also be opened on the page, and a segment of the log can be chosen there. Only
+    this computer can reach the page. Press Ctrl-C to end.
     """
     from pathlib import Path
 

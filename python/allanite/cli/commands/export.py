@@ -42,7 +42,8 @@ from allanite.exports import TARGETS
 @click.option(
     "--as-fitted",
     is_flag=True,
-    help="Write the fitted N and K alone. By default, N and K also cover other slow noise, such as B.",
+    help="Write the fitted N and K alone; one that was not detected gets its 95 % limit. By default, N and K also cover"
+    " other slow noise, such as B.",
 )
 @click.option(
     "--horizon",
@@ -86,8 +87,9 @@ def command(
     units, as in "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)".
 
     Most filters only know white noise N and a random walk K. By default, N and K also cover other slow noise of the
-    sensor, such as B and Gauss-Markov processes. A filter is then not overconfident up to the horizon. Comments in the
-    file list what its format cannot state.
+    sensor, such as B and Gauss-Markov processes. A filter is then not overconfident up to the horizon. A coefficient that
+    was not detected counts with 0.64 times its 95 % limit, its expected size. The first comment of the file says whether
+    to use it. Further comments list what its format cannot state.
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive

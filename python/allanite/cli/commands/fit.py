@@ -19,8 +19,8 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
     type=click.Choice(["whittle", "gls", "lines"]),
     default="whittle",
     show_default=True,
-    help="Estimator. whittle: likelihood of the spectrum; gls: generalized least squares on the Allan curve; lines:"
-    " classical straight lines on the Allan curve.",
+    help="Estimator. whittle: likelihood of the spectrum, with the smallest errors; gls: generalized least squares on the"
+    " Allan curve; lines: classical straight lines on the Allan curve, to compare with published results.",
 )
 @click.option(
     "--compare-methods",
@@ -45,9 +45,13 @@ def command(
 ) -> None:
     """Fit MODEL to each sensor column in LOG.
 
-    Prints a table of the coefficients with 95 % intervals, and how well the model fits. Several columns or logs are
-    fitted one by one. For sensors of one kind, the command also prints pooled coefficients and tests whether the sensors
-    agree. allanite check shows which effects the model lacks. LOG is a file, or - for standard input.
+    Prints a table of the coefficients with 95 % intervals, and how well the model fits. A coefficient that agrees with
+    zero is not detected: the table shows its 95 % upper limit. "adequate" means that the model agrees with the spectrum
+    and the Allan curve. allanite check also searches for effects that the model lacks. LOG is a file, or - for standard
+    input.
+
+    Several columns or logs are fitted one by one. For columns of one kind, such as several logs of one sensor, a table
+    follows. Its row "all" has the common values, and the p-value of agreement is below 0.05 if the logs differ.
     """
     from allanite.cli import output
     from allanite.cli.models import first_models

@@ -72,6 +72,10 @@ def command(
     the model is adequate, no effect helps, or the time is up. Ctrl-C prints and saves the steps so far. Prints for each
     step the added effect, its evidence and the remaining error, then the final coefficients. Two columns are computed at
     a time. LOG is a file, or - for standard input.
+
+    "adequate" means that this log shows no fault of the model: no effect is significantly missing, the Allan error is
+    within its expected scatter, and no other model is clearly better. "unexplained" means that the model fails, and that
+    no known effect repairs it.
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output

@@ -15,8 +15,9 @@ from allanite.cli.words import WORDS
 def command(log: str, options: LogOptions) -> None:
     """Show how LOG is read, before anything is computed.
 
-    Prints the role (sensor, time, temperature, other), unit, sampling rate and first values of each column. Doubts follow
-    with the option that settles them, such as a missing unit or motion. LOG is a file, or - for standard input.
+    Prints the role (sensor, time, temperature, other), unit, sampling rate and first values of each column. A column
+    marked – is not used. The column "from" names the source of role and unit: header, file, option or guess. Doubts
+    follow with the option that settles them, such as a missing unit or motion. LOG is a file, or - for standard input.
     """
     from dataclasses import replace
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--find",
     metavar="EFFECT",
-    help='Effect that allanite check should find, with its expected size, e.g. "GM(T=30,q_c=2e-3)". If MODEL states'
+    help='Effect that allanite check should find, with the size you expect, e.g. "GM(T=30,q_c=2e-3)". If MODEL states'
     " units, state units here too. Otherwise use the units of MODEL.",
 )
 @click.option(

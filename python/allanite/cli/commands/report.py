@@ -45,7 +45,8 @@ def command(
     """Build a model of every sensor column in LOG step by step, and write a report.
 
     The report is one HTML or Markdown file. For each column it shows the record, the model, where the first model failed,
-    each step, and the misfit that remains unexplained. LOG is a file, or - for standard input.
+    each step, and the misfit that remains unexplained. The report of allanite characterize --report also compares the
+    axes. LOG is a file, or - for standard input.
 
     With --json, the same numbers go to standard output. A file is then written only if --output names one.
     """

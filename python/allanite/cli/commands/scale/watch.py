@@ -44,7 +44,9 @@ if TYPE_CHECKING:
 @click.option(
     "--state",
     metavar="FILE",
-    help="Save the state of the test with every printed line, and continue from it at the next start.",
+    help="Save the test with every printed line, and continue from it at the next start: evidence, alarm, and position in"
+    " the source. FILE.summary next to it keeps all samples in summarized form, for a new fit. To start again, delete both"
+    " files.",
 )
 @click.option(
     "--prometheus",
@@ -81,8 +83,8 @@ def command(
     long they last. This holds if outliers are no more frequent than in a Student t distribution with 4 degrees of
     freedom. After an alarm the watch goes on; the exit code stays 0.
 
-    With --state, rows that an earlier run has read are skipped. A file that is truncated or replaced is read from its
-    first row.
+    With --state, rows of a file that an earlier run has read are skipped. Samples of a pipe or of UDP that arrive
+    between two runs are lost. A file that is truncated or replaced is read from its first row.
     """
     from allanite.cli.first_rows import WatchedColumn, watched_column
     from allanite.cli.live_source import Stop, is_file, rows_of
