@@ -120,9 +120,9 @@ def _factor(
 ) -> float:
     """Factor that converts the numbers of a column to the unit of a model."""
     from allanite.common.units import conversion, is_frequency, rate_unit
-    from allanite.readers.columns import Request, choose
+    from allanite.readers.columns import Request, layout_from_roles
 
-    layout = choose(table, roles, Request(columns=(at,), unit=unit, quantity=quantity))
+    layout = layout_from_roles(table, roles, Request(columns=(at,), unit=unit, quantity=quantity))
     factor, own = layout.columns[at].scale, rate_unit(layout.units[0], quantity).name
     # The unit 1 also stands for an unknown unit.
     if model.unit is None or (model.unit == "1" and not is_frequency(own)):
@@ -134,19 +134,19 @@ def _column_index(
     table: Table, roles: Roles, column: str | None, model_column: str, source: str
 ) -> int:
     """Index of the column to watch."""
-    from allanite.readers.columns import Request, choose
+    from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column
 
     names = table.names
     if column is not None or model_column in names:
         at = find_column(model_column if column is None else column, names)
-        if at in roles.clocks or roles.roles[at] == "time":
+        if at in roles.time_columns or roles.roles[at] == "time":
             raise InputError(
                 f"column {names[at]} holds time stamps: choose a sensor column with --column"
                 f" ({', '.join(names)})"
             )
         return at
-    samples = choose(table, roles, Request()).samples
+    samples = layout_from_roles(table, roles, Request()).samples
     sensors = [i for i in samples if _may_be_sensor(table, i)] or [samples[0]]
     if len(sensors) > 1:
         others = ", ".join(names[i] for i in sensors[1:])

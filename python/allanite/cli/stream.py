@@ -84,10 +84,10 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     TooShortError
         There are too few rows.
     """
-    from allanite.readers.text import of_core
+    from allanite.readers.text import core_errors_with_remedy
 
     name = NAME if log == PIPE else log
-    with about(name), of_core(name):
+    with about(name), core_errors_with_remedy(name):
         return _deviations(options, taus, log)
 
 
@@ -95,19 +95,19 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     """List of (`Stream`, `Deviation`), one pair for each column. The caller adds the name of the log to errors."""
     from allanite.cli.clock import Clock
     from allanite.common.validation import positive_rate
-    from allanite.readers import contradicted, request_of
-    from allanite.readers.columns import understand
-    from allanite.readers.unit_names import unitless
+    from allanite.readers import refuse_contradicting_rate, request_of
+    from allanite.readers.columns import layout_of
+    from allanite.readers.unit_names import no_unit_findings
     from allanite.recording.findings import stamp_findings
     from allanite.recording.samples import factors_to
 
     request = request_of(**{**options.reading(), "piece": None, "topic": None})
     name = NAME if log == PIPE else log
     table, rows = _open_text(log)
-    layout = understand(table, request)
+    layout = layout_of(table, request)
     names, units = table.names, table.units
     # Columns that are not used may hold text and infinities.
-    wanted = sorted({*layout.samples, *layout.clocks})
+    wanted = sorted({*layout.samples, *layout.time_columns})
     chunks = rows(wanted)
     first = next(chunks, None)
     if first is None or len(first) < 3:
@@ -118,7 +118,9 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
         unit = layout.time_unit
         if layout.parts is not None:
             all_rows, unit = (
-                _with_joined_time(all_rows, [wanted.index(i) for i in layout.clocks], layout.parts),
+                _with_joined_time(
+                    all_rows, [wanted.index(i) for i in layout.time_columns], layout.parts
+                ),
                 "s",
             )
         clock = Clock(wanted.index(layout.time), unit, request.rate)
@@ -138,10 +140,10 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
             column.take(chunk)
     stamps = None if clock is None else clock.stamps()
     rate = request.rate or (stamps.rate if stamps else 0.0)
-    contradicted(request, None, stamps)
+    refuse_contradicting_rate(request, None, stamps)
     audit = (*layout.findings, *(stamp_findings(stamps, rate) if stamps else ()))
     if request.unit is None and layout.quantity == "rate":
-        audit += tuple(unitless([names[i] for i in layout.samples if units[i] is None]))
+        audit += tuple(no_unit_findings([names[i] for i in layout.samples if units[i] is None]))
     return [column.result(rate, audit) for column in columns]
 
 

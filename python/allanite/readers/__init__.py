@@ -19,14 +19,14 @@ from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
 from allanite.readers._isolated import one_line
 from allanite.readers._table import Picker, Table
-from allanite.readers.columns import Layout, Request, understand
+from allanite.readers.columns import Layout, Request, layout_of
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
 from allanite.readers.texts._lines import is_utf16, rewritten, utf16_lines
 from allanite.readers.topics import rosbag
-from allanite.readers.unit_names import unitless
+from allanite.readers.unit_names import no_unit_findings
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.samples import read_only
@@ -153,8 +153,12 @@ def request_of(
     topic: str | Sequence[str] | None = None,
     scale: Mapping[str, float] | None = None,
 ) -> Request:
-    """`Request` with the options of `read`."""
-    insists = isinstance(rate, str) and rate.strip().endswith("!")
+    """`Request` with the options of `read`; one column, covariate or topic becomes a tuple of one.
+
+    A rate such as ``"100!"`` becomes the number 100 and sets `overrides_rate`. Raises `InputError` for a rate that is
+    not a number.
+    """
+    overrides_rate = isinstance(rate, str) and rate.strip().endswith("!")
     if isinstance(rate, str):
         try:
             rate = float(rate.strip().removesuffix("!"))
@@ -171,13 +175,15 @@ def request_of(
         time_column,
         piece,
         (topic,) if isinstance(topic, str) else tuple(topic or ()),
-        insists,
+        overrides_rate,
         dict(scale or {}),
     )
 
 
 def read_sensors(path: Any, **options: Any) -> list[Recording]:
-    """Recordings of a log, one per sampling rate: a device may log gyroscope and accelerometer at different rates.
+    """List of the recordings of a log, one for each sampling rate.
+
+    Some devices log gyroscope and accelerometer at different rates; such a log has two recordings.
 
     Parameters
     ----------
@@ -198,36 +204,47 @@ def read_sensors(path: Any, **options: Any) -> list[Recording]:
 
 
 def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
-    """Recording of a log, and the names of topics of the same device that have another sampling rate."""
+    """Tuple (recording, topics): recording of a log, and topics of the same device with another sampling rate.
+
+    The samples of these topics are not read; the tuple of topics is usually empty.
+    """
     if is_frame(path):
         table = table_of(path)
-        return _recording(None, request, table, understand(table, request)), ()
+        return _recording(None, request, table, layout_of(table, request)), ()
     path = Path(path)
     with about(path):
         decided: list[Layout] = []
 
         def pick(first_rows: Table) -> Sequence[int]:
-            """Indices of the columns to read, decided from the first rows."""
+            """Indices of the columns to read, decided from the first rows; also appends the layout to `decided`.
+
+            Raises `InputError` if the log is a table of deviations.
+            """
             refuse_deviation_table(first_rows)
-            decided.append(understand(first_rows, request))
+            decided.append(layout_of(first_rows, request))
             return decided[0].used
 
         table = read_table(path, pick, request.topics)
-        layout = decided[0] if decided else understand(table, request)
+        layout = decided[0] if decided else layout_of(table, request)
         return _recording(path, request, table, layout), table.others
 
 
 def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
-    """Recording of those columns of a table that the layout selects."""
-    contradicted(request, table.rate, None)
+    """`Recording` of the columns of a table that the layout selects, with all findings about the log.
+
+    Raises `InputError` if the requested rate contradicts the rate of the file or of the time stamps.
+    """
+    refuse_contradicting_rate(request, table.rate, None)
     all_findings = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
     if request.unit is None and layout.quantity == "rate":
-        all_findings += unitless([table.names[i] for i in layout.samples if table.units[i] is None])
-    covariates, dead = _with_values(table, layout)
+        all_findings += no_unit_findings(
+            [table.names[i] for i in layout.samples if table.units[i] is None]
+        )
+    covariates, dead = _covariates_with_values(table, layout)
     all_findings += dead
-    time, time_unit = _time_of(table, layout, request)
+    time, time_unit = _time_and_unit(table, layout, request)
     recording = Recording(
-        _take(table, layout),
+        _scaled_samples(table, layout),
         request.rate if request.rate is not None else table.rate,
         time=time,
         unit=list(layout.units),
@@ -243,8 +260,8 @@ def _recording(path: Path | None, request: Request, table: Table, layout: Layout
         time_unit=time_unit,
         piece=request.piece,
     )
-    contradicted(request, None, recording.stamps)
-    return recording.told_of(all_findings, _with_rates(recording, request, table, layout))
+    refuse_contradicting_rate(request, None, recording.stamps)
+    return recording.told_of(all_findings, _columns_with_rates(recording, request, table, layout))
 
 
 #: Maximum relative difference of two rates that counts as equal. It changes the level of white noise by 0.05 %, and the
@@ -252,36 +269,44 @@ def _recording(path: Path | None, request: Request, table: Table, layout: Layout
 SAME_RATE = 1e-3
 
 
-def contradicted(request: Request, stated: float | None, stamps: Stamps | None) -> None:
-    """Raise `InputError` if the requested rate contradicts the `stated` rate or the stamps, unless the caller insists.
+def refuse_contradicting_rate(
+    request: Request, stated: float | None, stamps: Stamps | None
+) -> None:
+    """Raise `InputError` if the requested rate differs from the `stated` rate (Hz) or from the rate of the stamps.
 
-    The rate of stamps is the number of intervals divided by the time between two stamps. Therefore its relative
-    standard error is the jitter of one interval divided by the length of the record, plus the resolution of stamps that
-    several rows share. Stamps whose unit is a guess contradict nothing.
+    Nothing is raised if no rate is requested, if the request overrides the rate of the log, or if the unit of the
+    stamps is a guess.
+
+    The rate of stamps is the number of intervals divided by the time between two stamps. Its relative standard error is
+    the jitter of one interval divided by the length of the record, plus the resolution of stamps that several rows
+    share. A difference of three standard errors, and at least 0.1 %, is a contradiction.
     """
     rate = request.rate
-    if rate is None or request.insists or not 0.0 < rate < np.inf:
+    if rate is None or request.overrides_rate or not 0.0 < rate < np.inf:
         return
     if stamps is not None and not stamps.guessed:
         error = stamps.jitter + (stamps.resolution if stamps.coarse else 0.0)
         uncertain = 3 * error * stamps.rate / stamps.n
-        found, who, most = stamps.rate, "the time column", max(SAME_RATE, uncertain)
+        found, source, limit = stamps.rate, "the time column", max(SAME_RATE, uncertain)
     elif stated is not None:
-        found, who, most = stated, "the file", SAME_RATE
+        found, source, limit = stated, "the file", SAME_RATE
     else:
         return
-    if abs(found / rate - 1) > most:
+    if abs(found / rate - 1) > limit:
         raise InputError(
-            f"{who} says {found:.6g} Hz, not {rate:g} Hz",
+            f"{source} says {found:.6g} Hz, not {rate:g} Hz",
             missing="rate",
             remedy=f": leave the rate out, or insist with {{this_rate:{rate:g}}}",
         )
 
 
-def _with_rates(
+def _columns_with_rates(
     recording: Recording, request: Request, table: Table, layout: Layout
 ) -> list[LogColumn]:
-    """All columns of a log, after the used columns got the sampling rate and its source."""
+    """List of all columns of the layout; used columns get the sampling rate in Hz and the source of this rate.
+
+    The source is ``option``, ``file``, ``header`` or ``guess``.
+    """
     stamps = recording.stamps
     if request.rate is not None:
         source = "option"
@@ -298,21 +323,21 @@ def _with_rates(
     ]
 
 
-def _time_of(table: Table, layout: Layout, request: Request) -> tuple[Any, str | None]:
-    """Time stamps (None without any) and their unit (None if not stated).
+def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any, str | None]:
+    """Tuple (time stamps or None, their unit or None if it is not stated).
 
-    A time in several columns is joined to seconds.
+    A time in several columns is joined to one array in seconds.
     """
     if layout.parts is not None:
         return layout.parts.joined([table[i] for i in layout.parts.columns]), "s"
     if layout.time is None:
-        return None if request.timeless else table.time, None
+        return None if request.ignores_time else table.time, None
     return table[layout.time], layout.time_unit
 
 
 @one_line()
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
-    """Table with the picked columns of a log, read by the reader of its format.
+    """Table with the picked columns of a log of any format; compressed logs are unpacked first.
 
     Parameters
     ----------
@@ -357,7 +382,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
         with rewritten(path, utf16_lines(path)) as inner:
             return read_table(inner, pick, topics)
-    if log_format is None and (log_format := FORMATS.of_head(_text_head(path))) is not None:
+    if log_format is None and (log_format := FORMATS.of_head(_head_of_text(path))) is not None:
         require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
     if not topics:
         table = (text.read if log_format is None else log_format.read)(path, pick)
@@ -370,27 +395,23 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     return table
 
 
-def _text_head(path: Path) -> bytes:
-    """First 8192 bytes of a text log; empty if they contain a null byte, as in a binary file."""
+def _head_of_text(path: Path) -> bytes:
+    """First 8192 bytes of a file; empty bytes if they contain a null byte, as in a binary file."""
     with path.open("rb") as stream:
         head = stream.read(HEAD)
     return b"" if b"\0" in head else head
 
 
-def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
-    """Indices of the covariates with values, and findings about covariates without values.
+def _covariates_with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
+    """Tuple (indices of the covariates with values, one finding for each covariate without values).
 
-    Raises an error for a column that ends well before the others: it has another rate and was padded to their length. A
-    missing tail of up to 1 % of the rows is an ordinary gap. A column that ends within the first 1 % never worked.
-
-    Returns
-    -------
-    covariates : list of int
-        Indices of the covariates with values.
-    findings : list of Finding
-        One finding per covariate without values.
+    Raises `InputError` for a column that ends well before the others: it has another rate and was padded to their
+    length. A missing tail of up to 1 % of the rows is an ordinary gap. A column that ends within the first 1 % never
+    worked.
     """
-    ends = {i: _end(table[i]) for i in (*layout.samples, *layout.covariates)}
+    ends = {
+        i: _length_without_trailing_nan(table[i]) for i in (*layout.samples, *layout.covariates)
+    }
     longest = max(ends.values())
     hundredth = longest // 100
     for i, end in ends.items():
@@ -414,7 +435,7 @@ def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]
     return [i for i in layout.covariates if i not in dead], all_findings
 
 
-def _end(column: NDArray[Any]) -> int:
+def _length_without_trailing_nan(column: NDArray[Any]) -> int:
     """Number of rows up to the last value of a column that is not NaN; 0 if all values are NaN."""
     if column.dtype.kind != "f" or not np.isnan(column[-1:]).any():
         return len(column)
@@ -422,8 +443,11 @@ def _end(column: NDArray[Any]) -> int:
     return int(there[-1]) + 1 if there.size else 0
 
 
-def _take(table: Table, layout: Layout) -> NDArray[Any]:
-    """Sample columns of a table times their scales, as one read-only array of shape (n,) or (n, columns)."""
+def _scaled_samples(table: Table, layout: Layout) -> NDArray[Any]:
+    """Sample columns of a table times their scales: array of shape (n,), or (n, columns) for several columns.
+
+    The array is read-only, except for a single column that is a view of another array.
+    """
     factors = [layout.columns[i].scale for i in layout.samples]
     taken = [
         table[i] if factor == 1.0 else table[i] * factor

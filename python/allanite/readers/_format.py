@@ -51,7 +51,7 @@ class LogFormat:
 
 
 class Formats:
-    """All log formats: from modules of these packages, then from installed packages, which are loaded once."""
+    """All log formats: from modules of the given packages, then from installed packages, loaded at first use."""
 
     def __init__(self, *packages: str) -> None:
         self._formats: list[LogFormat] = list(values_of_modules("FORMAT", *packages))
@@ -67,12 +67,12 @@ class Formats:
         return next((one for one in self if suffix in one.suffixes), None)
 
     def of_head(self, head: bytes) -> LogFormat | None:
-        """Format that recognizes the first bytes of a text log, or None."""
+        """First format that recognizes the first bytes of a text log, or None."""
         return next((one for one in self if one.recognizes and one.recognizes(head)), None)
 
     @property
     def suffixes(self) -> tuple[str, ...]:
-        """Suffixes of all formats."""
+        """Tuple of the suffixes of all formats, each with its dot."""
         return tuple(suffix for one in self for suffix in one.suffixes)
 
     @property
@@ -88,7 +88,7 @@ class Formats:
                 add_entry_points(ENTRY_POINTS, "log format", self._add)
 
     def _add(self, log_format: Any) -> None:
-        """Add a format; raise an error if one of its suffixes is already used."""
+        """Append a format. Raises `InputError` if it is no `LogFormat`, or if one of its suffixes is already used."""
         if not isinstance(log_format, LogFormat):
             raise InputError(f"{log_format!r} is not an allanite.readers.LogFormat")
         taken = set(log_format.suffixes) & {s for one in self._formats for s in one.suffixes}

@@ -34,7 +34,9 @@ WALL_TIME_FACTOR = 12.0
 def isolated(
     worker: str, seconds_per_megabyte: float, libraries: Sequence[str]
 ) -> Callable[[Reader], Reader]:
-    """Decorator for a reader function; the decorated reader runs in a child process with limits.
+    """Decorator for a function that reads a log; the decorated function runs in a child process with limits.
+
+    The limits are processor time, wall time and memory. The child reads all columns, whatever the caller picks.
 
     Parameters
     ----------
@@ -52,7 +54,7 @@ def isolated(
 
         @wraps(read)
         def in_child(path: Path, _pick: Picker, topics: Sequence[str] = ()) -> Table:
-            """Table that `read` returns in a child process; `_pick` is not used there."""
+            """`Table` that `read` returns in a child process; `_pick` is not used there."""
             found = call_isolated(
                 f"{__name__}:serve_reader",
                 {"reader": name, "path": str(path), "topics": list(topics)},
@@ -77,13 +79,13 @@ def isolated(
 
 
 def limits_of(path: Path, seconds_per_megabyte: float) -> Limits:
-    """Limits of the child process that reads a log: processor and wall time grow with the size of the log."""
+    """`Limits` (processor and wall time, s) of the child process that reads a log; both grow with the log's size."""
     seconds = CPU_SECONDS + CPU_TIME_FACTOR * seconds_per_megabyte * _size(path) / 1e6
     return Limits(cpu=seconds, wall=WALL_TIME_FACTOR * seconds)
 
 
 def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
-    """Dict with the fields of the table that a reader returns. This function runs in the child process."""
+    """Dict with the fields of the `Table` that a reader returns; this function is called in the child process."""
     module, _, attribute = reader.partition(":")
     read = getattr(import_module(module), attribute).__wrapped__
     with one_line():
@@ -106,7 +108,7 @@ def _all_columns(names: Sequence[str], _units: Sequence[str | None]) -> list[int
 
 
 def _size(path: Path) -> int:
-    """Size of a log in bytes; for a folder, the size of its files."""
+    """Size of a log in bytes; for a folder, the sum of the files directly in it."""
     if path.is_dir():
         return sum(file.stat().st_size for file in path.iterdir() if file.is_file())
     return path.stat().st_size
@@ -114,7 +116,7 @@ def _size(path: Path) -> int:
 
 @contextmanager
 def refused_as(what: str) -> Iterator[None]:
-    """Context that turns errors of a foreign library into an `InputError` "damaged or not `what`".
+    """Context that turns an error of a foreign library into an `InputError`: "damaged or not `what` (…)".
 
     Lack of memory stays a `MemoryError`.
     """
@@ -130,7 +132,10 @@ def refused_as(what: str) -> Iterator[None]:
 
 @contextmanager
 def one_line() -> Iterator[None]:
-    """Context that turns every error of a reader or a foreign library into an `InputError` with one line."""
+    """Context that turns every exception into an `InputError` with one line, except errors of this package.
+
+    `ModuleNotFoundError` passes unchanged, too.
+    """
     try:
         yield
     except (AllaniteError, ModuleNotFoundError, InternalError):

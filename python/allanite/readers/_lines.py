@@ -14,7 +14,7 @@ LONGEST_LINE = 1 << 16
 
 
 def lines_of(stream: IO[bytes]) -> Iterator[bytes]:
-    """Yield the lines of an open file.
+    """Yield the lines of an open file as bytes, with their line ends.
 
     Raises
     ------

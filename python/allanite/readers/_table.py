@@ -85,7 +85,7 @@ class Table:
 
 
 def _short(name: str) -> str:
-    """The name; if it is longer than 1000 characters, each run of blanks becomes one blank."""
+    """The name with each run of blanks as one blank if it has more than 1000 characters; else unchanged."""
     return name if len(name) <= LONGEST_HEADER else " ".join(name.split())
 
 
@@ -106,7 +106,7 @@ MAX_COLUMNS = 10_000
 
 
 def check_shape(shape: tuple[int, ...]) -> None:
-    """Raise an error if an array has no samples, or thousands of columns and more columns than samples.
+    """Raise an error if an array has no samples, or over 10 000 columns and more columns than samples.
 
     Parameters
     ----------
@@ -143,14 +143,14 @@ _WITH_UNIT = re.compile(
 #: Characters of a header cell above which it is not searched for a unit. The search takes time with the square of them.
 LONGEST_HEADER = 1000
 #: Text in brackets that distinguishes columns and is no unit: an index, a register (x8004), an axis, a state of the data.
-_APART = re.compile(
+_NOT_A_UNIT = re.compile(
     r"\d+|0?x[0-9a-f]+|[xyz]|[ijk]|roll|pitch|yaw|left|right|raw|filtered|calibrated|uncalibrated",
     re.IGNORECASE,
 )
 
 
 def split_unit(cell: str) -> tuple[str, str | None]:
-    """Name and unit (or None) from a text such as ``"gyro x [deg/s]"``.
+    """Tuple (name, unit or None) from a text such as ``"gyro x [deg/s]"``.
 
     An index such as ``gyro[0]`` is part of the name.
     """
@@ -160,14 +160,14 @@ def split_unit(cell: str) -> tuple[str, str | None]:
     unit = match["unit"].strip()
     # [1] is a unit for a clock, but an index for a gyroscope.
     dimensionless = unit == "1" and sensor_kind(match["name"]) is None
-    if _APART.fullmatch(unit) and not dimensionless:
+    if _NOT_A_UNIT.fullmatch(unit) and not dimensionless:
         name, inner = split_unit(match["name"])
         return cell.strip() if inner is None else f"{name} {unit}", inner
     return match["name"], unit or None
 
 
 def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Names and units (None if missing) of all columns, from the cells of a header."""
+    """Tuple (names, units) of all columns from the cells of a header; a unit is None if missing."""
     pairs = [split_unit(cell) for cell in cells]
     # In y[0], y[1], y[2], the 1 is an index like the others.
     indexed = {
@@ -183,10 +183,10 @@ def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | Non
 
 
 #: Words that state a unit of time anywhere in a name, and words that state it only at the end.
-_LONG = re.compile(
+_TIME_WORD = re.compile(
     r"(^|_)(milli|micro|nano)?(sec|secs|second|seconds)(_|$)|(^|_)(millis|micros|nanos|msec|usec|nsec)(_|$)"
 )
-_LAST = re.compile(
+_TIME_WORD_AT_END = re.compile(
     r"(?:^|_)(s|ms|us|µs|ns|min|mins|minutes?|h|hrs?|hours?|d|days?|m?jd|yr|years?)$"
 )
 _DAYS = re.compile(r"^(doy|day_?of_?year|julian_(day|date))$")
@@ -209,8 +209,8 @@ def time_unit_of(name: str, unit: str | None) -> str | None:
         return "y"
     words = re.sub(r"_(of|since|from|after)_(the_)?(day|week|year|midnight|start|boot)", "", words)
     joined = re.search(r"time(?:stamp)?(ns|us|ms)$", words)
-    last = joined or _LAST.search(words)
+    last = joined or _TIME_WORD_AT_END.search(words)
     if last is not None:
         return time_unit(last[1])
-    found = _LONG.search(words)
+    found = _TIME_WORD.search(words)
     return None if found is None else time_unit(found[0].strip("_"))

@@ -27,7 +27,7 @@ DAY = 86_400
 
 # Steps may overflow; such steps are infinite and similar to no other step.
 @np.errstate(over="ignore", invalid="ignore")
-def kind_of(values: NDArray[Any]) -> str | None:
+def kind_of_numbers(values: NDArray[Any]) -> str | None:
     """Kind of a column that counts or holds times; None for a column of measurements.
 
     Parameters
@@ -62,7 +62,7 @@ def kind_of(values: NDArray[Any]) -> str | None:
         again = steps < 0
         if usual == 1 and again.any() and np.ptp(x) in SPANS:
             return "counter"
-        # A sensor that warms up also rises, but falls now and then within its noise.
+        # A sensor that warms up also rises, but falls_often now and then within its noise.
         return "clock" if rising.mean() > 0.98 or again.mean() < 0.02 else None
     if rising.all():
         return "clock"  # the clock of a log that is sent in bursts
@@ -71,15 +71,21 @@ def kind_of(values: NDArray[Any]) -> str | None:
     return "clock" if few and float(np.ptp(np.diff(np.flatnonzero(rising)))) <= 3 else None
 
 
-def falls(values: NDArray[Any]) -> bool:
-    """True if the values fall more often than once per 20 rises, too often for a time that restarts now and then."""
+def falls_often(values: NDArray[Any]) -> bool:
+    """True if the values fall more often than once per 20 rises. A time that restarts now and then does not.
+
+    Only the first `ROWS` rows count. Constant values do not fall.
+    """
     steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
     rising, falling = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
     return bool(0 < rising < MIN_RISING_PER_FALLING * falling)
 
 
 def repeats_exactly(values: NDArray[Any]) -> bool:
-    """True if whole numbers repeat with a period of 2 to 16 rows, as the identifiers of alternating devices do."""
+    """True if whole numbers repeat with a period of 2 to 16 rows, such as identifiers of alternating devices.
+
+    Constant numbers do not count. False for fewer than 80 rows.
+    """
     x = np.asarray(values[:ROWS])
     if x.size < 5 * MAX_PERIOD or not np.isfinite(x).all() or not np.all(x == np.rint(x)):
         return False
@@ -98,8 +104,8 @@ def is_serial_number(values: NDArray[Any]) -> bool:
     )
 
 
-def magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
-    """Indices of columns that are the Euclidean norm of the three columns before or after them.
+def indices_of_magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
+    """List of the indices of columns that are the Euclidean norm of the three columns before or after them.
 
     The norm of printed numbers differs from the printed norm by rounding. A column counts as the norm if the root mean
     square of this difference is below 5 % of the column's own standard deviation; independent noise reaches 100 %.

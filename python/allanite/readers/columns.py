@@ -21,16 +21,16 @@ from allanite.common.units import (
 )
 from allanite.readers._table import time_unit_of
 from allanite.readers.column_numbers import (
-    falls,
+    falls_often,
+    indices_of_magnitudes,
     is_serial_number,
-    kind_of,
-    magnitudes,
+    kind_of_numbers,
     repeats_exactly,
 )
 from allanite.readers.plausibility import without_wrong_units
 from allanite.readers.scaling import factors_of
 from allanite.readers.sensor_names import role_and_reason, role_of, sensor_kind, words_in
-from allanite.readers.time_parts import TimeParts, find_parts
+from allanite.readers.time_parts import TimeParts, find_time_parts
 from allanite.readers.unit_kinds import (
     FOREIGN,
     INTEGRAL,
@@ -59,6 +59,7 @@ MIN_STAMPS = 100
 MJD_2000, YEAR = 51_544.5, 365.25
 #: Modified Julian Date of the first GPS week: 6 January 1980.
 GPS_EPOCH = 44_244
+#: Kind of sensor → name of such a sensor with its article, for messages.
 ARTICLES = {
     ANGULAR_RATE: "a gyroscope",
     ACCELERATION: "an accelerometer",
@@ -79,22 +80,22 @@ class Request:
     time_column: str | int | None = None
     piece: int | None = None
     topics: tuple[str, ...] = ()
-    insists: bool = False
+    overrides_rate: bool = False
     """True if `rate` overrides the rate in the log."""
     scales: Mapping[str, float] = field(default_factory=dict)
     """Factors on columns, by name."""
 
     @property
     def kinds(self) -> dict[str, str]:
-        """Dict from kind of sensor to the given unit; empty without a unit."""
+        """Dict from kind of sensor to the unit that the caller gave; empty if no unit was given."""
         if self.unit in (None, "1"):
             return {}
         assert self.unit is not None
         return units_by_kind(self.unit, self.quantity or "rate")
 
     @property
-    def timeless(self) -> bool:
-        """True if the time column must be ignored."""
+    def ignores_time(self) -> bool:
+        """True if time columns must be ignored (``time_column="none"``)."""
         return self.time_column == "none"
 
     def __post_init__(self) -> None:
@@ -133,8 +134,8 @@ class Roles:
     """Units of time columns that follow from their numbers."""
 
     @property
-    def clocks(self) -> tuple[int, ...]:
-        """Indices of all columns of the time that is used; empty without a time."""
+    def time_columns(self) -> tuple[int, ...]:
+        """Tuple of the indices of the columns that make up the time; empty without a time."""
         if self.parts is not None:
             return self.parts.columns
         return () if self.time is None else (self.time,)
@@ -176,19 +177,19 @@ class Layout:
 
     @property
     def used(self) -> tuple[int, ...]:
-        """Indices of all columns that are read."""
-        return tuple(dict.fromkeys((*self.samples, *self.covariates, *self.clocks)))
+        """Tuple of the indices of all columns that are read: samples, covariates and time."""
+        return tuple(dict.fromkeys((*self.samples, *self.covariates, *self.time_columns)))
 
     @property
-    def clocks(self) -> tuple[int, ...]:
-        """Indices of all columns of the time; empty without a time."""
+    def time_columns(self) -> tuple[int, ...]:
+        """Tuple of the indices of the columns that make up the time; empty without a time."""
         if self.parts is not None:
             return self.parts.columns
         return () if self.time is None else (self.time,)
 
 
-def understand(table: Table, request: Request) -> Layout:
-    """`Layout` with the role, unit, scale and use of every column.
+def layout_of(table: Table, request: Request) -> Layout:
+    """`Layout` of a table: role, unit, scale and use of every column.
 
     Parameters
     ----------
@@ -202,14 +203,14 @@ def understand(table: Table, request: Request) -> Layout:
     InputError
         A column is unknown, no column is a sensor, or a unit contradicts the header.
     """
-    return choose(table, roles_of(table, request), request)
+    return layout_from_roles(table, roles_of(table, request), request)
 
 
 # -- roles ---------------------------------------------------------------------------------------
 
 
 def roles_of(table: Table, request: Request) -> Roles:
-    """`Roles` of all columns, decided from their names, units and numbers."""
+    """`Roles` of all columns and the time columns, decided from names, units and numbers."""
     found = Roles([], [], [])
     for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
@@ -220,16 +221,15 @@ def roles_of(table: Table, request: Request) -> Roles:
         found.roles.append(role)
         found.reasons.append(reason)
         found.sources.append(table.source if table.named else "guess")
-    kinds = _judge_numbers(table, found, request)
-    _find_time(table, found, request, kinds)
+    kinds = _demote_by_numbers(table, found, request)
+    _set_time_columns(table, found, request, kinds)
     return found
 
 
-def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
-    """Change the role in `found` to ``other`` for columns that count, repeat or are magnitudes.
+def _demote_by_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
+    """Set the role ``other`` in `found` for columns that count, repeat or are magnitudes.
 
-    Return a dict from the index of a counting or repeating column to its kind, such as ``"an
-    index"``.
+    Returns a dict from the index of a counting or repeating column to its kind, such as ``"an index"``.
     """
     kinds: dict[int, str] = {}
     sensors = [
@@ -238,7 +238,7 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
     for group in _groups_of_equal_unit(
         [i for i in sensors if sensor_kind(table.names[i]) is None or table.named], table
     ):
-        for place in magnitudes([table[i] for i in group]):
+        for place in indices_of_magnitudes([table[i] for i in group]):
             _demote(found, group[place], "a magnitude")
     if request.quantity not in (None, "rate"):
         return kinds
@@ -251,7 +251,7 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
         if not is_axis and len(sensors) > 1 and x.dtype.kind == "f" and np.isnan(x).all():
             kinds[i] = "no values"
             continue
-        kind = kind_of(x)
+        kind = kind_of_numbers(x)
         # The name of a sensor outweighs its numbers, unless they rise in every row.
         if kind is not None and not (is_named and np.any(np.diff(x) <= 0)):
             kinds[i] = words[kind]
@@ -272,12 +272,12 @@ def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, st
 
 
 def _demote(found: Roles, at: int, reason: str) -> None:
-    """Change the role of the column at index `at` to ``other``, for this reason."""
+    """Set the role of the column at index `at` to ``other``, with this reason and the source ``guess``."""
     found.roles[at], found.reasons[at], found.sources[at] = "other", reason, "guess"
 
 
 def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int]]:
-    """Groups of indices of adjacent columns with the same unit."""
+    """List of groups of adjacent column indices with the same unit; each group is a list."""
     groups: list[list[int]] = []
     for i in columns:
         if groups and groups[-1][-1] == i - 1 and table.units[i] == table.units[groups[-1][-1]]:
@@ -287,20 +287,22 @@ def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int
     return groups
 
 
-def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
-    """Set the columns of the time in `found`, and change the role of other columns that are only named like a time."""
+def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
+    """Set the time columns and findings about them in `found`; correct roles of columns only named like a time."""
     there = [i for i, column in enumerate(table.columns) if column is not None]
     apart = table.time is not None and request.time_column in (None, "t", "time")
     parts = (
-        None if request.timeless or apart else find_parts(table.names, table.columns, table.dates)
+        None
+        if request.ignores_time or apart
+        else find_time_parts(table.names, table.columns, table.dates)
     )
     time: int | None = None
     notes: list[Finding] = []
-    if request.time_column is not None and not request.timeless and not apart:
+    if request.time_column is not None and not request.ignores_time and not apart:
         time = find_column(request.time_column, table.names)
         parts = parts if parts is not None and time in parts.columns else None
         found.sources[time] = "option"
-    elif parts is None and not request.timeless and not apart:
+    elif parts is None and not request.ignores_time and not apart:
         time = _named_time(table, found, there)
         if time is None:
             time = _guessed_time(table, found, kinds, there)
@@ -335,31 +337,31 @@ def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, st
             found.roles[i] == "time"
             and i != time
             and not (parts and i in parts.columns)
-            and falls(table[i])
+            and falls_often(table[i])
         ):
             found.roles[i], found.reasons[i] = "other", "its numbers fall, so it is no time"
     found.time, found.parts = time, parts
     others = [i for i in there if found.roles[i] == "time" or kinds.get(i) == "a clock"]
     if parts is None:
-        notes += _two_clocks(table, found, time, [i for i in others if i != time])
+        notes += _findings_about_other_times(table, found, time, [i for i in others if i != time])
     for i in others:
-        if i not in found.clocks:
+        if i not in found.time_columns:
             found.reasons[i] = "another time" if found.time is not None or apart else "a clock"
     found.findings = tuple(notes)
 
 
 def _reason_for_time(found: Roles, time: int) -> str:
-    """Text of the reason why a column is used as the time."""
+    """Text why a column is the time, for a message: ``holds days (MJD)`` or ``rises steadily``."""
     return "holds days (MJD)" if time in found.time_units else "rises steadily"
 
 
 def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
-    """Index of the first column whose name or unit is that of a time, preferably with rising numbers; None without any."""
+    """Index of the first column with the role ``time``, if possible one with rising numbers; None without any."""
     candidates = [i for i, role in enumerate(found.roles) if role == "time"]
     advancing = [
         i
         for i in candidates
-        if i in there and not falls(table[i]) and bool(np.any(np.diff(table[i]) > 0))
+        if i in there and not falls_often(table[i]) and bool(np.any(np.diff(table[i]) > 0))
     ]
     return next(iter(advancing or candidates), None)
 
@@ -367,7 +369,11 @@ def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
 def _guessed_time(
     table: Table, found: Roles, kinds: dict[int, str], there: Sequence[int]
 ) -> int | None:
-    """Index of the column whose numbers show that it is the time, or None."""
+    """Index of the column whose numbers show that it is the time, or None; may change roles in `found`.
+
+    For a pair of days (MJD) and decimal years, the column of days is the time. Columns with the GPS week of these days
+    are demoted, and the pair is removed from `kinds`.
+    """
     pair = _days_and_years(table, there)
     if pair is not None:
         days, years = pair
@@ -388,13 +394,13 @@ def _guessed_time(
             kinds.get(i) == "a clock"
             or (found.roles[i] == "other" and not found.reasons[i].startswith("a"))
         )
-        and kind_of(table[i]) == "clock"
+        and kind_of_numbers(table[i]) == "clock"
     )
     return next(named_none, None)
 
 
 def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
-    """Indices of two columns with the same times, one in days (MJD) and one in decimal years, or None."""
+    """Tuple (days, years): indices of two columns with the same times in MJD and in decimal years; or None."""
     with np.errstate(all="ignore"):
         means = {i: float(np.mean(table[i])) for i in there}
     for days in (i for i in there if 15_000 < means[i] < 90_000):
@@ -408,13 +414,13 @@ def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | Non
 
 
 def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
-    """True if a column holds the GPS week, or the day of the week, of days (MJD)."""
+    """True if the values are the GPS week, or the day of the GPS week, of `days` (MJD)."""
     since = np.floor(days) - GPS_EPOCH
     return bool(np.array_equal(values, since // 7) or np.array_equal(values, since % 7))
 
 
 def _looks_like_time(table: Table) -> bool:
-    """True if the first of several columns without names rises in every row by similar steps."""
+    """True if the columns have no names, and the first of several rises in every row by similar steps."""
     if len(table.names) < 2 or table.columns[0] is None or table.n < MIN_STAMPS:
         return False
     with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time
@@ -422,8 +428,13 @@ def _looks_like_time(table: Table) -> bool:
         return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
 
 
-def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int]) -> list[Finding]:
-    """Findings about unused time columns (`others`): whether their rate agrees with that of the used column."""
+def _findings_about_other_times(
+    table: Table, found: Roles, at: int | None, others: Sequence[int]
+) -> list[Finding]:
+    """List of findings about the time columns that are not used, with a warning if their rate differs by over 0.1 %.
+
+    `at` is the time column that is used, or None; `others` are the other ones.
+    """
     notes = []
     for other in others:
         if at is None or table.columns[other] is None or table.columns[at] is None:
@@ -432,7 +443,7 @@ def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int
             continue  # `_days_and_years` has compared them
         first, second = _column_name(table, at), _column_name(table, other)
         both = f"{first} and {second} are both time; {first} is used"
-        ratio = _ratio_of_rates(table, at, other)
+        ratio = _relative_rate_difference(table, at, other)
         odd = ratio > 1e-3
         notes.append(
             Finding(
@@ -446,7 +457,7 @@ def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int
     return notes
 
 
-def _ratio_of_rates(table: Table, one: int, two: int) -> float:
+def _relative_rate_difference(table: Table, one: int, two: int) -> float:
     """Relative difference |r₁/r₂ − 1| of the rates of two time columns; 0 if one of them has no rate.
 
     Without units, the rates are compared up to a power of ten.
@@ -467,22 +478,25 @@ def _ratio_of_rates(table: Table, one: int, two: int) -> float:
 
 
 def _column_name(table: Table, at: int) -> str:
-    """Name of a column, or its index if it has none."""
+    """Name of a column; a text with its index if the name is empty."""
     return table.names[at] or f"{at} (without a name)"
 
 
 # -- use -----------------------------------------------------------------------------------------
 
 
-def choose(table: Table, found: Roles, request: Request) -> Layout:
-    """`Layout` that decides which columns are used and in which units."""
+def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
+    """`Layout` of a table from the roles of its columns.
+
+    Raises `InputError` if no column is a sensor, a column is unknown, or a unit contradicts the given one.
+    """
     names, units = table.names, table.units
     roles, reasons = list(found.roles), list(found.reasons)
     loud: set[int] = set()
     if request.columns:
         samples = tuple(dict.fromkeys(find_column(name, names) for name in request.columns))
     else:
-        samples = _sensors(table, found, request, reasons, loud)
+        samples = _default_samples(table, found, request, reasons, loud)
     covariates = [i for i, role in enumerate(roles) if role == "temperature" and i not in samples]
     covariates = [i for i in covariates if i not in table.texts]
     for name in request.covariates:
@@ -543,17 +557,14 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
     notes = [
         *found.findings,
         *doubted,
-        *_frequencies_as_phases([columns[i] for i in samples], quantity),
-        *([] if request.columns else _not_used(columns, loud, request)),
+        *_phase_unit_findings([columns[i] for i in samples], quantity),
+        *([] if request.columns else _findings_about_unused(columns, loud, request)),
     ]
     return replace(layout, columns=tuple(columns), findings=tuple(notes))
 
 
-def _frequencies_as_phases(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:
-    """List with one finding about columns that are read as a phase although their unit is that of a frequency.
-
-    Else empty.
-    """
+def _phase_unit_findings(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:
+    """List with one warning about columns read as a phase whose unit is that of a frequency; else empty."""
     if quantity == "rate":
         return []
     names = [c.name for c in columns if is_frequency(c.unit)]
@@ -582,17 +593,17 @@ def _time_unit(table: Table, found: Roles, at: int) -> str | None:
     return unit
 
 
-def _sensors(
+def _default_samples(
     table: Table, found: Roles, request: Request, reasons: list[str], loud: set[int]
 ) -> tuple[int, ...]:
-    """Indices of the columns that are read as samples by default.
+    """Tuple of the indices of the columns that are read as samples if the caller names none.
 
-    For sensors that are not read, `reasons` gets the reason, and `loud` the index if a warning is
-    due.
+    For sensors that are not read, `reasons` gets the reason, and `loud` the index if a warning is due. Raises
+    `InputError` if there is no sensor.
     """
     names, units = table.names, table.units
     sensors = [
-        i for i, role in enumerate(found.roles) if role == "sensor" and i not in found.clocks
+        i for i, role in enumerate(found.roles) if role == "sensor" and i not in found.time_columns
     ]
     foreign = [
         i
@@ -654,7 +665,7 @@ def _sensors(
 
 
 def _is_inertial(name: str, unit: str | None) -> bool:
-    """True if the name or the unit is that of a gyroscope or accelerometer."""
+    """True if the name is that of a gyroscope or accelerometer, or the unit that of a rate or acceleration."""
     if sensor_kind(name) is not None:
         return True
     try:
@@ -663,8 +674,13 @@ def _is_inertial(name: str, unit: str | None) -> bool:
         return False
 
 
-def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) -> list[Finding]:
-    """List with one finding that lists the unused columns with reasons; empty if all are used. It warns if `loud`."""
+def _findings_about_unused(
+    columns: Sequence[LogColumn], loud: set[int], request: Request
+) -> list[Finding]:
+    """List with one finding that names the unused columns with reasons; empty if all are used.
+
+    The finding is a warning if `loud` is not empty.
+    """
     groups: dict[str, list[str]] = {}
     for i, column in enumerate(columns):
         if not column.used:
@@ -696,9 +712,10 @@ def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) ->
 def _unit_and_scale(
     name: str, own: str | None, request: Request, quantity: str
 ) -> tuple[str, float]:
-    """Unit of a sample column in the recording, and the factor on its numbers.
+    """Tuple (unit, factor) of a sample column: its unit in the recording, and the factor on its numbers.
 
-    A phase is converted to s; other columns have 1.
+    The factor converts a phase to s, and is 1 for other columns. Raises `InputError` if the given unit contradicts the
+    header.
     """
     given = _given_unit(name, own, request)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
@@ -707,7 +724,7 @@ def _unit_and_scale(
         same = given is None or given == "1" or time_unit(given) in (time_unit(stated), "s")
         moving = kind_of_unit(own) == RATE and not is_frequency(own)
         if own is not None and (moving or not same):
-            raise _contradiction(name, own, given or "")
+            raise _unit_contradiction(name, own, given or "")
         return "s", seconds_in(stated)
     if given is None:
         if kind_of_unit(own) == PHASE:
@@ -724,11 +741,11 @@ def _unit_and_scale(
     except InputError:
         return given, 1.0
     if own_rate_unit.name != rate_unit(given, quantity).name:
-        raise _contradiction(name, own, given)
+        raise _unit_contradiction(name, own, given)
     return given, 1.0
 
 
-def _contradiction(name: str, own: str, given: str) -> InputError:
+def _unit_contradiction(name: str, own: str, given: str) -> InputError:
     """`InputError` (not raised) that the given unit contradicts the unit in the file."""
     return InputError(
         f"the file says that column {name} is in {own}",
@@ -738,7 +755,10 @@ def _contradiction(name: str, own: str, given: str) -> InputError:
 
 
 def _given_unit(name: str, own: str | None, request: Request) -> str | None:
-    """Unit that the caller gave for a column, or None. If several units are given, the kind of sensor selects one."""
+    """Unit that the caller gave for a column, or None.
+
+    If several units are given, the kind of sensor selects one; raises `InputError` if the kind is unknown.
+    """
     if len(request.kinds) < 2:
         return request.unit
     kind = sensor_kind(name)

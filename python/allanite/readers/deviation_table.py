@@ -37,7 +37,7 @@ MAX_ROUGHNESS = 0.3
 
 
 def is_deviation_table(names: Sequence[str], columns: Sequence[NDArray[np.float64] | None]) -> bool:
-    """True if columns are averaging times and deviations instead of samples.
+    """True if the columns are averaging times and deviations, by their names or their numbers.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def is_deviation_header(line: str) -> bool:
 
 
 def refuse_deviation_header(lines: Sequence[str]) -> None:
-    """Raise an `InputError` if a line before the first row of numbers is the header of a table of deviations."""
+    """Raise `InputError` if a line above the first row of numbers names averaging times and deviations."""
     for line in lines:
         if re.match(r"^\s*[-+.]?\d", line):
             return
@@ -83,7 +83,7 @@ def refuse_deviation_header(lines: Sequence[str]) -> None:
 
 
 def _is_deviation(tau: NDArray[np.float64], column: NDArray[np.float64]) -> bool:
-    """True if a column falls smoothly, like the deviation of white noise or quantization at short τ."""
+    """True if a column falls smoothly with τ, like the deviation of white noise or quantization."""
     last = max(int(np.searchsorted(tau, SLOPE_SPAN * tau[0], side="right")) - 1, 1)
     slope = np.log(column[last] / column[0]) / np.log(tau[last] / tau[0])
     rough = np.abs(np.diff(np.log(column), 2))
@@ -91,7 +91,7 @@ def _is_deviation(tau: NDArray[np.float64], column: NDArray[np.float64]) -> bool
 
 
 def refuse_deviation_table(table: Table) -> None:
-    """Raise an `InputError` if a table holds deviations."""
+    """Raise `InputError` if a table holds averaging times and deviations instead of samples."""
     if not is_deviation_table(table.names, table.columns):
         return
     tau = next(
@@ -103,7 +103,7 @@ def refuse_deviation_table(table: Table) -> None:
 
 
 def _refusal(span: str) -> InputError:
-    """`InputError` (not raised) for a table of deviations; `span` is a text with its range of τ."""
+    """`InputError` (not raised) for a table of deviations; `span` is inserted into its message, such as " (τ from …)"."""
     return InputError(
         f"a table of deviations{span}, not a log of samples",
         missing="record_length",

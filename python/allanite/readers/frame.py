@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 def is_frame(log: object) -> bool:
-    """True if the object is a table or series of pandas, polars, xarray or Arrow instead of the path of a file."""
+    """True if the object comes from pandas, polars, xarray or pyarrow, and is not the path of a file."""
     return type(log).__module__.split(".")[0] in ("pandas", "polars", "xarray", "pyarrow")
 
 
 def table_of(frame: Any) -> Table:
-    """Table of a data frame, a series, an xarray object or an Arrow table.
+    """`Table` of a data frame, a series, an xarray object or an Arrow table.
 
     Date-times become the time. Other columns without numbers are ignored.
 
@@ -52,12 +52,12 @@ def table_of(frame: Any) -> Table:
 
 
 def _is_dates(array: NDArray[Any]) -> bool:
-    """True if an array holds date-times with a time zone, which numpy keeps as objects."""
+    """True if an array of objects begins with a date-time, such as a date-time with a time zone."""
     return array.dtype.kind == "O" and array.size > 0 and hasattr(array[0], "timestamp")
 
 
 def _as_text(array: NDArray[Any]) -> NDArray[Any]:
-    """Array of texts in which None is an empty text; the array itself if an object is not a text."""
+    """Array of texts, in which None becomes an empty text; the array itself if an object is not a text."""
     values = ["" if value is None else value for value in array.tolist()]
     if not all(isinstance(value, str) for value in values):
         return array
@@ -67,7 +67,7 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:
-    """Name, values and unit (or None) of each column of a data frame, series, xarray object or Arrow table."""
+    """List of (name, values, unit or None), one for each column of a frame, series, xarray object or Arrow table."""
     if hasattr(frame, "data_vars"):  # an xarray data set
         found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]
         return [

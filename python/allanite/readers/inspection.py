@@ -11,11 +11,11 @@ import numpy as np
 from allanite.common.errors import CALL, AllaniteError, InputError, about, remedy_text
 from allanite.common.plain import plain
 from allanite.readers._table import time_unit_of
-from allanite.readers.columns import Layout, Request, Roles, choose, roles_of
+from allanite.readers.columns import Layout, Request, Roles, layout_from_roles, roles_of
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
-from allanite.readers.unit_names import remedy_of
+from allanite.readers.unit_names import unit_remedy
 from allanite.recording.at_rest import motion_findings
 from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
@@ -30,14 +30,15 @@ if TYPE_CHECKING:
     from allanite.recording.findings import Finding
 
 #: Number of first rows whose values are shown.
-SHOWN = 3
+SHOWN_ROWS = 3
 #: Minimum fraction of a record in motion that is reported, so that the motion is not modeled as noise. Chosen by judgment;
 #: not measured.
 MIN_MOTION_FRACTION = 0.02
 #: Kinds of findings about single columns that are shown. Other findings only matter for computations.
-OF_COLUMNS = ("marker", "locked", "not_static")
-UNITLESS = "the log does not state its unit: give the unit"
-COUNTS = "whole numbers, probably raw counts: give the scale from the data sheet"
+COLUMN_FINDINGS = ("marker", "locked", "not_static")
+#: Doubts about a column, as they are stored in `Column.doubts`.
+NO_UNIT_DOUBT = "the log does not state its unit: give the unit"
+COUNTS_DOUBT = "whole numbers, probably raw counts: give the scale from the data sheet"
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +88,7 @@ class Column:
     reason: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold, with all attributes; `source` has the key ``from``."""
+        """Dict for JSON with all attributes; `source` has the key ``from``."""
         shown = {name: getattr(self, name) for name in self.__slots__ if name != "source"}
         lists = {"first": list(self.first), "doubts": list(self.doubts)}
         return {**shown, **lists, "from": self.source, "sources": dict(self.sources)}
@@ -124,7 +125,7 @@ class Inspection:
     """Error behind `problem`, from which the command line and the page make their own wording."""
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON document with the schema ``allanite/inspect/1``."""
+        """Dict for JSON with the schema ``allanite/inspect/1``."""
         from allanite._kernels import version
 
         return {
@@ -143,7 +144,7 @@ class Inspection:
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """Text with a table of the columns and all doubts; remedies name parameters by `words`."""
+        """Text with a table of the columns, all doubts and findings; remedies name parameters by `words`."""
         rate = "rate unknown" if self.rate is None else f"{self.rate:.6g} Hz, {self.duration:.6g} s"
         lines = [f"{self.path} · {self.n} rows · {rate}"]
         head = ("column", "role", "unit", "from", "first values", "range")
@@ -166,20 +167,21 @@ class Inspection:
         ]
         if any(not c.used for c in self.columns):
             lines.append(remedy_text("– not used; to use one, select it with {column}", words))
-        open_ = [c.name for c in self.columns if UNITLESS in c.doubts]
+        open_ = [c.name for c in self.columns if NO_UNIT_DOUBT in c.doubts]
         if open_:
-            give = remedy_text(f": {remedy_of(open_)}; or write the unit into the header", words)
+            give = remedy_text(f": {unit_remedy(open_)}; or write the unit into the header", words)
             lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
-        whole = [c.name for c in self.columns if COUNTS in c.doubts]
+        whole = [c.name for c in self.columns if COUNTS_DOUBT in c.doubts]
         if whole:
             lines.append(
-                f"! {', '.join(whole)}: {COUNTS}{remedy_text(' ({scale}, gx=1/131)', words)}"
+                f"! {', '.join(whole)}: {COUNTS_DOUBT}{remedy_text(' ({scale}, gx=1/131)', words)}"
             )
         lines += [
             f"! {c.name}: {doubt}"
             for c in self.columns
             for doubt in c.doubts
-            if doubt not in (UNITLESS, COUNTS) and not (self.problem or "").endswith(doubt)
+            if doubt not in (NO_UNIT_DOUBT, COUNTS_DOUBT)
+            and not (self.problem or "").endswith(doubt)
         ]
         lines += [
             f"{'!' if f.severity == 'warning' else '·'} {f.worded(words)}" for f in self.findings
@@ -192,7 +194,7 @@ class Inspection:
 
 
 def inspect(path: Any, **options: Any) -> Inspection:
-    r"""Description of how a log is read: role, unit, rate and first values of every column.
+    r"""`Inspection` of a log: role, unit, rate and first values of every column, and problems.
 
     Parameters
     ----------
@@ -222,7 +224,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     from allanite.readers import read, request_of
 
     request = request_of(**options)
-    table, seen, damaged = _whole_table(path, request)
+    table, seen, damaged = _table_of_numbers(path, request)
     with about(None if is_frame(path) else path):
         _ = request.kinds  # raises an error if the given unit is not valid
     # A log that is refused may still state its rate.
@@ -244,26 +246,26 @@ def inspect(path: Any, **options: Any) -> Inspection:
             *(
                 f
                 for f in recording.audit
-                if f.kind not in shown_kinds and (f.column is None or f.kind in OF_COLUMNS)
+                if f.kind not in shown_kinds and (f.column is None or f.kind in COLUMN_FINDINGS)
             ),
         )
     except AllaniteError as error:
         refused = error
     joined = sum(column.used and column.role == "time" for column in known) > 1
-    views = [_column(table, i, column, joined=joined) for i, column in enumerate(known)]
+    views = [_describe_column(table, i, column, joined=joined) for i, column in enumerate(known)]
     views = [
         replace(view, doubts=(*view.doubts, damaged[i])) if i in damaged else view
         for i, view in enumerate(views)
     ]
     if table.time is not None:
-        views.insert(0, _stamps(table.time))
+        views.insert(0, _describe_stamps(table.time))
     shown = type(path).__name__ if is_frame(path) else plain(path)
     problem = None if refused is None else str(refused)
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings, refused)
 
 
 def _motion_findings_of(recording: Recording) -> list[Finding]:
-    """Findings about motion. Sensors without a unit are tested in the usual unit of their kind."""
+    """List of findings about motion; sensors without a unit are tested in the usual unit of their kind."""
     assumed = assumed_units(recording)
     found = motion_findings(recording.in_units(assumed), MIN_MOTION_FRACTION)
     if not assumed:
@@ -272,8 +274,8 @@ def _motion_findings_of(recording: Recording) -> list[Finding]:
     return [replace(one, found=f"if the unit is {units}: {one.found}") for one in found]
 
 
-def _whole_table(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
-    """Table of all numeric columns of a log, the decision about its columns, and the error of each damaged column."""
+def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
+    """Tuple (table of all numeric columns, `Layout` or `Roles`, dict from damaged column to its error message)."""
     from allanite.readers import read_table
 
     decided: list[Layout | Roles] = []
@@ -307,16 +309,16 @@ def _whole_table(path: Any, request: Request) -> tuple[Table, Layout | Roles, di
 
 
 def _layout_or_roles(table: Table, request: Request) -> Layout | Roles:
-    """`Layout` of a table, or only the `Roles` of its columns if the layout raises an error."""
+    """`Layout` of a table; its `Roles` if no layout is possible, for instance without a sensor."""
     roles = roles_of(table, request)
     try:
-        return choose(table, roles, request)
+        return layout_from_roles(table, roles, request)
     except InputError:
         return roles
 
 
 def _unused_columns(table: Table, found: Roles) -> tuple[LogColumn, ...]:
-    """All columns of a table with their roles, each marked as not used."""
+    """Tuple of all columns of a table as `LogColumn` with their roles, each marked as not used."""
     return tuple(
         LogColumn(
             name,
@@ -336,8 +338,8 @@ def _unused_columns(table: Table, found: Roles) -> tuple[LogColumn, ...]:
     )
 
 
-def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
-    """Description of one column; `joined` is true if the time is in several columns."""
+def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
+    """`Column` with range, first values and doubts of one column; `joined` is true for a time in several columns."""
     doubts: list[str] = []
     rate, low, high = known.rate, np.nan, np.nan
     first: tuple[float, ...] = ()
@@ -345,18 +347,18 @@ def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
     if at in table.texts:
         doubts.append(f'it holds text, such as "{plain(table.texts[at], 24)}"')
     if known.role == "sensor" and known.unit is None:
-        doubts.append(UNITLESS)
+        doubts.append(NO_UNIT_DOUBT)
     if x is not None:
         finite = x[np.isfinite(x)] if x.dtype.kind == "f" else x
         if finite.size:
             low, high = float(finite.min()), float(finite.max())
         if (
-            UNITLESS in doubts
+            NO_UNIT_DOUBT in doubts
             and finite.size
             and high > low
             and bool((finite == np.round(finite)).all())
         ):
-            doubts.append(COUNTS)
+            doubts.append(COUNTS_DOUBT)
         if known.role == "sensor" and finite.size and low == high:
             doubts.append("it never changes")
         if finite.size < x.size:
@@ -367,7 +369,7 @@ def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
                 rate = read_stamps(x, time_unit_of(known.name, known.unit)).rate
             except InputError as error:
                 doubts.append(str(error))
-        first = tuple(float(v) for v in x[:SHOWN])
+        first = tuple(float(v) for v in x[:SHOWN_ROWS])
     return Column(
         known.name,
         known.role,
@@ -385,8 +387,8 @@ def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
     )
 
 
-def _stamps(time: NDArray[Any]) -> Column:
-    """Description of time stamps that are not a column of the table."""
+def _describe_stamps(time: NDArray[Any]) -> Column:
+    """`Column` named ``(time)`` for time stamps that are not a column of the table."""
     rate: float | None = None
     doubts: tuple[str, ...] = ()
     try:
@@ -395,6 +397,6 @@ def _stamps(time: NDArray[Any]) -> Column:
         doubts = (str(error),)
     numbers = time.astype(np.int64) if time.dtype.kind in "mM" else np.asarray(time)
     real = numbers.dtype.kind in "iuf"
-    first = tuple(float(v) for v in numbers[:SHOWN]) if real else ()
+    first = tuple(float(v) for v in numbers[:SHOWN_ROWS]) if real else ()
     low, high = (float(numbers.min()), float(numbers.max())) if real else (np.nan, np.nan)
     return Column("(time)", "time", True, None, rate, first, low, high, doubts)

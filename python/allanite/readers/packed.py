@@ -25,7 +25,7 @@ def is_packed(path: Path) -> bool:
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """Context with the path of the unpacked file; errors name the compressed file.
+    """Context with the path of the temporary unpacked file; errors name the compressed file.
 
     Raises
     ------
@@ -49,9 +49,10 @@ def unpacked(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
-    """Context with the path of one log in an archive, such as phone apps write with one text file per sensor.
+    """Context with the path of one log of a ZIP archive, unpacked to a temporary file; errors name the archive.
 
-    Without a topic, the log is that of the gyroscope, or else that of the accelerometer, or the only one.
+    Phone apps write such archives, with one text file per sensor. `topics` holds the name of the log, or is empty. Then
+    the log is that of the gyroscope, or else that of the accelerometer, or the only one.
 
     Raises
     ------
@@ -86,7 +87,10 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
-    """Name of the log to read: the requested topic, or the gyroscope, accelerometer or only log in `logs`."""
+    """Key in `logs` of the log to read: the topic, or the gyroscope, or the accelerometer, or the only log.
+
+    Raises `InputError` if no log or no single log fits.
+    """
     if not logs:
         raise InputError("no text log in the archive")
     listed = ", ".join(sorted(logs))
@@ -112,7 +116,7 @@ def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
 
 
 def _copy(source: IO[bytes] | gzip.GzipFile, sink: IO[bytes]) -> None:
-    """Copy a stream piece by piece. Raises `InputError` if the copied size exceeds the memory budget."""
+    """Copy a stream to another in blocks of 1 MB; raises `InputError` if the copy exceeds the memory budget."""
     size = 0
     while piece := source.read(1 << 20):
         size += len(piece)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
-    """Recording with only the samples that the sensor measured; raises an error for an implausible recording.
+    """Recording without no-data markers and repeated samples; raises `InputError` if the recording is implausible.
 
     Every command starts with this function. No-data markers become missing samples and repeated samples are removed;
     the audit states both.
@@ -68,7 +68,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
 
 
 def assumed_units(recording: Recording) -> dict[str, str]:
-    """Unit in which motion is tested, for each gyroscope or accelerometer without a unit.
+    """Dict from column name to the unit assumed in tests of motion, for sensors without a unit; often empty.
 
     Gyroscopes are assumed in deg/s; in rad/s their motion would be larger. Columns of whole numbers are raw counts and are
     not tested.
@@ -80,17 +80,17 @@ def assumed_units(recording: Recording) -> dict[str, str]:
         for name, column in zip(recording.columns, recording, strict=True)
         if parse_unit(column.unit).kind == FREQUENCY
         and sensor_kind(name) is not None
-        and not _are_whole(column.samples)
+        and not _are_whole_or_nan(column.samples)
     }
 
 
-def _are_whole(samples: NDArray[Any]) -> bool:
+def _are_whole_or_nan(samples: NDArray[Any]) -> bool:
     """True if all samples are whole numbers or NaN."""
     return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
 
 
 def _error_for_assumed_units(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
-    """Copy of an error whose message says that it holds for the assumed units."""
+    """New `InputError` (not raised) that says that `refusal` holds if the unit is the assumed one."""
     units = ",".join(dict.fromkeys(assumed.values()))
     return InputError(
         f"if the unit is {units}: {refusal.found}",
@@ -109,19 +109,20 @@ class _Doubt:
 
 
 def unit_doubts(recording: Recording) -> list[Finding]:
-    """Findings about accelerometers whose values are in another unit than the recording states."""
+    """List with a finding for each triad of accelerometers whose mean is gravity in another unit than stated."""
     return [_finding(recording, doubt) for doubt in _doubts_of_triads(recording)]
 
 
 def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
-    """Doubts about triads of accelerometers whose mean is gravity, but in another unit than the recording states."""
+    """List with a `_Doubt` for each triad of accelerometers whose mean is gravity in another unit than stated."""
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
     unitless = any(finding.kind == "no_unit" for finding in recording.told)
     places = [
         at
         for at, (name, unit) in enumerate(zip(recording.columns, recording.units, strict=True))
-        if parse_unit(unit).kind == ACCELERATION or (unitless and _without_unit(name, unit))
+        if parse_unit(unit).kind == ACCELERATION
+        or (unitless and _is_accelerometer_without_unit(name, unit))
     ]
     found = []
     for axes in axis_triples([recording.columns[at] for at in places]):
@@ -129,19 +130,19 @@ def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
         unit = recording.units[own[0]]
         stated = None if parse_unit(unit).kind == FREQUENCY else unit
         mean = mean_acceleration([recording.samples[:, at] for at in own])
-        likely = _unit_of_values(mean, stated)
+        likely = _other_unit_by_gravity(mean, stated)
         if likely is not None:
             found.append(_Doubt(own, stated, mean, likely))
     return found
 
 
-def _without_unit(name: str, unit: str) -> bool:
+def _is_accelerometer_without_unit(name: str, unit: str) -> bool:
     """True for a column that is named like an accelerometer and has no unit."""
     return parse_unit(unit).kind == FREQUENCY and sensor_kind(name) == ACCELERATION
 
 
-def _unit_of_values(mean: float, stated: str | None) -> str | None:
-    """Unit in which a mean acceleration is gravity, if this is not the stated unit; otherwise None."""
+def _other_unit_by_gravity(mean: float, stated: str | None) -> str | None:
+    """Unit in which a mean acceleration is gravity; None if this is the stated unit, or if no unit fits."""
     if stated is not None and is_gravity(mean, stated):
         return None
     likely = unit_by_gravity(mean)
@@ -149,7 +150,7 @@ def _unit_of_values(mean: float, stated: str | None) -> str | None:
 
 
 def _finding(recording: Recording, doubt: _Doubt) -> Finding:
-    """Finding about a triad of accelerometers whose values are in another unit, with the remedy."""
+    """`Finding` with the kind ``"unit_doubt"`` about a triad, with the remedy to give the unit."""
     names = names_text([recording.columns[at] for at in doubt.places])
     if doubt.stated is None:
         # The remedy also names a unit for gyroscopes without one.
@@ -175,9 +176,10 @@ def _finding(recording: Recording, doubt: _Doubt) -> Finding:
 def without_wrong_units(
     table: Table, given: Mapping[str, str]
 ) -> tuple[list[str | None], list[Finding]]:
-    """Units of all columns as the log states them, and findings.
+    """Tuple (units, findings): the stated unit of each column, or None where gravity shows that it is wrong.
 
-    A unit is None if gravity shows that the given unit is right instead.
+    A stated unit is wrong if the mean of the triad of accelerometers is gravity in the given unit only. Each such triad
+    has a finding.
 
     Parameters
     ----------
@@ -202,7 +204,7 @@ def without_wrong_units(
         mean = mean_acceleration([table[at] for at in own])
         if parse_unit(stated).name == parse_unit(wanted).name:
             continue
-        if _unit_of_values(mean, stated) == parse_unit(wanted).name:
+        if _other_unit_by_gravity(mean, stated) == parse_unit(wanted).name:
             names = names_text([table.names[at] for at in own])
             found = (
                 f"{names} are read in {wanted} as given, although the log says {stated}: their mean is gravity in"
@@ -215,7 +217,7 @@ def without_wrong_units(
 
 
 def _is_acceleration(unit: str) -> bool:
-    """True if a unit is that of an acceleration."""
+    """True if a text is a unit of acceleration; False if it is no known unit."""
     try:
         return parse_unit(unit).kind == ACCELERATION
     except InputError:

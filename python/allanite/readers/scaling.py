@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def parse_scales(texts: Sequence[str]) -> dict[str, float]:
-    """Factor of each column in texts such as ``gx=1/131`` or ``gx=0.00763``.
+    """Dict from column name to factor, from texts such as ``gx=1/131`` or ``gx=0.00763``.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def parse_scales(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _number(text: str) -> float | None:
-    """Value of a number or a fraction of two numbers, or None."""
+    """Value of a text with a number or a fraction of two numbers; None for any other text."""
     top, slash, bottom = text.partition("/")
     try:
         return float(top) / float(bottom) if slash else float(top)

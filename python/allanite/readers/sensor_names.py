@@ -38,7 +38,7 @@ _COVARIANCE = re.compile(
     r"(^|_)(cov(ariances?)?|variances?|sigma|std(dev|ev)?|stderr|accuracy|uncertainty)\d*(_|$)"
 )
 _STAMP = re.compile(r"(^|_)time_?stamp(_|$)")
-_NO_AXIS = (
+_NOT_AXIS = (
     ("a magnitude", re.compile(r"(^|_)(abs(olute)?|magnitude|norm|total|resultant|modulus|vector_sum|rss)(_|$)")),
     (
         "a counter",
@@ -75,7 +75,7 @@ _TEMPERATURE_UNITS = re.compile(
 )
 
 
-def _key(name: str) -> str:
+def _lower_name(name: str) -> str:
     """Name in lower case with underscores for blanks, without the number (``[2]``) of a repeated name."""
     return re.sub(r"\s+\[\d+\]$", "", name).strip().lower().replace(" ", "_")
 
@@ -92,8 +92,8 @@ def role_of(name: str, unit: str | None) -> Role:
 
 
 def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
-    """Role of a column, and the reason if the role is ``"other"``; else the reason is empty."""
-    key, words = _key(name).replace("-", "_"), words_in(name)
+    """Tuple (role, reason) of a column. The role is that of `role_of`; the reason is empty unless it is ``"other"``."""
+    key, words = _lower_name(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)
     if _TEMPERATURE_UNITS.fullmatch((unit or "").strip()):
         return "temperature", ""
@@ -101,7 +101,7 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
         return "time", ""
     if kind in (PHASE, TIME_ONLY) and _STAMP.search(words):
         return "time", ""
-    reason = _no_axis(name, words)
+    reason = _reason_not_axis(name, words)
     if reason:
         return "other", reason
     if _TEMPERATURE.search(key) or _TEMPERATURE.search(words):
@@ -133,8 +133,8 @@ def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
     return magnetic or _MAGNETIC.search(words) is not None
 
 
-def _no_axis(name: str, words: str) -> str:
-    """Reason why a column is no axis of a sensor (a covariance, a magnitude, …), or an empty text."""
+def _reason_not_axis(name: str, words: str) -> str:
+    """Text why a column is no axis of a sensor (``"a covariance"``, ``"a magnitude"``, …); empty if it may be one."""
     if _COVARIANCE.search(words):
         return "a covariance"
     if re.match(r"^\s*[|‖].*[|‖]\s*$", name):
@@ -142,12 +142,12 @@ def _no_axis(name: str, words: str) -> str:
     # gyro_x_counts are raw counts, device_gyro_x is an axis.
     if sensor_kind(name) is not None and _AXIS.search(words):
         return ""
-    return next((reason for reason, pattern in _NO_AXIS if pattern.search(words)), "")
+    return next((reason for reason, pattern in _NOT_AXIS if pattern.search(words)), "")
 
 
 def sensor_kind(name: str) -> str | None:
-    """``"angular rate"`` or ``"acceleration"`` if a name is that of a gyroscope or an accelerometer, else None."""
-    for key in (_key(name), words_in(name)):
+    """Kind of sensor that a name states: ``"angular rate"`` (gyroscope) or ``"acceleration"``; None for other names."""
+    for key in (_lower_name(name), words_in(name)):
         if _ACCEL.search(key):
             return ACCELERATION
         if _GYRO.search(key):
@@ -156,9 +156,10 @@ def sensor_kind(name: str) -> str | None:
 
 
 def kind_of_sensor(name: str, unit: str) -> str:
-    """Kind of sensor from the unit.
+    """Kind of sensor: ``"angular rate"``, ``"acceleration"`` or ``"fractional frequency"``, from the unit.
 
-    If the unit is dimensionless, the name decides; a fractional frequency if neither is known.
+    If the unit is dimensionless, the name decides. It is ``"fractional frequency"`` if the name states no sensor or the
+    unit is unknown.
     """
     try:
         kind = parse_unit(unit).kind

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def of_core(name: str) -> Iterator[None]:
-    """Context that removes the name of the log from errors of the compiled core and adds a remedy."""
+def core_errors_with_remedy(name: str) -> Iterator[None]:
+    """Context that adds a remedy to errors of the compiled core and removes the name of the log from them."""
     try:
         yield
     except AllaniteError as error:
@@ -40,7 +40,7 @@ def of_core(name: str) -> Iterator[None]:
 
 
 def _remedy(found: str) -> str:
-    """Remedy to append to an error about a row of a text log; an empty text for other errors.
+    """Remedy to append to the message of an error about a row of a text log; an empty text for other errors.
 
     A decimal comma splits each number into two columns. A row then has twice the columns of the header, or one less if the
     first column holds whole numbers.
@@ -62,7 +62,7 @@ _RATE = re.compile(
 )
 
 #: Sampling interval in s as Stable32 states it: "# Tau: 1.0e+00".
-_TAU = re.compile(
+_INTERVAL = re.compile(
     r"^[#%/!;\"\s]*tau0?\s*[:=,]\s*([0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(?:s|sec|seconds)?[\"\s,;]*$",
     re.IGNORECASE,
 )
@@ -89,7 +89,7 @@ _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """Table with the picked columns of a text log. Other columns may hold any text.
+    """`Table` with the picked columns of a text log. Columns that are not picked may hold any text.
 
     Raises
     ------
@@ -114,12 +114,12 @@ def read(path: Path, pick: Picker) -> Table:
             raise InputError(
                 f"binary data, not a text log; if its suffix is wrong, rename it (known: {' '.join(FORMATS.suffixes)})"
             )
-    with of_core(str(path)):
+    with core_errors_with_remedy(str(path)):
         return _read(path, pick)
 
 
 def _read(path: Path, pick: Picker) -> Table:
-    """Table of the picked columns of a text log."""
+    """`Table` with the picked columns of a text log; the other columns are None."""
     delimiter = None
     reader = _kernels.TextReader(str(path))
     header = reader.header
@@ -131,7 +131,7 @@ def _read(path: Path, pick: Picker) -> Table:
     if header is not None:
         names, units = split_header(header)
         if "" in names:
-            names, units = names_below(path, names, units)
+            names, units = names_of_two_lines(path, names, units)
         if not any(units):
             units = units_below(path, names) or UNITS_OF_HEADERS.get(names) or units
     else:
@@ -152,14 +152,14 @@ def _read(path: Path, pick: Picker) -> Table:
 
 
 def all_numbers(first: Table) -> list[int]:
-    """Indices of all columns of numbers."""
+    """List of the indices of all columns that do not hold text."""
     return [i for i in range(len(first.names)) if i not in first.texts]
 
 
 def first_rows(
     reader: _kernels.TextReader, names: Sequence[str], units: Sequence[str | None]
 ) -> tuple[Table, list[str]]:
-    """Table of the first rows of all columns of a text log, and one cell of each column.
+    """Tuple (table, cells): table of the first rows of all columns of a text log, and one cell of each column.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def first_rows(
 
 
 def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Date-times in s since 1970, with day and month exchanged if the record then is shorter.
+    """Date-times in s since 1970, shape (n,), with day and month exchanged if this shortens the record.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def _rows_expected(path: Path) -> float:
 
 
 def _first_lines(path: Path) -> list[str]:
-    """First lines of a text file: at most 40, within its first 4096 characters."""
+    """List of the first lines of a text file: at most 40, within its first 4096 characters."""
     with path.open(encoding="latin-1") as stream:
         return stream.read(4096).splitlines()[:40]
 
@@ -228,15 +228,18 @@ def stated_rate(path: Path) -> float | None:
     found = next((match for line in lines if (match := _RATE.match(line))), None)
     if found is not None:
         return float(found[1]) * (1e3 if (found[2] or "").lower() == "k" else 1.0)
-    tau = next((float(match[1]) for line in lines if (match := _TAU.match(line))), 0.0)
+    tau = next((float(match[1]) for line in lines if (match := _INTERVAL.match(line))), 0.0)
     return 1.0 / tau if tau > 0 else None
 
 
-def names_below(
+def names_of_two_lines(
     path: Path, names: tuple[str, ...], units: tuple[str | None, ...]
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Names and units from a header of two lines (groups, and below them columns); unchanged if there is one line."""
-    rows = list(_rows(path, len(names)))
+    """Tuple (names, units) of a header of two lines: names of groups, and below them names of columns.
+
+    `names` and `units` are those of the first line. They are returned unchanged if the header has one line.
+    """
+    rows = list(_lines_of_cells(path, len(names)))
     above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)
     if above is None or above + 1 == len(rows):
         return names, units
@@ -254,7 +257,7 @@ def names_below(
 
 
 def _is_number(cell: str) -> bool:
-    """True if a cell holds a number."""
+    """True if Python can convert the text of a cell to a float (also ``nan``)."""
     try:
         float(cell)
     except ValueError:
@@ -262,8 +265,8 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _rows(path: Path, count: int) -> Iterator[list[str]]:
-    """Yield the cells of those first lines that have `count` cells."""
+def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
+    """Yield the cells of each of the first 60 lines that has exactly `count` cells."""
     with path.open("rb") as stream:
         lines = stream.read(16384).decode("utf-8", "replace").splitlines()[:60]
     for line in lines:
@@ -273,8 +276,11 @@ def _rows(path: Path, count: int) -> Iterator[list[str]]:
 
 
 def units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
-    """Units from a line below the names: ``(us) (na) (m/s^2)``, ``ms deg/s``; None if there is no such line."""
-    rows = list(_rows(path, len(names)))
+    """Tuple of the units in a line below the names: ``(us) (na) (m/s^2)`` or ``ms deg/s``; None without such a line.
+
+    An entry is None for a column without a unit.
+    """
+    rows = list(_lines_of_cells(path, len(names)))
     for cells in rows:
         found = [_UNIT.match(cell) for cell in cells]
         if all(found):

@@ -20,26 +20,26 @@ DAY, WEEK = 86_400.0, 604_800.0
 MAX_SECONDS = 9e9
 
 _SECONDS = re.compile(r"^(?P<stem>.*?)(?:s|secs?|seconds?)$")
-_REST = re.compile(
+_FRACTION = re.compile(
     r"^(?P<stem>.*?)(?:(?P<ns>n(?:ano)?(?:s|secs?|seconds?))|(?P<us>(?:u|µ|micro)(?:s|secs?|seconds?))"
     r"|(?P<ms>m(?:illi)?(?:s|secs?|seconds?)))$"
 )
 #: Unit → number of units per second.
-_PARTS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
+_UNITS_PER_SECOND = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
 _WEEK = re.compile(r"^(gps_?)?(week|wn|wk)(_?(no|nr|num|number))?$")
-_OF_WEEK = re.compile(
+_SECONDS_OF_WEEK = re.compile(
     r"^(gps_?)?(i_?tow|tow|sow|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?(gps_)?week|week_?(sec|second)s?"
     r"|secs?|seconds?|time|millis|milliseconds|ms)(_(s|sec|ms))?$"
 )
 _MJD = re.compile(r"^m?jd(_?(no|day|date|int))?$")
-_OF_DAY = re.compile(
+_SECONDS_OF_DAY = re.compile(
     r"^(utc_?)?(sod|tod|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?day|day_?(sec|second)s?|secs?|seconds?|time|s)"
     r"(_(s|sec|ms))?$"
 )
 _YEAR, _DAY_OF_YEAR = re.compile(r"^(year|yyyy|yr)$"), re.compile(r"^(doy|day_?of_?year|ddd|day)$")
 _MONTH, _DAY_OF_MONTH = re.compile(r"^(month|mm|mon)$"), re.compile(r"^(day|dd|day_of_month)$")
-_CLOCK = (
+_TIME_OF_DAY = (
     (re.compile(r"^(hours?|hh?|hr)$"), 3600.0, 24.0),
     (re.compile(r"^(minutes?|min|mi|mm)$"), 60.0, 60.0),
     (re.compile(r"^(seconds?|secs?|ss?|sec_of_min\w*)$"), 1.0, 61.0),
@@ -48,7 +48,7 @@ _CLOCK = (
 
 @dataclass(frozen=True, slots=True)
 class TimeParts:
-    """Columns whose sum is the time.
+    """Several columns that together are the time.
 
     Attributes
     ----------
@@ -88,12 +88,12 @@ class TimeParts:
         return total
 
 
-def find_parts(
+def find_time_parts(
     names: Sequence[str],
     columns: Sequence[NDArray[Any] | None],
     dates: frozenset[int] = frozenset(),
 ) -> TimeParts | None:
-    """Columns that together are the time, recognized by names and first rows; None if there are none.
+    """`TimeParts` of columns that together are the time, recognized by names and first rows; None without any.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def find_parts(
     """
     words = [words_in(name) for name in names]
 
-    def at(pattern: re.Pattern[str], besides: tuple[int, ...] = ()) -> int | None:
-        """Index of the first column whose name matches a pattern and that is not in `besides`; None without any."""
+    def column_named(pattern: re.Pattern[str], besides: tuple[int, ...] = ()) -> int | None:
+        """Index of the first numeric column whose name matches a pattern and is not in `besides`; None without any."""
         return next(
             (
                 i
@@ -120,20 +120,23 @@ def find_parts(
             None,
         )
 
-    def rows(i: int) -> NDArray[Any]:
-        """Values of the first rows of a column."""
+    def first_rows_of(i: int) -> NDArray[Any]:
+        """Array of the first rows of column `i`, which must have been read."""
         found = columns[i]
         assert found is not None
         return found
 
     date = next(
-        (i for i in sorted(dates) if columns[i] is not None and _are_whole_days(rows(i))), None
+        (i for i in sorted(dates) if columns[i] is not None and _are_whole_days(first_rows_of(i))),
+        None,
     )
     clock = next(
         (
             i
             for i in sorted(dates)
-            if i != date and columns[i] is not None and _all_below(rows(i), DAY + 1)
+            if i != date
+            and columns[i] is not None
+            and _are_between_0_and(first_rows_of(i), DAY + 1)
         ),
         None,
     )
@@ -141,60 +144,70 @@ def find_parts(
         return TimeParts(
             "a date and a time of day", (date, clock), lambda x: [x[0] * 1.0, x[1] * 1.0]
         )
-    split = _seconds_and_rest(names, columns)
+    split = _seconds_and_fraction(names, columns)
     if split is not None:
         return split
     for coarse, fine, span, form in (
-        (_WEEK, _OF_WEEK, WEEK, "GPS week and seconds of week"),
-        (_MJD, _OF_DAY, DAY, "days (MJD) and seconds of day"),
+        (_WEEK, _SECONDS_OF_WEEK, WEEK, "GPS week and seconds of week"),
+        (_MJD, _SECONDS_OF_DAY, DAY, "days (MJD) and seconds of day"),
     ):
-        one = at(coarse)
-        two = None if one is None else at(fine, (one,))
-        if one is None or two is None or not _are_whole(rows(one)):
+        one = column_named(coarse)
+        two = None if one is None else column_named(fine, (one,))
+        if one is None or two is None or not _are_whole(first_rows_of(one)):
             continue
         # iTOW and similar columns are in ms if they exceed the seconds of a week or day.
-        part = 1e-3 if not _all_below(rows(two), span + 1) else 1.0
+        part = 1e-3 if not _are_between_0_and(first_rows_of(two), span + 1) else 1.0
         if words[two].endswith(("ms", "millis", "milliseconds")):
             part = 1e-3
-        if _all_below(rows(two), (span + 1) / part):
+        if _are_between_0_and(first_rows_of(two), (span + 1) / part):
             return TimeParts(form, (one, two), lambda x, s=span, p=part: [x[0] * s, x[1] * p])  # type: ignore[misc]
-    return _calendar(at, rows)
+    return _calendar(column_named, first_rows_of)
 
 
 def _calendar(
-    at: Callable[..., int | None], rows: Callable[[int], NDArray[Any]]
+    column_named: Callable[..., int | None],
+    first_rows_of: Callable[[int], NDArray[Any]],
 ) -> TimeParts | None:
-    """`TimeParts` of calendar columns (year, month and day or day of year, with the time of day if logged), or None.
+    """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day; None without any.
 
-    `at` finds a column by a pattern of its name, `rows` returns its values.
+    `column_named` finds a column by a pattern of its name, `first_rows_of` returns its values.
     """
-    year = at(_YEAR)
-    if year is None or not _are_whole(rows(year)) or not 1900 < float(rows(year)[0]) < 2200:
+    year = column_named(_YEAR)
+    if (
+        year is None
+        or not _are_whole(first_rows_of(year))
+        or not 1900 < float(first_rows_of(year)[0]) < 2200
+    ):
         return None
-    month = at(_MONTH)
-    day = at(_DAY_OF_MONTH if month is not None else _DAY_OF_YEAR)
+    month = column_named(_MONTH)
+    day = column_named(_DAY_OF_MONTH if month is not None else _DAY_OF_YEAR)
     if day is None:
         return None
     taken = [year, day] if month is None else [year, month, day]
     calendar = len(taken)
     factors: list[float] = []
     second = re.compile(r"^(sod|(sec|second)s?_of_day|utc_?sec\w*)$")
-    found = at(second, tuple(taken))
+    found = column_named(second, tuple(taken))
     if found is not None:
         taken.append(found)
         factors.append(1.0)
     else:
-        for pattern, factor, most in _CLOCK:
-            found = at(pattern, tuple(taken))
-            if found is None or not _all_below(rows(found), most):
+        for pattern, factor, most in _TIME_OF_DAY:
+            found = column_named(pattern, tuple(taken))
+            if found is None or not _are_between_0_and(first_rows_of(found), most):
                 break
             taken.append(found)
             factors.append(factor)
-    if calendar == 2 and len(taken) == 2 and _are_whole(rows(day)) and not _advances(rows(day)):
+    if (
+        calendar == 2
+        and len(taken) == 2
+        and _are_whole(first_rows_of(day))
+        and not _rises(first_rows_of(day))
+    ):
         return None
 
     def seconds(x: Sequence[NDArray[Any]]) -> list[NDArray[np.float64]]:
-        """Terms in s whose sum is the time since 1970: whole days, the fraction of a day, hours, minutes, seconds."""
+        """List of arrays in s whose sum is the time since 1970: days, fraction of a day, hours, minutes, seconds."""
         years = (np.asarray(x[0]).astype(np.int64) - 1970).astype("datetime64[Y]")
         if calendar == 3:
             months = years.astype("datetime64[M]") + (np.asarray(x[1]).astype(np.int64) - 1)
@@ -210,19 +223,16 @@ def _calendar(
     return TimeParts(form + (" with the time of day" if factors else ""), tuple(taken), seconds)
 
 
-def _seconds_and_rest(
+def _seconds_and_fraction(
     names: Sequence[str], columns: Sequence[NDArray[Any] | None]
 ) -> TimeParts | None:
-    """`TimeParts` of two columns for whole seconds and their fraction, such as ``stamp.sec`` and ``stamp.nanosec``.
-
-    Or None.
-    """
+    """`TimeParts` of two columns such as ``stamp.sec`` and ``stamp.nanosec``; None without any."""
     keys = [name.strip().lower() for name in names]
     rests: dict[str, tuple[int, float]] = {}
     for at, key in enumerate(keys):
-        match = _REST.match(key)
+        match = _FRACTION.match(key)
         if match is not None:
-            rests.setdefault(match["stem"], (at, _PARTS[str(match.lastgroup)]))
+            rests.setdefault(match["stem"], (at, _UNITS_PER_SECOND[str(match.lastgroup)]))
     for at, key in enumerate(keys):
         match = _SECONDS.match(key)
         rest, parts = (None, 1.0) if match is None else rests.get(match["stem"], (None, 1.0))
@@ -234,7 +244,7 @@ def _seconds_and_rest(
         if (
             _are_whole(seconds)
             and _are_whole(fraction)
-            and _all_below(fraction, parts)
+            and _are_between_0_and(fraction, parts)
             and np.abs(seconds).max() < MAX_SECONDS
         ):
             return TimeParts(
@@ -246,20 +256,20 @@ def _seconds_and_rest(
 
 
 def _are_whole(x: NDArray[Any]) -> bool:
-    """True if all values are finite whole numbers."""
+    """True if all values are finite whole numbers; False if there are none."""
     return bool(x.size and np.isfinite(x).all() and np.all(x == np.rint(x)))
 
 
 def _are_whole_days(x: NDArray[Any]) -> bool:
-    """True if all values in seconds are whole days, and not all are 0."""
+    """True if all values, in seconds, are whole days, and at least one is not 0."""
     return _are_whole(x) and bool(np.all(x % DAY == 0) and np.abs(x).max() >= DAY)
 
 
-def _all_below(x: NDArray[Any], most: float) -> bool:
-    """True if all values are finite, not negative and below `most`."""
-    return bool(x.size and np.isfinite(x).all() and x.min() >= 0 and x.max() < most)
+def _are_between_0_and(x: NDArray[Any], limit: float) -> bool:
+    """True if all values are finite, at least 0 and below `limit`; False if there are none."""
+    return bool(x.size and np.isfinite(x).all() and x.min() >= 0 and x.max() < limit)
 
 
-def _advances(x: NDArray[Any]) -> bool:
-    """True if the values rise at least once."""
+def _rises(x: NDArray[Any]) -> bool:
+    """True if a value is larger than the one before it, at least once."""
     return bool(np.any(np.diff(x) > 0))

@@ -18,9 +18,9 @@ TIME_ONLY = "time"
 #: Any other text.
 FOREIGN = "foreign"
 
-_PHASES = ("s", "ms", "us", "ns", "ps")
+_PHASE_UNITS = ("s", "ms", "us", "ns", "ps")
 #: Spellings of units of time, in lower case without a plural s.
-_TIMES = {
+_TIME_UNITS = {
     "s": "s", "sec": "s", "second": "s", "ms": "ms", "msec": "ms", "milli": "ms", "millisecond": "ms",
     "us": "us", "usec": "us", "micro": "us", "microsecond": "us", "ns": "ns", "nsec": "ns", "nano": "ns",
     "nanosecond": "ns", "ps": "ps", "picosecond": "ps", "min": "min", "minute": "min", "h": "h", "hr": "h", "hour": "h",
@@ -29,23 +29,25 @@ _TIMES = {
 
 
 def time_unit(unit: str | None) -> str | None:
-    """Short name of a unit of time, or None: ``s`` for ``seconds``, ``us`` for ``µs``."""
+    """Short name of a unit of time, such as ``s`` for ``seconds`` or ``us`` for ``µs``; None for any other text."""
     text = (unit or "").strip().replace("µ", "u").replace("μ", "u").lower()
-    return _TIMES.get(text) or _TIMES.get(text.removesuffix("s") if len(text) > 2 else text)
+    return _TIME_UNITS.get(text) or _TIME_UNITS.get(
+        text.removesuffix("s") if len(text) > 2 else text
+    )
 
 
 def seconds_in(unit: str) -> float:
-    """Factor that converts a phase in this unit to seconds."""
+    """Length of a unit of time in s: 1e-9 for ``ns``. Raises `InputError` if the unit is not a time."""
     return conversion(time_unit(unit) or unit, "s") if time_unit(unit) != "ps" else 1e-12
 
 
 def kind_of_unit(unit: str | None) -> str | None:
-    """Kind of a unit: ``"rate"``, ``"integral"``, ``"phase"``, ``"time"`` or ``"foreign"``; None without a unit."""
+    """Kind of a unit: ``"rate"``, ``"integral"``, ``"phase"``, ``"time"`` or ``"foreign"``; None if the unit is None."""
     if unit is None:
         return None
     time = time_unit(unit)
     if time is not None and unit.strip() not in ("a",):
-        return PHASE if time in _PHASES else TIME_ONLY
+        return PHASE if time in _PHASE_UNITS else TIME_ONLY
     if re.fullmatch(r"\s*[\d.]+\s*", unit) and unit.strip() != "1":
         return FOREIGN
     try:

@@ -29,15 +29,15 @@ _PHASE = re.compile(
     r"(^|_)(phase|offset|bias|time_?error|tie|clock_?error|clk|clock)(_\w+)?_(?P<unit>s|ms|us|ns|ps)$"
 )
 #: A unit with a slash, behind an underscore or a space.
-_SAID = re.compile(r"(?P<name>.+)[_\s](?P<unit>[^_\s]+/[^_\s]+)$")
+_WITH_SLASH = re.compile(r"(?P<name>.+)[_\s](?P<unit>[^_\s]+/[^_\s]+)$")
 
 
 def unit_in_name(name: str) -> str | None:
-    """Unit that a column's name ends with: ``deg/s`` for ``GyrX_dps``, ``ns`` for ``offset_ns``.
+    """Unit at the end of a column's name: ``deg/s`` for ``GyrX_dps``, ``ns`` for ``offset_ns``; else None.
 
     None if the name ends with no unit, or if the unit contradicts the sensor that the name states, as in ``gyro_x_mg``.
     """
-    stated = _SAID.match(name.strip())
+    stated = _WITH_SLASH.match(name.strip())
     if stated is not None:
         try:
             unit = parse_unit(stated["unit"])
@@ -57,21 +57,24 @@ def unit_in_name(name: str) -> str | None:
 
 
 def usual_units(names: Iterable[str]) -> str:
-    """Usual units of the sensors with these names, such as ``deg/s,m/s^2``; empty if a name does not state a sensor."""
+    """Text with the usual unit of each kind of sensor named, such as ``deg/s,m/s^2``.
+
+    It is empty if one of the names does not state a sensor.
+    """
     kinds = [sensor_kind(name) for name in names]
     return "" if None in kinds else ",".join(unit for kind, unit in USUAL.items() if kind in kinds)
 
 
-def remedy_of(names: Sequence[str]) -> str:
-    """Text of a remedy for columns without a unit."""
+def unit_remedy(names: Sequence[str]) -> str:
+    """Text for the remedy of an error: add the usual unit of the named sensors, or add a unit."""
     usual = usual_units(names)
     return f"add {{this_unit:{usual}}}, or the true unit" if usual else "add {unit}"
 
 
-def unitless(names: Sequence[str]) -> list[Finding]:
+def no_unit_findings(names: Sequence[str]) -> list[Finding]:
     """List with one finding that the named columns have no unit and are treated as dimensionless.
 
-    Empty without names.
+    It is empty without names. The finding is a warning if a name states an inertial sensor.
     """
     if not names:
         return []
@@ -83,6 +86,6 @@ def unitless(names: Sequence[str]) -> list[Finding]:
             f"no unit given for {names_text(names)}: values are treated as dimensionless"
             " (fractional frequency of a clock)",
             values={"count": len(names)},
-            remedy="; " + remedy_of(names),
+            remedy="; " + unit_remedy(names),
         )
     ]

@@ -10,7 +10,7 @@ import pytest
 import allanite as al
 from allanite.cli import main
 from allanite.common.errors import InputError
-from allanite.readers.texts.sentences import _novatel, _vectornav
+from allanite.readers.texts.sentences import _novatel_fields, _vectornav_fields
 
 N = 400
 X = np.random.default_rng(4).standard_normal((N, 6)) * ([0.01] * 3 + [0.05] * 3)
@@ -36,9 +36,9 @@ def test_the_checksums_are_those_of_the_manuals():
         b"%RAWIMUSA,2209,491612.254;2209,491612.253588,ea5afe00,"
         b"329303960,-2512321,4410363,309705,607017,-1009773*1fb76c28"
     )
-    assert _novatel(told)[3:] == told.partition(b"*")[0].split(b",")[-6:]
-    assert _novatel(told.replace(b"607017", b"607018")) is None
-    assert _vectornav(b"$VNRRG,1*XX") == [b"1"]
+    assert _novatel_fields(told)[3:] == told.partition(b"*")[0].split(b",")[-6:]
+    assert _novatel_fields(told.replace(b"607017", b"607018")) is None
+    assert _vectornav_fields(b"$VNRRG,1*XX") == [b"1"]
 
 
 def test_vectornav(tmp_path):

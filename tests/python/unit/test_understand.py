@@ -10,7 +10,7 @@ import allanite as al
 from allanite.cli import main
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError
-from allanite.readers.column_numbers import kind_of
+from allanite.readers.column_numbers import kind_of_numbers
 from allanite.readers.unit_names import unit_in_name
 
 RNG = np.random.default_rng(5)
@@ -45,7 +45,7 @@ def csv(tmp_path, header, *columns, name="log.csv"):
     ],
 )
 def test_kinds_by_numbers(values, kind):
-    assert kind_of(values) == kind
+    assert kind_of_numbers(values) == kind
 
 
 def said(recording):
@@ -315,7 +315,7 @@ def test_the_preamble_of_a_real_log(data):
 
 def test_steps_near_the_ends_of_doubles_are_told_without_a_warning():
     values = np.array([0.0, 1e-300, 2e-300, 3e-300, 1e300, 1.5e308, -1.5e308] * 40)
-    assert kind_of(values) is None
+    assert kind_of_numbers(values) is None
 
 
 def test_names_say_units(tmp_path):

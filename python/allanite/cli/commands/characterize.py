@@ -271,7 +271,7 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model
     from allanite.readers.sensor_names import sensor_kind
-    from allanite.readers.unit_names import remedy_of
+    from allanite.readers.unit_names import unit_remedy
     from allanite.recording.findings import names_text
 
     pairs = [pair for r in recordings for pair in zip(r.columns, r.units, strict=True)]
@@ -280,7 +280,7 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
         raise InputError(
             f"{names_text(unitless)} {'have' if len(unitless) > 1 else 'has'} no unit, but {target} needs one",
             missing="unit",
-            remedy=": " + remedy_of(unitless),
+            remedy=": " + unit_remedy(unitless),
         )
     if target == "all":
         return

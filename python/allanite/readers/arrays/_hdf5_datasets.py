@@ -18,7 +18,7 @@ Dataset = Any  # h5py.Dataset; h5py is imported in the child process only
 
 
 def datasets(file: Any) -> list[tuple[str, Dataset]]:
-    """Pairs (name, dataset) of all datasets in an open file that hold numbers or columns of numbers.
+    """List of (name, dataset) of all datasets in an open HDF5 file that hold numbers or columns of numbers.
 
     Raises
     ------
@@ -57,14 +57,14 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
 
 
 def numbers(item: Dataset) -> NDArray[Any]:
-    """Values of a dataset as an array; for a compound type, a structured array of its numeric fields."""
+    """Array of the values of a dataset; for a compound type, a structured array of its numeric fields."""
     fields = _numeric_fields(item.dtype)
     values: NDArray[Any] = item.fields(fields)[()] if fields else item[()]
     return values
 
 
 def _refusal(what: str, name: str, kind: str) -> str:
-    """Message of the error about a link or dataset that would read another file."""
+    """Text of an error about a link or dataset that would read another file."""
     return (
         f"{what} {plain(name, 60)} {kind} and would read another file:"
         " copy the samples into one file without such links (with h5py)"
@@ -72,17 +72,14 @@ def _refusal(what: str, name: str, kind: str) -> str:
 
 
 def _numeric_fields(dtype: Any) -> list[str] | None:
-    """Names of the numeric fields of a compound type; empty for a plain numeric type; None for other types."""
+    """List of the numeric fields of a compound type; empty for a plain numeric type; None for other types."""
     if dtype.names is None:
         return [] if dtype.kind in "iufb" else None
     return [name for name in dtype.names if dtype[name].kind in "iufb"] or None
 
 
 def _bytes_per_item(dtype: Any) -> int:
-    """Bytes of memory that one item of a dataset needs.
-
-    An item with named fields needs the bytes of its numeric fields. Any other item needs its own size.
-    """
+    """Bytes of memory that one item of a dataset needs: those of its numeric fields, or of the plain number."""
     fields = _numeric_fields(dtype)
     if not fields:
         return int(dtype.itemsize)

@@ -25,21 +25,24 @@ if TYPE_CHECKING:
 STORED = {
     1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
 }  # fmt: skip
+# miMATRIX and miCOMPRESSED: type codes of elements that hold an array or packed bytes.
 MATRIX, COMPRESSED = 14, 15
 # mxDOUBLE … mxUINT64: types of the arrays in MATLAB.
 CLASSES = {
     6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8",
 }  # fmt: skip
+# mxSTRUCT_CLASS.
 STRUCT = 2
 #: Maximum depth of nested structures that are read.
 MAX_DEPTH = 16
+# Types of numbers in version 4, by the tens digit of the type code.
 VERSION_4 = {0: "f8", 1: "f4", 2: "i4", 3: "i2", 4: "u2", 5: "u1"}
 
 Named = tuple[str, "NDArray[Any]"]
 
 
 def arrays(content: bytes) -> Iterator[Named]:
-    """Yield the name and values of each numeric array; a field of a structure is named ``structure.field``.
+    """Yield (name, array) for each real numeric array in the bytes of a file; a field is named ``structure.field``.
 
     Raises
     ------
@@ -54,7 +57,7 @@ def arrays(content: bytes) -> Iterator[Named]:
 
 
 class _Reader:
-    """Reads data elements one after another."""
+    """Sequential reader of data elements; the attribute `at` is the position in bytes."""
 
     def __init__(self, content: memoryview, order: str) -> None:
         self.content, self.order, self.at = content, order, 0
@@ -64,14 +67,14 @@ class _Reader:
         return self.at + 8 <= len(self.content)
 
     def take(self, count: int) -> memoryview:
-        """Next `count` bytes, which are consumed. Raises `ValueError` if fewer are left."""
+        """Next `count` bytes; advances the position. Raises `ValueError` if fewer bytes are left."""
         if count < 0 or self.at + count > len(self.content):
             raise ValueError(f"{count} bytes are missing")
         self.at += count
         return self.content[self.at - count : self.at]
 
     def element(self) -> tuple[int, memoryview]:
-        """Type code and contents of the next element, which is consumed."""
+        """Tuple (type code, contents) of the next element; advances the position to the following element."""
         first, size = struct.unpack(f"{self.order}II", self.take(8))
         if first >> 16:  # a small element: up to four bytes in its tag
             kind, size = first & 0xFFFF, first >> 16
@@ -84,7 +87,7 @@ class _Reader:
         return first, data
 
     def numbers(self) -> NDArray[Any]:
-        """Contents of the next element as an array of numbers."""
+        """Array of the numbers in the next element, shape (n,); raises `ValueError` if it holds no numbers."""
         kind, data = self.element()
         if kind not in STORED:
             raise ValueError(f"numbers of unknown type {kind}")
@@ -93,7 +96,7 @@ class _Reader:
 
 
 def _elements(content: memoryview, order: str) -> Iterator[Named]:
-    """Yield name and values of each numeric array in a file of version 5 to 7.2. `order` is the byte order."""
+    """Yield (name, array) for each real numeric array in a file of version 5 to 7.2; `order` is the byte order."""
     reader = _Reader(content, order)
     while reader.more():
         kind, data = reader.element()
@@ -105,7 +108,7 @@ def _elements(content: memoryview, order: str) -> Iterator[Named]:
 
 
 def _unpacked(data: memoryview, order: str) -> memoryview:
-    """Bytes of a compressed element after decompression. The stated size is checked before memory is allocated."""
+    """Bytes of a compressed element after decompression, checked against the memory budget first."""
     unpacker = zlib.decompressobj()
     try:
         head = unpacker.decompress(data, 8)
@@ -118,7 +121,10 @@ def _unpacked(data: memoryview, order: str) -> memoryview:
 
 
 def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Iterator[Named]:
-    """Yield name and values of a numeric matrix element, or of each array in the fields of a structure."""
+    """Yield (name, array) of a real numeric matrix element, or of every such array in the fields of a structure.
+
+    `name` replaces the name in the element unless it is None. Other elements yield nothing.
+    """
     if len(data) == 0:
         return
     reader = _Reader(data, order)
@@ -142,7 +148,7 @@ def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Itera
 
 
 def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
-    """Yield name (``name.field``) and values of each numeric array in the fields of a structure."""
+    """Yield (``name.field``, array) for each numeric array in the fields of a structure."""
     length = reader.numbers()
     names = bytes(reader.element()[1])
     each = int(length[0]) if length.size == 1 else 0
@@ -157,7 +163,7 @@ def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
 
 
 def _version_4(content: memoryview) -> Iterator[Named]:
-    """Yield name and values of each numeric array in a file of version 4."""
+    """Yield (name, array) for each real numeric array in the bytes of a file of version 4."""
     order = "<"
     if len(content) >= 4 and not 0 <= struct.unpack("<i", content[:4])[0] < 5000:
         order = ">"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker, Table
 
-#: First word of a netCDF time unit, "milliseconds since 2026-01-01" → ours.
+#: First word of a netCDF time unit, such as "milliseconds since 2026-01-01" → short name of the unit.
 _SINCE = {
     "d": "d", "day": "d", "days": "d", "h": "h", "hour": "h", "hours": "h", "min": "min", "minutes": "min",
     "s": "s", "sec": "s", "second": "s", "seconds": "s", "ms": "ms", "msec": "ms", "milliseconds": "ms",
@@ -39,7 +39,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """
     with path.open("rb") as stream:
         classic = stream.read(3) == b"CDF"
-    found, attributes = _classic(path) if classic else _hdf5(path)
+    found, attributes = _netcdf3(path) if classic else _hdf5(path)
     units = {}
     for name, own in attributes.items():
         for key, value in own.items():
@@ -59,7 +59,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
-    """Two dicts of an HDF5 file by name: its numeric arrays, and the attributes of each object (``""``: of the file)."""
+    """Tuple of two dicts of an HDF5 file by name with dots: numeric arrays, and attributes of each object as a dict.
+
+    The key ``""`` has the attributes of the file. Scales of dimensions without values are left out.
+    """
     import h5py
 
     found: dict[str, NDArray[Any]] = {}
@@ -88,8 +91,11 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
     return found, attributes
 
 
-def _classic(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
-    """Two dicts of a netCDF 3 file by name: its arrays, and the attributes of each variable (``""``: of the file)."""
+def _netcdf3(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+    """Tuple of two dicts of a netCDF 3 file by name: numeric arrays, and the attributes of each variable as a dict.
+
+    The key ``""`` has the attributes of the file.
+    """
     from scipy.io import netcdf_file
 
     with refused_as("a netCDF file"), netcdf_file(str(path), "r", mmap=False) as file:

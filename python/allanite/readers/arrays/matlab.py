@@ -53,11 +53,11 @@ def read(path: Path, pick: Picker) -> Table:
         begin = stream.read(1024)
     if begin.lstrip()[:1].isdigit() or begin.lstrip()[:1] in (b"-", b"+"):
         return text.read(path, pick)  # written by save -ascii
-    return read_v73(path, pick) if _is_hdf5(path) else assemble(dict(_v5(path)))
+    return read_v73(path, pick) if _is_hdf5(path) else assemble(dict(_arrays_up_to_v72(path)))
 
 
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
-    """Table of the arrays of the largest length; each array is one or several columns.
+    """`Table` of the arrays of the largest length; each array is one or several columns.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
 
 
 def _tall(array: NDArray[Any]) -> NDArray[Any]:
-    """The array with one sample per row; row vectors and (3, n) arrays are transposed."""
+    """Array of shape (n, columns) with one sample per row: transposed if it has more columns than rows."""
     a = array.reshape(-1, 1) if array.ndim < 2 else array
     return a.T if a.shape[0] < a.shape[1] else a
 
@@ -115,8 +115,11 @@ def _is_hdf5(path: Path) -> bool:
     return head.startswith(b"\x89HDF") or head[512:516] == b"\x89HDF"
 
 
-def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield name and values of each numeric array in a file up to version 7.2."""
+def _arrays_up_to_v72(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield (name, array) for each numeric array in a file up to version 7.2.
+
+    Raises `InputError` if the file is damaged or needs more memory than the budget.
+    """
     size = path.stat().st_size
     require_memory(2.0 * size, f"a file of {bytes_text(size)}")
     try:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.readers._table import Picker
 
 #: Size above which a file is memory-mapped instead of read, bytes.
-MAPPED = 1 << 26
+MAX_READ_BYTES = 1 << 26
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
@@ -30,8 +30,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return Table(names, columns_of(data), (None,) * k, named=False)
 
 
-def load(path: Path, largest_read: int = MAPPED) -> NDArray[Any]:
-    """Array of shape (n, columns); it is memory-mapped if it has more than `largest_read` bytes.
+def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:
+    """Array of shape (n, columns) from an NPY file, memory-mapped if it has more than `largest_read` bytes.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def load(path: Path, largest_read: int = MAPPED) -> NDArray[Any]:
         with path.open("rb") as stream:
             shape, dtype = _header(stream)
             there = path.stat().st_size - stream.tell()
-            _check(shape, dtype, there)
+            _check_header(shape, dtype, there)
             # A large array stays in its file, and need not fit into memory.
             if there <= largest_read:
                 stream.seek(0)
@@ -62,7 +62,7 @@ def load(path: Path, largest_read: int = MAPPED) -> NDArray[Any]:
 
 
 def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and dtype of the array that follows in the file."""
+    """Tuple (shape, dtype) of the array that follows in an open NPY file; the stream is then at its first byte."""
     version = np.lib.format.read_magic(stream)
     # Version 3 is only needed for field names, which an array of numbers does not have.
     readers = {
@@ -75,8 +75,11 @@ def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
-def _check(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
-    """Raise an error if a header promises more bytes than the file has, before memory is allocated."""
+def _check_header(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
+    """Raise an error if the shape or dtype is no array of samples, or needs more bytes than the file has.
+
+    `there` is the number of bytes after the header. Nothing is allocated before this check.
+    """
     if len(shape) not in (1, 2) or dtype.kind not in "iufb":
         pickled = (
             ": pickled objects are never loaded, save a plain array" if dtype.hasobject else ""

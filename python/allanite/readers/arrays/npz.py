@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
+#: Keys of the archive that are read; other keys are ignored.
 KEYS = ("data", "rate_hz", "channels", "unit", "t")
 
 
@@ -31,7 +32,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     InputError
         The file is damaged or truncated, holds pickled objects (never loaded), has no key ``data``, or lengths differ.
     """
-    found = _load(path)
+    found = _load_arrays(path)
     if "data" not in found:
         raise InputError(f"no key 'data' among {', '.join(found) or 'no keys at all'}")
     data = found["data"]
@@ -64,8 +65,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     )
 
 
-def _load(path: Path) -> dict[str, NDArray[Any]]:
-    """Arrays of an NPZ file by key; keys that are not needed have empty arrays."""
+def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Dict from key to array of an NPZ file; keys that are not needed get empty arrays and are not loaded."""
     key = ""
     try:
         # Opened here, because numpy leaves a damaged file open.
@@ -94,7 +95,10 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
-    """Texts of a key, one for each of k channels, or None without the key. A single text is used for every channel."""
+    """Tuple of the texts of a key, one for each of `k` channels; None without the key.
+
+    A single text is repeated for every channel.
+    """
     if key not in found:
         return None
     if found[key].dtype.kind not in "US":

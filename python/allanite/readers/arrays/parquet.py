@@ -32,7 +32,13 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     try:
         with path.open("rb") as stream:
             first = stream.read(6)
-        read = _parquet if first[:4] == b"PAR1" else _arrow if first == b"ARROW1" else _feather
+        read = (
+            _parquet_table
+            if first[:4] == b"PAR1"
+            else _arrow_table
+            if first == b"ARROW1"
+            else _feather_table
+        )
         table = read(path)
         # Offsets of a damaged column may point anywhere.
         table.validate(full=True)
@@ -45,7 +51,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _wanted_columns(schema: Any) -> list[int]:
-    """Indices of columns of numbers, booleans or times, and of text columns that are named like a time.
+    """List of the indices of columns of numbers, booleans or times, and of text columns named like a time.
 
     Raises
     ------
@@ -71,18 +77,20 @@ def _wanted_columns(schema: Any) -> list[int]:
 
 
 def _is_text(kind: Any) -> bool:
-    """True if an Arrow type is text."""
+    """True if an Arrow type is ``string`` or ``large_string``."""
     import pyarrow as pa
 
     return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
 
 
-def _require(schema: Any, rows: int) -> None:
-    """Raise an error if the unpacked columns need more memory than the budget."""
-    require_memory(rows * sum(_bytes(field.type) for field in schema), "the unpacked file")
+def _require_memory_for(schema: Any, rows: int) -> None:
+    """Raise an error if `rows` rows of the columns of a schema need more memory than the budget."""
+    require_memory(
+        rows * sum(_bytes_per_value(field.type) for field in schema), "the unpacked file"
+    )
 
 
-def _bytes(kind: Any) -> float:
+def _bytes_per_value(kind: Any) -> float:
     """Bytes per value of an Arrow type; 4 for text, the size of its offset."""
     try:
         return float(kind.bit_width) / 8.0
@@ -90,11 +98,8 @@ def _bytes(kind: Any) -> float:
         return 4.0
 
 
-def _parquet(path: Path) -> Any:
-    """Arrow table with the wanted columns of a Parquet file.
-
-    The number of rows is first compared with the memory budget.
-    """
+def _parquet_table(path: Path) -> Any:
+    """Arrow table with the wanted columns of a Parquet file; its size is first compared with the memory budget."""
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -103,7 +108,9 @@ def _parquet(path: Path) -> Any:
         names = [schema.names[place] for place in _wanted_columns(schema)]
         if len(set(schema.names)) < len(schema.names):
             raise InputError("two of its columns have the same name: rename one of them")
-        _require(pa.schema([schema.field(name) for name in names]), file.metadata.num_rows)
+        _require_memory_for(
+            pa.schema([schema.field(name) for name in names]), file.metadata.num_rows
+        )
         # A name with a dot would otherwise be taken for the path of a nested column.
         leaves = [file.schema.column(k) for k in range(len(file.schema))]
         return file.read(
@@ -111,7 +118,7 @@ def _parquet(path: Path) -> Any:
         )
 
 
-def _arrow(path: Path) -> Any:
+def _arrow_table(path: Path) -> Any:
     """Arrow table with the wanted columns of an Arrow file, read batch by batch within the memory budget."""
     import pyarrow as pa
 
@@ -127,7 +134,7 @@ def _arrow(path: Path) -> Any:
         return pa.Table.from_batches(batches, file.schema)
 
 
-def _feather(path: Path) -> Any:
+def _feather_table(path: Path) -> Any:
     """Arrow table with all columns of a file of Feather version 1, which is not compressed."""
     from pyarrow import feather
 

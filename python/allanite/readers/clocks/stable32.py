@@ -29,7 +29,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """`Table` of one column of values, or two columns with time tags in days (MJD) and values.
+    """`Table` of one column of phases in s or frequencies, or of two columns with MJD time tags in d before it.
 
     A line such as ``# Tau: 1.0`` states the interval in s. Without it, the caller must give the rate. The header, or else
     the suffix, states whether the values are phases or frequencies.
@@ -59,7 +59,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
 
 def _commented(path: Path, lines: int) -> Iterator[str]:
-    """Yield the lines of the log, with ``#`` in front of the first `lines` lines."""
+    """Yield the lines of a text file without line ends, with ``#`` in front of the first `lines` lines."""
     with path.open(encoding="latin-1") as stream:
         for number, line in enumerate(stream):
             yield f"# {line.rstrip()}" if number < lines else line.rstrip()

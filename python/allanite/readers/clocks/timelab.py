@@ -57,7 +57,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
-    """The next `count` numbers of an open text file, or fewer if the file ends."""
+    """Array of the next `count` numbers of an open text file; shorter if the file ends."""
     found: list[NDArray[np.float64]] = []
     missing, rest = count, b""
     while missing > 0 and (block := stream.read(BLOCK)):
@@ -74,7 +74,10 @@ def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
 
 
 def _append(found: list[NDArray[np.float64]], cells: list[bytes]) -> int:
-    """Append an array of the numbers in some cells to the list `found`; return how many numbers."""
+    """Append an array of the numbers in `cells` to the list `found`; return the number of cells.
+
+    Raises `InputError` if a cell is no number or the memory budget is exceeded.
+    """
     try:
         found.append(np.array(cells, dtype=np.float64))
     except ValueError as error:

@@ -28,7 +28,7 @@ STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
 
 
 def first_lines(head: bytes) -> list[str]:
-    """Complete lines in the first bytes of a log, without blank lines."""
+    """List of the complete lines in the first bytes of a log, stripped, without blank lines."""
     text = head.decode("utf-8", "replace").lstrip("\ufeff")
     lines = text.splitlines()
     if len(lines) > 1 and not text.endswith(("\n", "\r")):
@@ -59,9 +59,9 @@ def seconds_of_day(clock: str) -> float:
 
 
 def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
-    """List with one remark on the intervals between the lines of a time server, if they vary; otherwise empty.
+    """List with one text about the intervals between the lines in s, if they vary; otherwise empty.
 
-    A server writes a line when a packet arrives, so that the intervals may vary.
+    A time server writes a line when a packet arrives, so that the intervals may vary.
     """
     steps = np.diff(seconds)
     if steps.size == 0 or steps.min() == steps.max():
@@ -81,7 +81,7 @@ def is_utf16(path: Path) -> bool:
 
 
 def utf16_lines(path: Path) -> Iterator[str]:
-    """Yield the lines of a text in UTF-16."""
+    """Yield the lines of a text in UTF-16, without line ends."""
     with path.open(encoding="utf-16", errors="replace") as stream:
         for line in stream:
             yield line.rstrip("\n")
@@ -89,7 +89,7 @@ def utf16_lines(path: Path) -> Iterator[str]:
 
 @contextmanager
 def rewritten(path: Path, lines: Iterable[str]) -> Iterator[Path]:
-    """Context with the path of a temporary text log with these lines; errors name the original file.
+    """Context with the path of a temporary text file with the given lines; errors name the original file.
 
     Row numbers in errors are right if each line stands for one line of the original.
     """

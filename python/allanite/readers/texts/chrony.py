@@ -35,7 +35,7 @@ _ROW = re.compile(r"^\d{4}-\d\d-\d\d$")
 
 
 def _kind(head: bytes) -> str | None:
-    """Kind of a log of chronyd (``"tracking"``, …) from its first bytes, or None."""
+    """Kind of a log of chronyd (``tracking``, ``statistics``, ``measurements`` or ``refclocks``) or None."""
     if b"Date (UTC) Time" not in head:
         return None
     return next((kind for kind, (words, _) in _KINDS.items() if words in head), None)
@@ -47,7 +47,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the offset of the local clock in s, and further numbers of the log.
+    """`Table` with the offset of the clock in s as its first column; further columns depend on the kind of log.
 
     If there are several sources, the one with most rows is read; a note names the others.
 

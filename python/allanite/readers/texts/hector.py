@@ -32,7 +32,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
-    """`Table` of the observations; days without an observation are missing samples.
+    """`Table` with one column of observations; days without an observation are missing samples.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
 
 
 def offsets_of(path: Path) -> list[str]:
-    """Dates in the lines ``# offset MJD`` of a series of Hector; empty for any other file.
+    """List of the dates (ISO 8601 texts) of the lines ``# offset MJD`` of a Hector series; empty for other files.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def offsets_of(path: Path) -> list[str]:
 
 
 def _date(day: str) -> np.datetime64:
-    """Date-time of a Modified Julian Date."""
+    """Date-time (datetime64[ns]) of a text with a Modified Julian Date; raises `InputError` if it is none."""
     try:
         [moment] = date_times([86400.0 * (float(day) - MJD_OF_1970)])
     except ValueError:  # also the InputError of a date that is out of range

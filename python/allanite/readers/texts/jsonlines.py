@@ -36,7 +36,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _object(line: str) -> dict[str, Any] | None:
-    """JSON object (dict) in a line; None if the line is no object, or if the object is empty or has a ``schema``."""
+    """Dict of the JSON object in a line; None if the line is no object, or the object is empty or has a ``schema``."""
     try:
         found = json.loads(line)
     except (ValueError, RecursionError):
@@ -46,9 +46,9 @@ def _object(line: str) -> dict[str, Any] | None:
 
 
 def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
-    """Yield path and value of every text or number inside a JSON value.
+    """Yield (path, value) of every value inside a JSON value that is no object and no list.
 
-    The values in a list of three are named x, y and z.
+    The path joins keys by underscores. The values in a list of three are named x, y and z.
     """
     if isinstance(value, dict):
         for key, inner in value.items():
@@ -125,7 +125,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _number(value: object) -> float | None:
-    """The number of a JSON value; NaN for null, None for text."""
+    """Float of a JSON value: NaN for null, the number in a text, 1 or 0 for a Boolean; None for other text."""
     if value is None:
         return float("nan")
     try:

@@ -40,7 +40,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     InputError
         The file has no rows, or a header for every segment.
     """
-    separator, comma, keys, names, first = _head(path)
+    separator, comma, keys, names, first = _parsed_header(path)
     if keys.get("Multi_Headings", [""])[0].lower() == "yes":
         raise InputError(
             "a header for every segment (Multi_Headings Yes): save the file with one header only"
@@ -48,7 +48,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     is_time = keys.get("X_Dimension", ["Time"])[0].lower() == "time"
 
     def rows() -> Iterator[str]:
-        """Lines of a plain table: the header as comments, cells separated by tabs, decimal points."""
+        """Yield the lines of a plain table: the header as comments, cells separated by tabs, decimal points."""
         with path.open(encoding="utf-8-sig", errors="replace") as stream:
             for number, line in enumerate(stream):
                 if number < first:
@@ -75,12 +75,15 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
 
 def _is_positive(cell: str) -> bool:
-    """True if a cell holds a positive number."""
+    """True if a cell holds a decimal number above 0."""
     return re.fullmatch(r"\d+\.?\d*(?:[eE][-+]?\d+)?", cell) is not None and float(cell) > 0
 
 
-def _head(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
-    """Contents of the header: separator, True for decimal commas, values by key, names, and index of the first row."""
+def _parsed_header(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
+    """Tuple (separator, True for decimal commas, dict from key to values, names, index of the first row).
+
+    Raises `InputError` if the headers do not end within the first 200 lines, or no names follow.
+    """
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.rstrip("\r\n") for _, line in zip(range(HEAD_LINES), stream, strict=False)]
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]

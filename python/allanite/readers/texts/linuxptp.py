@@ -36,7 +36,7 @@ LOCKED = 2
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines contain lines of linuxptp."""
+    """True if the first lines contain a line of ptp4l, phc2sys or ts2phc with samples, a summary or a time."""
     lines = [line for line in first_lines(head) if _PROGRAM.search(line)]
     return any(
         _SAMPLE.search(line) or _SUMMARY.search(line) or _SECONDS.search(line) for line in lines
@@ -44,7 +44,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the offset of the clock in s, with frequency and delay.
+    """`Table` of the offset of a clock in s, its frequency in ppb and the path delay in s.
 
     If there are several clocks, the one with most lines is read. Samples before the servo locks are excluded, because the
     servo steps the clock there. Notes report both.

@@ -41,7 +41,9 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the offset in s, and the frequency or the delay, of the peer with most rows.
+    """`Table` of the offset in s, and the frequency in ppm (loopstats) or delay in s (peerstats) of one peer.
+
+    The peer with most rows is read; a note names the others.
 
     Raises
     ------

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #   TAPR TICC, TICC.ino: "# timestamp (seconds)", then "1.123456789012 chA" a line
 #   a column of times alone, with or without a name
 _TIME = r"(?P<seconds>\d{1,10})[.,](?P<fraction>\d{3,12})"
-_FORMS = (
+_LINE_PATTERNS = (
     re.compile(rf"source \d+ - assert {_TIME}, sequence: (?P<number>\d+)"),
     re.compile(rf"^{_TIME}#(?P<number>\d+)$"),
     re.compile(rf"^{_TIME}\s+(?P<channel>ch[A-D])\b"),
@@ -42,10 +42,10 @@ PICOSECOND = 10**12
 def recognizes(head: bytes) -> bool:
     """True if the first lines are times of edges of a pulse, one period or whole periods apart."""
     lines = first_lines(head)
-    form = _form(lines)
+    form = _line_pattern(lines)
     if form is None:
         return False
-    if form is not _FORMS[-1]:
+    if form is not _LINE_PATTERNS[-1]:
         return True
     # A single column of numbers may be anything. Edges rise by nearly one period each, an index by exactly 1.
     found = [m for line in lines if (m := form.match(line))]
@@ -58,21 +58,22 @@ def recognizes(head: bytes) -> bool:
         period is not None
         and bool(np.all(steps > 0))
         and bool(np.any(steps != steps[0]))
-        and _on_grid(steps, period)
+        and _are_whole_periods(steps, period)
     )
 
 
-def _on_grid(steps: NDArray[np.float64], period: float) -> bool:
-    """True if all steps are whole numbers of periods, within the error of a clock."""
+def _are_whole_periods(steps: NDArray[np.float64], period: float) -> bool:
+    """True if all steps (s) are whole numbers of periods within 0.1 %."""
     periods = np.rint(steps / period)
     error = np.abs(steps / period - periods)
     return bool(np.all(error <= MAX_PERIOD_ERROR * np.maximum(periods, 1)))
 
 
-def _form(lines: list[str]) -> re.Pattern[str] | None:
-    """Pattern of the format of the lines, or None."""
+def _line_pattern(lines: list[str]) -> re.Pattern[str] | None:
+    """First pattern that at least two of the lines match, or None."""
     return next(
-        (form for form in _FORMS if sum(bool(form.search(line)) for line in lines) >= 2), None
+        (form for form in _LINE_PATTERNS if sum(bool(form.search(line)) for line in lines) >= 2),
+        None,
     )
 
 
@@ -100,7 +101,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """
     with path.open("rb") as stream:
         lines = first_lines(stream.read(8192))
-    form = _form(lines)
+    form = _line_pattern(lines)
     assert form is not None
     edges: dict[str, list[int]] = {}
     rows: dict[str, list[int]] = {}
@@ -112,13 +113,16 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 edges.setdefault(channel, []).append(_picoseconds(found))
                 rows.setdefault(channel, []).append(row)
             elif (
-                form is _FORMS[-1] and edges and line.strip() and not line.lstrip().startswith("#")
+                form is _LINE_PATTERNS[-1]
+                and edges
+                and line.strip()
+                and not line.lstrip().startswith("#")
             ):
                 raise InputError(f"row {row} is not the time of an edge: {plain(line.strip(), 40)}")
     phases, notes = [], []
     for channel, times in edges.items():
         of = f" of {channel}" if channel else ""
-        phase, period = _phase(np.array(times, dtype=object), rows[channel], of)
+        phase, period = _phase_and_period(np.array(times, dtype=object), rows[channel], of)
         phases.append((channel, phase, period))
         notes.append(f"the phase{of} is the time of each edge minus whole periods of {period:g} s")
     if len({period for _, _, period in phases}) > 1:
@@ -131,10 +135,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return Table(names, columns, ("s",) * len(names), rate=1.0 / phases[0][2], notes=tuple(notes))
 
 
-def _phase(
+def _phase_and_period(
     times: NDArray[np.object_], rows: list[int], of: str
 ) -> tuple[NDArray[np.float64], float]:
-    """Phase of each period, s (NaN without an edge), and the period, s.
+    """Tuple (phase of each period in s, NaN without an edge; period in s).
 
     `times` are in ps; `rows` and `of` are for messages.
     """

@@ -32,7 +32,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _name_and_unit(field: str) -> tuple[str, str | None]:
-    """Column name and unit (or None) for a field of a message."""
+    """Tuple (column name, unit or None) of a field of a message."""
     path = field.removeprefix("field.")
     vector = _VECTOR.match(path)
     if vector is None:
@@ -42,7 +42,7 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
 
 
 def _is_kept(field: str) -> bool:
-    """True if a field can be a sample or a time: not part of the header, a covariance or an orientation."""
+    """True for the time of receipt, the stamp, and fields that are no header, covariance or orientation."""
     if field in (_RECEIVED, _STAMP):
         return True
     return not re.search(r"\.header\.|_?covariance|orientation|frame_id|\.seq$", field)

@@ -29,7 +29,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _name_and_unit(name: str, unit: str | None) -> tuple[str, str | None]:
-    """Name of a channel without its serial number, and its unit as documented by the vendor."""
+    """Tuple (channel name without its serial number, given unit or else the one that the vendor documents)."""
     channel = _SERIAL.sub("", name)
     known = next((u for start, u in _UNITS.items() if re.match(rf"{start}[XYZ]$", channel)), None)
     return channel, unit or known

@@ -78,7 +78,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Table of the sentences whose kind comes first in the log; other sentences are skipped.
+    """`Table` of the sentences whose kind comes first in the log; other sentences are skipped.
 
     A line with a wrong checksum is a missing sample.
 
@@ -92,22 +92,22 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     if first is None:
         raise InputError("the log has no sentence of an IMU")
     start = first.group().strip()
-    whole = _vectornav if start.startswith(b"$") else _novatel
-    rows, damaged, at = _rows(path, start, whole)
+    fields_of = _vectornav_fields if start.startswith(b"$") else _novatel_fields
+    rows, damaged, at = _read_sentences(path, start, fields_of)
     if not rows or damaged > MAX_DAMAGED * len(rows):
         raise InputError(
             f"{damaged} of {len(rows)} sentences {start.decode()}… are damaged or truncated, the first in line {at}"
         )
     note = (f"{damaged} damaged sentences are missing samples, first in line {at}",) * bool(damaged)
-    return (_of_vectornav if start.startswith(b"$") else _of_novatel)(start, rows, note)
+    return (_vectornav_table if start.startswith(b"$") else _novatel_table)(start, rows, note)
 
 
-def _rows(
-    path: Path, start: bytes, whole: Callable[[bytes], list[bytes] | None]
+def _read_sentences(
+    path: Path, start: bytes, fields_of: Callable[[bytes], list[bytes] | None]
 ) -> tuple[list[list[bytes] | None], int, int]:
-    """Fields of each sentence (None if damaged), the number of damaged sentences, and the line of the first damaged one.
+    """Tuple (fields of each sentence or None if damaged, number of damaged ones, line of the first damaged one).
 
-    Sentences begin with `start`; `whole` returns the fields of a line, or None.
+    Sentences begin with `start`. `fields_of` returns the fields of a line, or None if its checksum is wrong.
     """
     rows: list[list[bytes] | None] = []
     damaged = at = 0
@@ -119,7 +119,7 @@ def _rows(
             text = line.strip()
             if not text.startswith(start):
                 continue
-            fields = whole(text)
+            fields = fields_of(text)
             if fields is not None and width is None:
                 width = len(fields)
             if fields is None or len(fields) != width:
@@ -128,16 +128,16 @@ def _rows(
     return rows, damaged, at
 
 
-def _vectornav(line: bytes) -> list[bytes] | None:
-    """Fields after the name of a sentence of VectorNav; None if the checksum (XOR of all bytes) is wrong."""
+def _vectornav_fields(line: bytes) -> list[bytes] | None:
+    """List of the fields after the name of a VectorNav sentence; None if the checksum (XOR of all bytes) is wrong."""
     body, _, check = line[1:].partition(b"*")
     if check != b"XX" and check.upper() != b"%02X" % reduce(xor, body, 0):
         return None
     return body.split(b",")[1:]
 
 
-def _novatel(line: bytes) -> list[bytes] | None:
-    """Fields after the header of a sentence of NovAtel; None if the CRC is wrong."""
+def _novatel_fields(line: bytes) -> list[bytes] | None:
+    """List of the fields after the header of a NovAtel sentence; None if the CRC-32 is wrong."""
     body, _, check = line[1:].partition(b"*")
     crc = zlib.crc32(body, 0xFFFFFFFF) ^ 0xFFFFFFFF
     if check.lower() != b"%08x" % crc:
@@ -146,7 +146,7 @@ def _novatel(line: bytes) -> list[bytes] | None:
 
 
 def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float64]:
-    """Fields of every row as numbers, NaN for damaged rows, shape (n, fields)."""
+    """Array of some fields of every row, shape (n, fields), NaN for damaged rows."""
     good = [row[fields] for row in rows if row is not None]
     try:
         values = np.array(good, dtype=np.float64)
@@ -157,8 +157,8 @@ def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float6
     return out
 
 
-def _of_vectornav(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """Table from the fields of VectorNav sentences; `note` are its remarks."""
+def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
+    """`Table` of accelerations, angular rates and temperature from the fields of VectorNav sentences."""
     fields = VECTORNAV[start[3:6].decode()]
     values = _numbers(rows, slice(len(fields)))
     if values.shape[1] < len(fields):
@@ -170,8 +170,11 @@ def _of_vectornav(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table
     return Table(names, tuple(values[:, i] for i in kept), units, notes=note)
 
 
-def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """Table from the fields of NovAtel sentences; `note` are its first remarks."""
+def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
+    """`Table` of angular rates and accelerations from the fields of NovAtel sentences.
+
+    `note` holds the remarks so far. Raises `InputError` if the sentences have too few fields.
+    """
     kind = start[1:].rstrip(b"A,").removesuffix(b"S")
     extended = kind.endswith(b"X")
     raw = kind.startswith(b"RAWIMU")
@@ -189,17 +192,17 @@ def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
     # Raw sentences hold Z, −Y, X of the accelerometers, then of the gyroscopes. Corrected ones begin with pitch (about x),
     # roll and yaw.
     columns = values[:, ::-1] * [1, -1, 1, 1, -1, 1] if raw else values
-    scale, units = _scale(rows if extended else [], raw, read_stamps(time, "s").rate)
+    scale, units = _scale_and_units(rows if extended else [], raw, read_stamps(time, "s").rate)
     if scale is None:
         note = (*note, "counts of an IMU of unknown scale: coefficients are in counts")
         scale = np.ones(6)
     return Table(_AXES, tuple((columns * scale).T), units, time=time, notes=note)
 
 
-def _scale(
+def _scale_and_units(
     rows: list[Any], raw: bool, rate: float
 ) -> tuple[NDArray[np.float64] | None, tuple[str | None, ...]]:
-    """Factor of each axis from logged numbers to rad/s or m/s² (None if unknown), and the units of the axes."""
+    """Tuple (factors from logged numbers to rad/s and m/s², shape (6,); units). None if the scale is unknown."""
     units: tuple[str | None, ...] = ("rad/s",) * 3 + ("m/s^2",) * 3
     if not raw:
         return np.full(6, rate), units

@@ -49,7 +49,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _pairs(line: str) -> list[tuple[str, str]] | None:
-    """Pairs (label, value) of a line that holds nothing else, or None."""
+    """List of (label, value) of a line that holds nothing else; None for any other line."""
     found = [(m["label"], m["value"]) for m in _PAIR.finditer(line)]
     rest = _PAIR.sub("", line).strip(_SEPARATORS)
     return found if found and not rest else None
@@ -79,13 +79,13 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     first = next((i for i, line in enumerate(plain_lines) if _is_row(line)), len(plain_lines))
 
     # Messages of a starting sketch ("MPU6050 found") become comments. A line with the names of the columns is kept.
-    def shown() -> Iterator[str]:
-        """Lines of a plain table: text before the first values is turned into comments."""
+    def commented_lines() -> Iterator[str]:
+        """Yield the lines of a plain table; text before the first values becomes comments."""
         for i, line in enumerate(plain_lines):
             is_names = i < first and labels is None and _is_header(line, plain_lines[first:])
             yield line if i >= first or is_names or not line else f"# {line}"
 
-    with rewritten(path, shown()) as target:
+    with rewritten(path, commented_lines()) as target:
         table = text.read(target, text.all_numbers)
     if labels is not None:
         names, units = zip(*map(split_unit, labels), strict=True)
@@ -105,7 +105,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 def _without_labels(
     lines: Sequence[str], labeled: Sequence[list[tuple[str, str]] | None]
 ) -> tuple[list[str], list[str]]:
-    """Labels of the values, and every line with its values only."""
+    """Tuple (labels, lines): the labels of the values, and every line with its values only."""
     labels: list[str] = []
     values: list[str] = []
     for number, (line, pairs) in enumerate(zip(lines, labeled, strict=True), start=1):
@@ -127,18 +127,18 @@ def _without_labels(
 
 
 def _cells(line: str) -> list[str]:
-    """Cells of a line, separated by comma, semicolon, tab or blank."""
+    """List of the cells of a line, separated by comma, semicolon, tab or blank."""
     return [cell for cell in re.split(r"[\s,;]+", line.strip(_SEPARATORS)) if cell]
 
 
 def _is_row(line: str) -> bool:
-    """True if a line consists of numbers."""
+    """True if a line consists of numbers only; False if it is empty."""
     cells = _cells(line)
     return bool(cells) and all(re.fullmatch(_VALUE, cell, re.IGNORECASE) for cell in cells)
 
 
 def _is_header(line: str, rows: Sequence[str]) -> bool:
-    """True if a line of text has as many names as the rows have values."""
+    """True if a line has as many names as the first of `rows` has values."""
     separated = re.split(r"[\t,;]", line.strip(_SEPARATORS))
     width = len(_cells(rows[0])) if rows else 0
     return width > 0 and width in (len(separated), len(_cells(line)))

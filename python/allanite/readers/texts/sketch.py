@@ -56,7 +56,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _matched(line: str) -> re.Match[str] | None:
-    """Match of a line with three axes or a temperature, or None."""
+    """Match of a line with three axes or a temperature; None for any other line."""
     return _LINE.match(line) or _SINGLE.match(line)
 
 
@@ -106,7 +106,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
-    """Name, value and unit of each column of a line."""
+    """List of (column name, value, unit or None) of a matched line: three axes, or one temperature."""
     words = plain(match["name"]).strip().lower().replace(" ", "_")
     unit = match["unit"] and _UNITS.get(match["unit"].strip(), plain(match["unit"].strip()))
     if match.re is _SINGLE:
@@ -116,7 +116,7 @@ def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
 
 
 def _number(text: str) -> float:
-    """The number in a text; NaN for the overflow mark ``ovf``."""
+    """Float of a text; NaN for the overflow mark ``ovf``."""
     return float("nan") if text.lower() == "ovf" else float(text)
 
 

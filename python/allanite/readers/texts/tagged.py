@@ -79,7 +79,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     own, *other_tags = chosen
 
     def rows() -> Iterator[str]:
-        """Lines of a plain table: rows of the chosen sensor without its name, other lines as comments."""
+        """Yield the lines of a plain table: rows of the chosen sensor without its name, other lines as comments."""
         with path.open(encoding="utf-8-sig", errors="replace") as stream:
             for number, line in enumerate(stream):
                 match = _ROW.match(line)

@@ -93,7 +93,10 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _safe_reader_class(reader: type[Any]) -> type[Any]:
-    """Subclass of a reader class. It raises an error for a message of length 0, which would cause an infinite loop."""
+    """Subclass of a reader class of pymavlink whose instances raise an error for a message of length 0.
+
+    Such a message of a damaged log would cause an infinite loop.
+    """
 
     class Forward(reader):  # type: ignore[misc]
         def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -120,14 +123,17 @@ def _safe_reader_class(reader: type[Any]) -> type[Any]:
 
 
 def _number(value: Any) -> float:
-    """The value as a float; NaN if it is no number."""
+    """Value of a message field as a float; NaN if it is no number."""
     return float(value) if isinstance(value, int | float) else float("nan")
 
 
 def _chosen_messages(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
-    """Kind and instance of the messages to read: those of the topic, or the first inertial ones; None without any."""
+    """Tuple (kind, instance) of the messages to read: of the topic, or of the first kind with inertial samples.
+
+    None if `rows` has no such messages.
+    """
     if topics:
         kind, _, at = topics[0].partition(".")
         found = (kind, int(at) if at.isdigit() else 0)

@@ -35,9 +35,10 @@ AXES = {
 
 @isolated("rosbags", 0.07, ["rosbags.highlevel", "rosbags.typesys"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the given topics, or of the first topic of type ``sensor_msgs/msg/Imu``. Stamps in headers are the time.
+    """`Table` of the given topics, or of the first topic of type ``sensor_msgs/msg/Imu``.
 
-    For other types of messages, every number is a column. Temperatures are interpolated to the times of the samples.
+    Without given topics, the accelerometer or gyroscope of a second IMU topic is added if it has the same rate. Stamps
+    in headers are the time, or else the times of receipt.
 
     Raises
     ------
@@ -65,7 +66,10 @@ def _has_metadata(folder: Path) -> bool:
 
 
 def _table(bag: Any, requested: Sequence[str]) -> Table:
-    """Table of the topics `requested` of an open bag, or of its first IMU."""
+    """`Table` of the `requested` topics of an open bag; without any, of its first IMU.
+
+    Raises `InputError` if a topic is missing, or if the requested topics have different rates.
+    """
     types = {c.topic: c.msgtype for c in bag.connections}
     listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
     imus = [topic for topic, kind in types.items() if kind == IMU]
@@ -83,7 +87,7 @@ def _table(bag: Any, requested: Sequence[str]) -> Table:
     units: list[str | None] = []
     time: NDArray[np.int64] | None = None
     for topic in main:
-        stamps, found = _topic(bag, topic, types[topic])
+        stamps, found = _messages_of_topic(bag, topic, types[topic])
         if time is None:
             time = stamps
         elif not _is_same_rate(stamps, time):
@@ -102,15 +106,15 @@ def _table(bag: Any, requested: Sequence[str]) -> Table:
     apart: list[str] = []
     if not requested:
         for topic in imus[1:]:
-            seen = _sensors(names)
+            seen = _sensor_prefixes(names)
             if len(seen) > 1:
                 break
             try:
-                stamps, found = _topic(bag, topic, types[topic])
+                stamps, found = _messages_of_topic(bag, topic, types[topic])
             except InputError:  # an empty topic
                 continue
             # A topic with both sensors is another device.
-            if _sensors(found) & seen:
+            if _sensor_prefixes(found) & seen:
                 continue
             if _is_same_rate(stamps, time):
                 nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
@@ -122,7 +126,7 @@ def _table(bag: Any, requested: Sequence[str]) -> Table:
                 apart.append(topic)
                 break
     for topic in thermal if not requested else [t for t in requested if t in thermal]:
-        stamps, found = _topic(bag, topic, TEMPERATURE)
+        stamps, found = _messages_of_topic(bag, topic, TEMPERATURE)
         for name, (values, _) in found.items():
             if name == "temperature":
                 names.append("temperature" if len(thermal) == 1 else f"temperature_{len(names)}")
@@ -143,20 +147,23 @@ def _table(bag: Any, requested: Sequence[str]) -> Table:
     )
 
 
-def _sensors(names: Iterable[str]) -> set[str]:
-    """Sensors to which columns belong: ``gyro``, ``acc``."""
+def _sensor_prefixes(names: Iterable[str]) -> set[str]:
+    """Set of the sensors, ``gyro`` and ``acc``, that the column names begin with; empty for other names."""
     return {name.partition("_")[0] for name in names} & {"gyro", "acc"}
 
 
 def _is_same_rate(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
-    """True if two topics have equally many time stamps, up to one plus 0.1 % that may be lost."""
+    """True if two arrays of time stamps have equal lengths, except for up to one message plus 0.1 %."""
     return abs(one.size - other.size) <= 0.001 * other.size + 1
 
 
-def _topic(
+def _messages_of_topic(
     bag: Any, topic: str, kind: str
 ) -> tuple[NDArray[np.int64], dict[str, tuple[NDArray[Any], str | None]]]:
-    """Stamps of a topic, ns, and a dict from column name to (values, unit or None)."""
+    """Tuple (stamps, columns): time stamps of a topic in ns, and a dict from column name to (values, unit or None).
+
+    Raises `InputError` if the topic holds no message or no number.
+    """
     rows: list[tuple[float, ...]] = []
     stamps: list[int] = []
     names: tuple[str, ...] = tuple(AXES)
@@ -189,7 +196,10 @@ def _topic(
 
 
 def _numbers(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
-    """Yield path and value of every number in a message, except headers, arrays and constants."""
+    """Yield (path, value) of every number in a message, except those in headers, arrays and constants.
+
+    The path of a nested number joins field names by underscores.
+    """
     for field in fields(message):
         value = getattr(message, field.name)
         if field.name == "header" or field.name.startswith("__"):

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 # Topics with inertial samples, in order of preference.
 TOPICS = ("sensor_combined", "sensor_gyro", "sensor_accel", "sensor_gyro_fifo", "vehicle_imu")
+# Array field → prefix of its columns, and unit (PX4 message definitions).
 FIELDS = {
     "gyro_rad": ("gyro", "rad/s"),
     "accelerometer_m_s2": ("acc", "m/s^2"),
@@ -58,7 +59,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     columns: dict[str, Any] = {}
     units: list[str | None] = []
     for field, values in data.items():
-        column, unit = _column(name, field)
+        column, unit = _column_and_unit(name, field)
         if column is None and topics and not field.startswith("timestamp"):
             column = field  # every field of another topic is a column
         if column is not None:
@@ -91,13 +92,13 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _stamps(data: dict[str, Any]) -> NDArray[np.int64]:
-    """Times of the samples in µs if the log has them, otherwise times of the messages."""
+    """Array of the times of the samples in µs, shape (n,); times of the messages if the log has no others."""
     sampled = "timestamp_sample" in data and np.any(data["timestamp_sample"])
     return data["timestamp_sample" if sampled else "timestamp"].astype(np.int64)
 
 
-def _column(topic: str, field: str) -> tuple[str | None, str | None]:
-    """Column name and unit of a field; (None, None) for a field that is no sample."""
+def _column_and_unit(topic: str, field: str) -> tuple[str | None, str | None]:
+    """Tuple (column name, unit) of a field, such as ``("gyro_x", "rad/s")``; (None, None) if it is no sample."""
     base, _, index = field.partition("[")
     axis = {"0]": "x", "1]": "y", "2]": "z"}.get(index)
     if base in FIELDS and axis:

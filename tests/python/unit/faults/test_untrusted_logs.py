@@ -284,7 +284,7 @@ def test_a_lack_of_memory_of_arrow_is_no_damage(tmp_path, monkeypatch):
     def greedy(_):
         raise pa.lib.ArrowMemoryError("malloc of size 240000000 failed")
 
-    monkeypatch.setattr(parquet, "_parquet", greedy)
+    monkeypatch.setattr(parquet, "_parquet_table", greedy)
     (tmp_path / "x.parquet").write_bytes(b"PAR1 something")
     with pytest.raises(MemoryError):
         parquet.read.__wrapped__(tmp_path / "x.parquet", None)
